@@ -17,12 +17,12 @@ from sdaeverify.store.behaviour import behaviours, differing, problem_digest, ru
 from sdaeverify.store.store import Store
 from sdaeverify.study.blocks import BlockBatch, simulate_batch
 from sdaeverify.study.judging import CellEvidence
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 NUMBERS = (8, 16, 32)
 SETTINGS = Settings(paths=40, block=40, levels=3)

@@ -17,11 +17,11 @@ from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 STRONG = Strong()
 SETTINGS = Settings(paths=120, levels=4, block=60)

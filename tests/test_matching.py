@@ -6,7 +6,7 @@ from typing import ClassVar
 from sdaeverify import SDE, HolonomicSDAE, Scheme
 from sdaeverify.contracts.matching import match
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 
 
 @dataclass(frozen=True)

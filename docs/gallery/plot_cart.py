@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from sdaeverify import HolonomicSDAE, Moment, sample, verify
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 M, SIGMA, ANGLE = 2.0, 1.0, 0.6
 

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from sdaeverify import Claim, DelaySDAE, Moment, sample, verify
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 TAU, DAMPING, GAIN, SIGMA = 0.5, 0.2, 0.8, 0.5
 START = np.array([1.0, 0.0])

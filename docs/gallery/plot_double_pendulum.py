@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from sdaeverify import HolonomicSDAE, Moment, sample, verify
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SIGMA = 0.7
 START = np.array([0.8, -0.6, 0.8, -1.6])

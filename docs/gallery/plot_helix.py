@@ -18,7 +18,7 @@ from matplotlib import pyplot as plt
 
 from sdaeverify import Claim, HolonomicSDAE, Pathwise, sample, verify
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 c, SIGMA = 0.5, 1.0
 k = c**2 / (1.0 + c**2)

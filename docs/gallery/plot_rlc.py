@@ -19,7 +19,7 @@ from matplotlib import pyplot as plt
 from scipy.linalg import expm
 
 from sdaeverify import Claim, IndexOneSDAE, Moment, sample, verify
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 R, LEAK, L, C, U, SIGMA = 0.5, 4.0, 1.0, 0.5, 1.0, 0.4
 

@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from sdaeverify import Claim, HolonomicSDAE, Pathwise, sample, verify
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 b, GRAVITY, SIGMA, PHI, OMEGA = 2.0, 1.0, 0.5, 0.7, 1.0
 MASS = np.array([1.0, 1.0, 2.0])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdaeverify import SDE, Array, DenseJacobian, Step
-from sdaeverify_schemes._old_normals import onto_constraint
+from sdaeverify_schemes.projections._old_normals import onto_constraint
 
 
 def project_step(problem: SDE, x: Array, y: Array, normals: Array) -> Step:

@@ -10,7 +10,7 @@ from sdaeverify.numerics import apply_transposed, product_transposed, solve
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
-from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 from ._projection import project_step
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Problem, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._delay_root import hold_failed
-from sdaeverify_schemes._delay_theta import begin_step, solve_coupled
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays._root import hold_failed
+from sdaeverify_schemes.delays._theta import begin_step, solve_coupled
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 def ahead(lag: Lag, x: Array) -> Lag:

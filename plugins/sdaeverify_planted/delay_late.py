@@ -7,9 +7,9 @@ import numpy as np
 
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._delay_root import hold_failed
-from sdaeverify_schemes._delay_theta import algebraic
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays._root import hold_failed
+from sdaeverify_schemes.delays._theta import algebraic
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from typing import ClassVar
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Lag, Problem, Step, hookimpl
 from sdaeverify.numerics import solve
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._delay_root import hold_failed
-from sdaeverify_schemes._delay_theta import algebraic
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import TRAPEZOIDAL, StochasticTheta
+from sdaeverify_schemes.delays._root import hold_failed
+from sdaeverify_schemes.delays._theta import algebraic
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import TRAPEZOIDAL, StochasticTheta
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from sdaeverify import SDE, Array, Increment, Step, hookimpl
 from sdaeverify.numerics import apply, apply_transposed, product_transposed, second_directional, solve
 from sdaeverify_lab import Planted
-from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 from ._projection import project_step
 

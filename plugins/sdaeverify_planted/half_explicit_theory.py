@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes.half_explicit_euler import BOUNDED, EVERY_H, HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import BOUNDED, EVERY_H, HalfExplicitEuler
 
 
 @dataclass(frozen=True)

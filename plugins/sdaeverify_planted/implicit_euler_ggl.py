@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes.implicit_euler_ggl import TO_ROUNDING, ImplicitEulerGGL
+from sdaeverify_schemes.ggl.implicit_euler_ggl import TO_ROUNDING, ImplicitEulerGGL
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._old_normals import onto_constraint
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections._old_normals import onto_constraint
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 from ._half_explicit import kick, multiplier
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from sdaeverify import Array, Claim, DenseJacobian, HolonomicSDAE, HolonomicState, Increment, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._old_normals import onto_constraint
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections._old_normals import onto_constraint
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 from ._half_explicit import kick, multiplier
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._new_normals import onto_constraint
-from sdaeverify_schemes._position_projection import Projection
-from sdaeverify_schemes._skipping import SkippingState, inherent_euler, projections
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify_schemes.projections._new_normals import onto_constraint
+from sdaeverify_schemes.projections._position_projection import Projection
+from sdaeverify_schemes.projections._skipping import SkippingState, inherent_euler, projections
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
 
 @dataclass(frozen=True)

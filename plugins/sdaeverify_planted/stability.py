@@ -5,9 +5,9 @@ from typing import ClassVar
 
 from sdaeverify import SDE, Claim, Problem, Scheme, hookimpl
 from sdaeverify_lab import Planted
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 A_STABLE = Claim(measure="stability", value="A-stable", source="planted")
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from sdaeverify import SDE, Array, DelaySDAE, DelayState, Increment, Parts, Problem, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
 class Remembering(NamedTuple):

@@ -7,8 +7,8 @@ import numpy as np
 
 from sdaeverify import Array, ConstraintGeometry, Step, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._multiplier import OldNormals
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised._multiplier import OldNormals
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from sdaeverify import ConstrainedLangevin, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes.uniform_expansion import ExpansionWeights, UniformExpansion
+from sdaeverify_schemes.penalised.uniform_expansion import ExpansionWeights, UniformExpansion
 
 
 @dataclass(frozen=True)

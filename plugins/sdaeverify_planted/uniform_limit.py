@@ -8,9 +8,9 @@ from typing import ClassVar
 
 from sdaeverify import Claim, ConstrainedLangevin, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._uniform_weights import Weights
-from sdaeverify_schemes.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised._uniform_weights import Weights
+from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 ASYMPTOTIC = Claim(measure="limits", quantities=("x", "zeta"), value=0.5, source="Laurent 2022, Theorem 2.9")
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from sdaeverify import Array, Claim, ConstrainedLangevin, ConstraintGeometry, Gram, hookimpl
 from sdaeverify_lab import Planted
-from sdaeverify_schemes._uniform_weights import Weights
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised._uniform_weights import Weights
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 STRIP = "exponential-strip"
 

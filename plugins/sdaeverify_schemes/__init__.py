@@ -1,1 +1,1 @@
-"""The schemes shipped with sdaeverify: each module is a plugin of its own, and a new scheme is a new module."""
+"""The schemes shipped with sdaeverify: a folder a family; each module is a plugin, a new scheme is a new module."""

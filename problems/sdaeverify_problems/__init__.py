@@ -1,4 +1,4 @@
-"""The problems shipped with sdaeverify: each module is a plugin of its own, and a new problem is a new module.
+"""The problems shipped with sdaeverify: a folder a family; each module is a plugin, a new problem is a new module.
 
 For problems of one's own the package has the builders that its problems are made with::
 
@@ -13,11 +13,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ._bath import Bath
-    from ._chain import Chain, clamped_chain, free_chain
-    from ._constrained_langevin import constrained_langevin
-    from ._fibre import Edges, Fibre, rotation
-    from ._fibre_problem import fibre_problem
+    from .fibres._chain import Chain, clamped_chain, free_chain
+    from .fibres._fibre import Edges, Fibre, rotation
+    from .fibres._problem import fibre_problem
+    from .langevin._bath import Bath
+    from .langevin._constrained_langevin import constrained_langevin
 
 __all__ = [
     "Bath",
@@ -33,11 +33,11 @@ __all__ = [
 
 # Whoever loads a problem does not pay for the builders of others.
 _HOMES = {
-    "_bath": "Bath",
-    "_chain": "Chain clamped_chain free_chain",
-    "_constrained_langevin": "constrained_langevin",
-    "_fibre": "Edges Fibre rotation",
-    "_fibre_problem": "fibre_problem",
+    "langevin._bath": "Bath",
+    "fibres._chain": "Chain clamped_chain free_chain",
+    "langevin._constrained_langevin": "constrained_langevin",
+    "fibres._fibre": "Edges Fibre rotation",
+    "fibres._problem": "fibre_problem",
 }
 
 

@@ -10,8 +10,8 @@ from probe.theta_cells import is_stable
 from sdaeverify.noise.brownian import LevelNoise, Source
 from sdaeverify.probe.linear.delay_step import probe_step
 from sdaeverify.simulate.tracks import Track
-from sdaeverify_problems.delay_test import delay_test
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_test import delay_test
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 pytestmark = pytest.mark.benchmark
 

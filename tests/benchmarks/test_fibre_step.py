@@ -9,11 +9,11 @@ import pytest
 from benchmarks.pairs import run_pairs
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.fibre_clamped import fibre_clamped
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.implicit_euler_ggl import ImplicitEulerGGL
-from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
+from sdaeverify_schemes.ggl.implicit_euler_ggl import ImplicitEulerGGL
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
 pytestmark = pytest.mark.benchmark
 

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.pairs import run_pairs
 from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 pytestmark = pytest.mark.benchmark
 

@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.pairs import run_pairs
 from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.orthogonal_group import orthogonal_group
-from sdaeverify_problems.torus import torus
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
+from sdaeverify_problems.tori.torus import torus
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 pytestmark = pytest.mark.benchmark
 

@@ -8,8 +8,8 @@ import pytest
 from bridges.equations import drawn
 from sdaeverify import Increment, ParameterError
 from sdaeverify_bridges.ase import ASE, CLAIMS
-from sdaeverify_problems.angle_pendulum import angle_pendulum
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_schemes.baoab import BAOAB
 
 H, PATHS, EPS = 0.125, 7, np.finfo(float).eps

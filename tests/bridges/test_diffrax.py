@@ -10,10 +10,10 @@ import sdaeverify
 from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.diffrax import LANGEVIN, ORDERS, Diffrax, DiffraxLangevin
-from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.milstein import Milstein

@@ -7,10 +7,10 @@ from sdaeverify import HolonomicSDAE, Increment, ParameterError
 from sdaeverify.conformance.violation import violation
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_bridges.mici import Mici, friction
-from sdaeverify_problems.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_problems.sphere_langevin import sphere_langevin
+from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
 
 H = 0.125
 

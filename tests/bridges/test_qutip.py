@@ -10,8 +10,8 @@ from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.qutip import ORDERS, QuTiP
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.spiral import spiral

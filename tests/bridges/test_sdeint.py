@@ -11,10 +11,10 @@ from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.kit import Coefficients, stratonovich_drift
 from sdaeverify_bridges.sdeint import ORDERS, SDEInt
-from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 

@@ -12,10 +12,10 @@ from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
 from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.sra1 import SRA1
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 pytestmark = pytest.mark.filterwarnings("default:os.fork:RuntimeWarning")
 H, PATHS, EPS = 0.125, 7, np.finfo(float).eps

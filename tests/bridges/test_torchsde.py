@@ -10,10 +10,10 @@ import pytest
 from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.torchsde import ITO, STRATONOVICH, TorchSDEIto, TorchSDEStratonovich
-from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_problems.spiral import spiral
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun, stratonovich

@@ -1,8 +1,8 @@
 """What `info` says of the mean-square stability of an equation with a delay."""
 
 from sdaeverify.cli.commands.info import stability_lines
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 
 

@@ -10,9 +10,9 @@ from sdaeverify import SDE, THREE_POINT, Law, Scheme, Step
 from sdaeverify.conformance.contract import hears_its_noise, keeps_no_noise
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
-from sdaeverify_problems.delay_martingale import delay_martingale
+from sdaeverify_problems.delays.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 @dataclass(frozen=True)

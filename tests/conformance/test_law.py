@@ -13,7 +13,7 @@ from sdaeverify.conformance.exactness import exactness_violation, law_error
 from sdaeverify.forms.trivial import H
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 WEAK = (Claim(measure="weak", value=1.0, source="made up"),)
 STRONG = (Claim(measure="strong", value=0.5, source="made up"),)

@@ -10,9 +10,9 @@ from sdaeverify import SDE, Array, Scheme, Step
 from sdaeverify.conformance.contract import carries_its_memory
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_ou import delay_ou
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 class Remembered(NamedTuple):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sdaeverify.conformance.own_run import STEPS, level_noise, stopped_states
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_ou import delay_ou
 from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
 def test_paths_stop_one_after_the_other():

@@ -15,14 +15,14 @@ from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
 from sdaeverify_planted.contract import LatePaths
 from sdaeverify_planted.far_states import Clipped
-from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.hyperbolic import hyperbolic
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_problems.spiral import spiral
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 

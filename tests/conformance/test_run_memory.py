@@ -14,10 +14,10 @@ from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 

@@ -31,15 +31,15 @@ from sdaeverify.forms import Problem
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
 from sdaeverify.numerics.statistics import EPS
-from sdaeverify_problems.angle_pendulum import angle_pendulum
-from sdaeverify_problems.circle import circle
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.delays.delay_ou import delay_ou
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 HALF = Claim(measure="strong", value=0.5, source="made up")
 

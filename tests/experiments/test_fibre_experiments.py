@@ -14,8 +14,8 @@ from sdaeverify_papers.experiments import lindner_2018_figure_5_1 as refinement
 from sdaeverify_papers.experiments._estimates import mean, order
 from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
 from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_problems._chain import clamped_chain
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres._chain import clamped_chain
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 
 
 def evidence_of(registry, name, experiment=None, paths=4):

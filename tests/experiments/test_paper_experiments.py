@@ -14,8 +14,8 @@ from sdaeverify_papers.experiments import lindner_2017_multipliers as multiplier
 from sdaeverify_papers.experiments import lindner_2017_roots as roots
 from sdaeverify_papers.picture import draw
 from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 PAPERS = ("laurent-2022", "lindner-2017", "lindner-2018", "qu-2010")
 QUICK = (

@@ -5,10 +5,10 @@ import pytest
 
 from sdaeverify_papers.experiment import SchemeValue
 from sdaeverify_papers.scheme_means import scheme_means
-from sdaeverify_problems.delay_test import SETS, Coefficients, problem
+from sdaeverify_problems.delays.delay_test import SETS, Coefficients, problem
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
 def whole_history(at, theta, steps, horizon):

@@ -11,10 +11,10 @@ from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
 from sdaeverify.testing.checks.problem_declarations import check_traits
 from sdaeverify.testing.subjects import ProblemSubject, load_plugins
-from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 
 GIVEN = {
     "drift": lambda t, x: -x,

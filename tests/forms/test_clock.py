@@ -5,7 +5,7 @@ import pytest
 
 from sdaeverify import HolonomicSDAE, ProblemError
 from sdaeverify.noise.brownian import Increment
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 WEIGHT, SPRING, H = -3.0, 2.0, 1.0 / 64.0
 

@@ -8,10 +8,10 @@ import pytest
 
 from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, ParameterError, Partials, ProblemError
 from sdaeverify.arrays import Array
-from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_problems.delay_martingale import delay_martingale
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays.delay_linear import delay_linear
+from sdaeverify_problems.delays.delay_martingale import delay_martingale
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.noisy_circuit import noisy_circuit
 
 EPS = np.finfo(float).eps

@@ -8,7 +8,7 @@ import pytest
 from sdaeverify import SDE, DelaySDAE, IndexOneSDAE, Partials, ProblemError
 from sdaeverify.forms import Delayed, IndexOne
 from sdaeverify.noise.brownian import Increment
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 COMMON = {"algebraic": [0.5], "noise_dim": 1, "horizon": 1.0, "source": "a test"}
 

@@ -14,13 +14,13 @@ from sdaeverify.measures.weak import Weak
 from sdaeverify.study import Study, plan
 from sdaeverify.verdicts.path_tests import PathTests, hold_back
 from sdaeverify_measures.moments import Moments
-from sdaeverify_problems.fibre_clamped import fibre_clamped
-from sdaeverify_problems.fibre_free import fibre_free
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres.fibre_free import fibre_free
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.orthogonal_group import orthogonal_group
+from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.sra1 import SRA1
 
 CELLS = {

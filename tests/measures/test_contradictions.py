@@ -35,17 +35,17 @@ from sdaeverify.probe.local.strong_order import StrongOrder
 from sdaeverify.study import Study, plan
 from sdaeverify.verdicts.opinions import beside, decide, guard, local_doubt, of_smooth
 from sdaeverify.verdicts.path_tests import PathTests, unlike, with_sample
-from sdaeverify_problems.delay_forced import delay_forced
+from sdaeverify_problems.delays.delay_forced import delay_forced
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.fibre_linear import fibre_linear
+from sdaeverify_problems.fibres.fibre_linear import fibre_linear
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.balanced_euler import BalancedEuler
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.sra1 import SRA1
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
 # One stage beyond all levels.

@@ -14,8 +14,8 @@ from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, log_spaced
 from sdaeverify.numerics.digits import SAMPLED
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=400, block=400)
 SIZES = np.abs(np.random.default_rng(8).normal(size=400)) + 0.5

@@ -15,8 +15,8 @@ from sdaeverify.measures.weak import mean_order
 from sdaeverify.numerics.statistics import Estimate
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.opinions import decide, guard
-from sdaeverify_problems.delay_test import delay_test
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_test import delay_test
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local weak order 1.000"), 1)
 KNOWN, WRONG = 0.7503, 0.376

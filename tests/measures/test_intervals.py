@@ -9,10 +9,10 @@ from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
 from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 PATHS = 400
 SETTINGS = Settings(paths=PATHS, coarsest=4, levels=4)

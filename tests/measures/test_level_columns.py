@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, verify
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,17 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.stability import Stability
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SETTINGS = Settings(paths=40, levels=3)
 INF = float("inf")

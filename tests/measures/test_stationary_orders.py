@@ -11,15 +11,15 @@ from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.invariant import operator_findings, operator_orders, stationary_record
-from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_problems.angle_pendulum import angle_pendulum
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
+from sdaeverify_problems.strips.exponential_strip import exponential_strip
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.numerics.digits import SAMPLED
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.opinions import guard
-from sdaeverify_problems.affine_constraint import affine_constraint
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)

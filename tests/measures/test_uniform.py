@@ -17,9 +17,9 @@ from sdaeverify.numerics.digits import SAMPLED
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])

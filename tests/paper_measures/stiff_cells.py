@@ -10,11 +10,11 @@ from sdaeverify import Claim, Settings
 from sdaeverify.contracts.finding import Finding, Judgement
 from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.tally import Tally
-from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised_euler import PenalisedEuler
-from sdaeverify_schemes.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
+from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 SETTINGS = Settings(paths=40, levels=3)
 AFFINE = affine_constraint()

@@ -13,9 +13,9 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed, unpacked
 from sdaeverify_measures.effort import ALONG, PROBED, Effort, chernoff
 from sdaeverify_measures.effort.iterations import RUNS, Iterations, RunIterations
-from sdaeverify_problems.exponential_strip import exponential_strip
-from sdaeverify_problems.penalised_sphere import penalised_sphere
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
+from sdaeverify_problems.strips.exponential_strip import exponential_strip
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 MEASURE, NAME = Effort(), "newton_iterations"
 

@@ -14,11 +14,11 @@ from sdaeverify_measures.moments.semi_stability import Growth, growth, lyapunov
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import HeunAdditive
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 def found(scheme: Scheme, problem: HolonomicSDAE | SDE) -> Growth:

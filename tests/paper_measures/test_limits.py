@@ -9,7 +9,7 @@ from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify_measures.limits import StiffLimits
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.penalised_sphere import penalised_sphere
+from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 MEASURE = StiffLimits()

@@ -16,9 +16,9 @@ from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_measures.moments import EDGES, FACTOR, MomentObserver, Moments
 from sdaeverify_measures.moments.semi_stability import Growth
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SETTINGS = Settings(paths=2048, levels=3)
 BOUNDED = Claim(measure="moments", value="bounded", source="test")

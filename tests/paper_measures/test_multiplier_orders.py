@@ -20,11 +20,11 @@ from sdaeverify_measures.multipliers.multiplier_orders import (
     multipliers,
     why_not_multipliers,
 )
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_tangential import pendulum_tangential
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_schemes._old_normals import onto_constraint
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_schemes.projections._old_normals import onto_constraint
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 NONE = HalfExplicitEuler(truncation="none")
 KAPPA, FREE, NOISE = range(3)

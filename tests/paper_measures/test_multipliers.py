@@ -12,9 +12,9 @@ from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify_measures.multipliers import MultiplierExponents
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SETTINGS = Settings(paths=40, levels=3)
 

@@ -10,7 +10,7 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify_measures.uniformity import ONE_STEP, Uniformity
 from sdaeverify_measures.uniformity.uniform_errors import LEVELS, UniformDefects
-from sdaeverify_problems.sphere_product import sphere_product
+from sdaeverify_problems.spheres.sphere_product import sphere_product
 
 CLAIM = Claim(measure="uniformity", quantities=(ONE_STEP,), value=1.5, source="test")
 MOMENTS = 5

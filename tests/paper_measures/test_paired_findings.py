@@ -15,8 +15,8 @@ from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify_measures.uniformity import PAIRED, Uniformity
 from sdaeverify_measures.uniformity.paired_findings import PairedMeans
 from sdaeverify_measures.uniformity.paired_members import SHARE, PairedErrors
-from sdaeverify_problems.penalised_sphere import penalised_sphere
-from sdaeverify_problems.torus import torus
+from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
+from sdaeverify_problems.tori.torus import torus
 
 H = 0.1 * 0.5 ** np.arange(4)
 EPS = 10.0 ** np.arange(-8.0, 2.0)

@@ -17,8 +17,8 @@ from sdaeverify_measures.uniformity.paired_members import (
     paired_errors,
     run_of,
 )
-from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 PATHS = 1500
 SETTINGS = Settings(paths=SHARE * PATHS, levels=3)

@@ -15,15 +15,15 @@ from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_measures.solvability import PathCount, Solvability
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.quicsort import QUICSORT
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=256, levels=3)
 EVERY_H = Claim(measure="solvability", value="every h", source="test")

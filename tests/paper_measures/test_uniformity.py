@@ -11,12 +11,12 @@ from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.probe.operator.transition_errors import invariant_observables
 from sdaeverify_measures.uniformity import INVARIANT, Uniformity
 from sdaeverify_measures.uniformity.uniform_errors import UniformErrors
-from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_problems.exponential_strip import exponential_strip
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.penalised_sphere import penalised_sphere
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
+from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
+from sdaeverify_problems.strips.exponential_strip import exponential_strip
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
 
 MEASURE = Uniformity()
 

@@ -21,7 +21,7 @@ from sdaeverify_planted.pendulum import WrongHalfExplicit
 from sdaeverify_planted.platen import WrongSupport
 from sdaeverify_planted.sra1 import ScaledArea
 from sdaeverify_planted.stability import AlmostHalf
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 H, T = 2.0**-5, 0.25
 RIGHT = [

@@ -13,7 +13,7 @@ from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.strong import Strong
 from sdaeverify.probe.local.algebraic_defects import algebraic_defects, algebraic_order
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(coarsest=8, levels=5)
 TIMES = {"between mesh points": 0.3, "at mesh points": 0.25}

@@ -10,14 +10,14 @@ from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.measures.uniform.findings import judge_consistency
 from sdaeverify.numerics import apply
 from sdaeverify.probe.local.consistency import consistency
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 REFUTED, VERIFIED = Verdict.REFUTED, Verdict.VERIFIED
 

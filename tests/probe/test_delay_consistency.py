@@ -12,9 +12,9 @@ from sdaeverify.probe.local.consistency import (
 from sdaeverify.probe.local.delay_links import remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 @pytest.mark.parametrize("name", ["I", "II", "IV"])

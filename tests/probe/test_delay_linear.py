@@ -10,10 +10,10 @@ from sdaeverify import DelaySDAE
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_step import limits, probe_step
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 # 1/theta-cell inverses of moderate condition, a few operations each.
 ROUNDING = 1e-13

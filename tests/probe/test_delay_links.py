@@ -12,15 +12,15 @@ from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_planted.delay_lag import WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
-from sdaeverify_problems._delay_coefficients import SETS
-from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_problems.delay_martingale import delay_martingale
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays._coefficients import SETS
+from sdaeverify_problems.delays.delay_linear import delay_linear
+from sdaeverify_problems.delays.delay_martingale import delay_martingale
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 S, H, PATHS = 0.3, 1.0 / 16.0, 5
 

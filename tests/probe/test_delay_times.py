@@ -22,9 +22,9 @@ from sdaeverify.probe.operator.functional_orders import least_order
 from sdaeverify.probe.stability.stability import why_not_delay_stability
 from sdaeverify.probe.step.times import DIFFERENT
 from sdaeverify_planted.delay_late import LateLag
-from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_problems.delay_test import delay_test
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_linear import delay_linear
+from sdaeverify_problems.delays.delay_test import delay_test
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 STEPS = (8, 16, 32, 64, 128)
 

@@ -13,10 +13,10 @@ from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.stability.spectral import spectral_radius
 from sdaeverify.probe.stability.stability import stability, why_not_stability
 from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 def on_a_line() -> HolonomicSDAE:

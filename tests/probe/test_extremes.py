@@ -6,9 +6,9 @@ import pytest
 from sdaeverify import SDE
 from sdaeverify.numerics import norm
 from sdaeverify.probe.step.states import SCATTERED, SIZE, SIZES, cloud, extreme_states
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 
 
 def test_velocities_grow_and_stay_tangent() -> None:

@@ -12,7 +12,7 @@ from sdaeverify.probe.operator.functional_orders import (
     widen,
 )
 from sdaeverify.probe.operator.transition_errors import TransitionErrors
-from sdaeverify_problems.affine_constraint import affine_constraint
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
 
 H = 2.0 ** -np.arange(3, 9)
 

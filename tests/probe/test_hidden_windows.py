@@ -18,8 +18,8 @@ from sdaeverify.probe.stability.windows import (
     scan_sizes,
     stable_windows,
 )
-from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_linear import delay_linear
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 class Equation(NamedTuple):

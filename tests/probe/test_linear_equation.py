@@ -17,7 +17,7 @@ from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import GENERATOR, noncommuting
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 
 EPS = np.finfo(float).eps
 

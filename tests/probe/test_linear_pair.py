@@ -9,8 +9,8 @@ import pytest
 from sdaeverify import SDE, ConstrainedLangevin, Scheme, Step
 from sdaeverify.probe.linear.pair import affine_step, mean_square_distance, why_not_linear_pair
 from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems.exponential_strip import exponential_strip
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.strips.exponential_strip import exponential_strip
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 KAPPA, SIGMA, START, T = 1.3, 0.7, 0.8, 0.5
 

@@ -18,22 +18,22 @@ from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
 from sdaeverify.registry.load import load_registry
 from sdaeverify.verdicts.coverage import claim_for
-from sdaeverify_problems.angle_pendulum import angle_pendulum
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_problems.sphere import sphere
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.spheres.sphere import sphere
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from sdaeverify_schemes.projected_euler import ProjectedEuler
-from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
+from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 from sdaeverify_schemes.sra1 import SRA1
 
 INF = float("inf")

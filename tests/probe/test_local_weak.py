@@ -17,8 +17,8 @@ from sdaeverify.probe.local.weak_defects import local_weak, weak_reference, why_
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step.states import WHEN
 from sdaeverify_planted.euler_noise import WrongVariance
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 @pytest.mark.parametrize("name", CORRECT)

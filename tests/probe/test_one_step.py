@@ -14,9 +14,9 @@ from sdaeverify.probe.step.nodes import step_nodes
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 H, T = 0.01, 0.1
 

@@ -16,11 +16,11 @@ from sdaeverify.probe.operator.point_law import (
     point_law,
     why_not_point_law,
 )
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_ou import delay_ou
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 

@@ -18,9 +18,9 @@ from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 Coupling = Callable[[float, Array], Array]
 NAMES = {"a": slice(0, 1), "b": slice(1, 2)}

@@ -8,11 +8,11 @@ import pytest
 from contradictions import bent_drift, kinked, squared_motion, waves
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
 from sdaeverify.registry.load import load_registry
-from sdaeverify_problems.circle import circle
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.delays.delay_ou import delay_ou
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 JUMPS = {

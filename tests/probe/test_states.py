@@ -8,11 +8,11 @@ import pytest
 from sdaeverify import SDE
 from sdaeverify.forms import Problem
 from sdaeverify.probe.step.states import MOST_STEPS, SIZE, cloud
-from sdaeverify_problems.circle import circle
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.sphere import sphere
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.spheres.sphere import sphere
 
 
 def states(problem: Problem) -> np.ndarray:

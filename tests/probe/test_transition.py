@@ -13,7 +13,7 @@ from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.transition import stationary, transition, why_not_operator
 from sdaeverify.probe.step.nodes import step_nodes
 from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SIGMA, H = 0.7, 0.125
 BASIS = chart_basis(OU.chart, line=8)

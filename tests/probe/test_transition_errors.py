@@ -19,7 +19,7 @@ from sdaeverify.probe.operator.transition_errors import (
     invariant_observables,
     weak_errors,
 )
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 SIZES = [1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64]
 UNTRUNCATED = HalfExplicitEuler(truncation="none")

@@ -19,9 +19,9 @@ from sdaeverify.probe.stability.windows import (
 )
 from sdaeverify_problems.gbm import linear_test
 from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 INF = float("inf")
 EQUATIONS = ((-10.0, 2.0), (-2.0, 1.0), (-1.0, 0.5), (-4.0, 2.5))

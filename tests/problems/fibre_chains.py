@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdaeverify.arrays import Array
-from sdaeverify_problems._chain import Chain, clamped_chain, free_chain
+from sdaeverify_problems.fibres._chain import Chain, clamped_chain, free_chain
 
 CHAINS = {
     f"{make.__name__} N={N} d={d}": make(N, d)

@@ -12,12 +12,12 @@ from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.second_moments import smat, svec
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems._affine_langevin import AffineLangevin
-from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised_euler import PenalisedEuler
-from sdaeverify_schemes.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_problems.affine._langevin import AffineLangevin
+from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
+from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 EPS = np.finfo(float).eps
 SIZES = [(2, 1), (3, 1), (3, 2), (5, 3)]

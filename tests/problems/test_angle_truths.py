@@ -10,11 +10,11 @@ from sdaeverify import HolonomicSDAE, Increment
 from sdaeverify.arrays import Array
 from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
-from sdaeverify_problems import _circle as circle
-from sdaeverify_problems import pendulum_velocity_noise as velocity_noise
-from sdaeverify_problems.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_tangential import pendulum_tangential
+from sdaeverify_problems.curves import _circle as circle
+from sdaeverify_problems.pendulums import pendulum_velocity_noise as velocity_noise
+from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
 
 PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 10, 0.5
 # Halfway between order 3/2 and order 1, which is what any one missing term of the step would leave.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import ConstrainedLangevin, Moment
-from sdaeverify_problems.constrained_curve import constrained_curve
+from sdaeverify_problems.curves.constrained_curve import constrained_curve
 
 # sigma = 0.8, T = 1.
 PRINTED = {

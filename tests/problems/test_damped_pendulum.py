@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.arrays import Array
-from sdaeverify_problems.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
 
 
 def inertia(theta: Array, mass: float) -> Array:

@@ -5,10 +5,10 @@ import pytest
 
 from sdaeverify import InvariantMean, MeanSquareStability
 from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify_problems import _delay_equilibrium as equilibrium
-from sdaeverify_problems._scalar_delay import ScalarDelay
-from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delays import _equilibrium as equilibrium
+from sdaeverify_problems.delays._scalar_delay import ScalarDelay
+from sdaeverify_problems.delays.delay_linear import delay_linear
+from sdaeverify_problems.delays.delay_ou import delay_ou
 
 
 def equation(A: float, B: float, tau: float) -> ScalarDelay:

@@ -19,8 +19,8 @@ from sdaeverify import DelaySDAE, Mesh
 from sdaeverify.arrays import Array
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.simulate.tracks import Track
-from sdaeverify_problems.delay_martingale import delay_martingale
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_problems.delays.delay_martingale import delay_martingale
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 D, PATHS, FINEST = 0.8, 4000, 6
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from problems.fibre_chains import CHAINS, curved
-from sdaeverify_problems._chain import clamped_chain, free_chain
-from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_noise import FibreNoise
+from sdaeverify_problems.fibres._chain import clamped_chain, free_chain
+from sdaeverify_problems.fibres._fibre import Fibre
+from sdaeverify_problems.fibres._noise import FibreNoise
 
 EPS = np.finfo(float).eps
 PATHS = 3

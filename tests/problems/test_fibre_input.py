@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sdaeverify.errors import ProblemError
-from sdaeverify_problems._chain import clamped_chain, free_chain
-from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_problem import fibre_problem
+from sdaeverify_problems.fibres._chain import clamped_chain, free_chain
+from sdaeverify_problems.fibres._fibre import Fibre
+from sdaeverify_problems.fibres._problem import fibre_problem
 
 CHAIN = clamped_chain(3, 2)
 

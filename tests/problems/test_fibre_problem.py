@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from sdaeverify_problems._chain import clamped_chain
-from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_problem import is_resolved
-from sdaeverify_problems._hanging_fibre import hanging_fibre
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres._chain import clamped_chain
+from sdaeverify_problems.fibres._fibre import Fibre
+from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
+from sdaeverify_problems.fibres._problem import is_resolved
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 
 
 def reference_growth(alpha, horizon):

@@ -7,9 +7,9 @@ import pytest
 
 from problems.fibre_chains import CHAINS, curved, defects, derivative
 from sdaeverify.forms import Structure
-from sdaeverify_problems._chain import clamped_chain
-from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_problem import fibre_problem
+from sdaeverify_problems.fibres._chain import clamped_chain
+from sdaeverify_problems.fibres._fibre import Fibre
+from sdaeverify_problems.fibres._problem import fibre_problem
 
 EPS = np.finfo(float).eps
 PATHS = 2

@@ -12,10 +12,10 @@ from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.forms import Problem
 from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
-from sdaeverify_problems.angle_pendulum import angle_pendulum
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.curves.ellipse import ellipse
 from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.ellipse import ellipse
+from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_schemes.sra1 import SRA1
 
 PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 8, 0.5

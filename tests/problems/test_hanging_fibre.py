@@ -7,13 +7,13 @@ from scipy.integrate import solve_ivp
 from problems.fibre_chains import derivative
 from sdaeverify.forms import SDE, HolonomicState
 from sdaeverify.noise.brownian import Increment
-from sdaeverify_problems._chain import clamped_chain
-from sdaeverify_problems._fibre import Fibre, rotation
-from sdaeverify_problems._fibre_problem import fibre_problem
-from sdaeverify_problems._hanging_fibre import hanging_fibre
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify_problems.fibres._chain import clamped_chain
+from sdaeverify_problems.fibres._fibre import Fibre, rotation
+from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
+from sdaeverify_problems.fibres._problem import fibre_problem
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
 N = 7
 

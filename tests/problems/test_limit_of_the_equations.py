@@ -11,7 +11,7 @@ import pytest
 
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.numerics.statistics import group_sums, jackknife, slope_weights
-from sdaeverify_problems.affine_constraint import affine_constraint
+from sdaeverify_problems.affine.affine_constraint import affine_constraint
 
 PATHS, STEPS = 1000, 2048
 T = 0.125

@@ -10,9 +10,9 @@ from problems.generator import generator, observed
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
 from sdaeverify.forms.truths import Moment
-from sdaeverify_problems.circle import circle
+from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.sphere import sphere
+from sdaeverify_problems.spheres.sphere import sphere
 from sdaeverify_problems.spiral import spiral
 
 CASES: dict[str, Callable[[], Problem]] = {

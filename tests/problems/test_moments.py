@@ -10,9 +10,9 @@ from sdaeverify.forms import HolonomicSDAE, Problem
 from sdaeverify.forms.truths import MeanSquareStability, Moment
 from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_tangential import pendulum_tangential
-from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
+from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
 
 EPS = np.finfo(float).eps
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from sdaeverify_problems._pulled_law import invariant_means, on_the_sphere
-from sdaeverify_problems._radial_law import RadialLaw
+from sdaeverify_problems.spheres._pulled_law import invariant_means, on_the_sphere
+from sdaeverify_problems.spheres._radial_law import RadialLaw
 
 # d = 3, sigma = 1, f = 0, t = 1.
 MEANS = {

@@ -6,7 +6,7 @@ import pytest
 from problems.tangent_law import canonical_nodes, images, monomials, value
 from sdaeverify import HolonomicSDAE
 from sdaeverify.arrays import Array
-from sdaeverify_problems.sphere_langevin import sphere_langevin
+from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
 
 
 def gap(problem: HolonomicSDAE, mass: Array, kT: float, c_g: float) -> float:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify_problems.penalised_sphere import penalised_sphere
-from sdaeverify_problems.sphere_product import sphere_product
+from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
+from sdaeverify_problems.spheres.sphere_product import sphere_product
 
 
 @pytest.mark.parametrize("spheres", [2, 3])

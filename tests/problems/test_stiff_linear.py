@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from sdaeverify_problems._stiff_linear import StiffLinear
-from sdaeverify_problems._stiff_modes import modes
+from sdaeverify_problems.affine._stiff_linear import StiffLinear
+from sdaeverify_problems.affine._stiff_modes import modes
 
 EPS = np.finfo(float).eps
 K = np.eye(4) + 0.4 * np.sin(1.0 + 2.0 * np.arange(4)[:, None] + 5.0 * np.arange(4))

@@ -8,8 +8,8 @@ from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
 from sdaeverify import ConstrainedLangevin, Increment
 from sdaeverify.arrays import Array
 from sdaeverify.numerics import norm
-from sdaeverify_schemes._multiplier import OldNormals
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised._multiplier import OldNormals
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

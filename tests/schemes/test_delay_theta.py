@@ -10,12 +10,12 @@ from schemes.delay_cells import MESHES, PATHS, H, T, given, nonlinear
 from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Step
 from sdaeverify.arrays import Array
 from sdaeverify.contracts.matching import match
-from sdaeverify_problems._delay_coefficients import SETS
-from sdaeverify_problems.delay_ou import delay_ou
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays._coefficients import SETS
+from sdaeverify_problems.delays.delay_ou import delay_ou
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
+from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 THETAS = (0.0, 0.3, 0.5, 1.0)
 # Newton's last update is below 1e-9 of the state, its error about the square; the rest is rounding.

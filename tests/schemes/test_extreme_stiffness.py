@@ -6,7 +6,7 @@ import pytest
 from sdaeverify import Increment
 from sdaeverify.forms import ConstrainedLangevin
 from sdaeverify.registry.load import load_registry
-from sdaeverify_schemes.penalised_euler import PenalisedEuler
+from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
 
 STEPS, PATHS, PARTS = 3, 4, 512
 REGISTRY = load_registry(environ={})

@@ -9,9 +9,9 @@ from scipy.optimize import root
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment
 from sdaeverify.arrays import Array, Mask
 from sdaeverify.contracts.scheme import Step
-from sdaeverify_problems import _circle as circle
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.curves import _circle as circle
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 EPS = np.finfo(float).eps
 NONE = HalfExplicitEuler(truncation="none")

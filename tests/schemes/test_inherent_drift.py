@@ -9,7 +9,7 @@ import pytest
 
 from sdaeverify import HolonomicSDAE
 from sdaeverify.arrays import Array
-from sdaeverify_problems import _unit_sphere as unit_sphere
+from sdaeverify_problems.spheres import _unit_sphere as unit_sphere
 
 EPS = np.finfo(float).eps
 

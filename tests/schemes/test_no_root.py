@@ -9,10 +9,10 @@ from scipy.stats import binom
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, verify
 from sdaeverify.arrays import Array
-from sdaeverify_problems.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.sphere_langevin import sphere_langevin
-from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 THEORY, NONE = HalfExplicitEuler(), HalfExplicitEuler(truncation="none")
 PROBLEMS: dict[str, Callable[[], HolonomicSDAE]] = {

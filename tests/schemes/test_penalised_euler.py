@@ -6,7 +6,7 @@ import pytest
 from schemes.rough_constraints import langevin, points
 from sdaeverify import SDE, Increment
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.penalised_euler import PenalisedEuler
+from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

@@ -6,10 +6,10 @@ from scipy.optimize import root
 
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.numerics import apply
-from sdaeverify_problems.circle import circle
-from sdaeverify_problems.ellipse import ellipse
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.curves.ellipse import ellipse
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 EPS = np.finfo(float).eps
 H = 0.1

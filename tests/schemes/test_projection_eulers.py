@@ -10,13 +10,13 @@ from scipy.optimize import root
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme
 from sdaeverify.arrays import Array
 from sdaeverify.contracts.scheme import Step
-from sdaeverify_problems import _circle as circle
-from sdaeverify_problems.fibre_clamped import fibre_clamped
-from sdaeverify_problems.fibre_free import fibre_free
-from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_schemes._new_normals import NORMALS
-from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify_problems.curves import _circle as circle
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibres.fibre_free import fibre_free
+from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify_schemes.projections._new_normals import NORMALS
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
 EPS = np.finfo(float).eps
 T = 0.3

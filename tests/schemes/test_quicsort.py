@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.probe.stability.stability import why_not_stability
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin, weights
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_schemes.quicsort import QUICSORT
 
 

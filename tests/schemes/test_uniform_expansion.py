@@ -9,8 +9,8 @@ from schemes.rough_constraints import D, langevin, points
 from sdaeverify import ConstraintGeometry
 from sdaeverify.arrays import Array
 from sdaeverify.probe.step.nodes import step_nodes
-from sdaeverify_schemes.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 EXPANSION, INTEGRATOR = UniformExpansion(xi="three-point"), UniformlyAccurate(xi="three-point")
 STIFF = 10.0 ** np.arange(-9.0, 2.0)

@@ -10,8 +10,8 @@ from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
 from sdaeverify import ConstraintGeometry, Increment, Step
 from sdaeverify.arrays import Array
 from sdaeverify.forms import ConstrainedLangevin
-from sdaeverify_schemes.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

@@ -29,8 +29,8 @@ from sdaeverify.study import Study
 from sdaeverify.study.plan import Plan, claims_of
 from sdaeverify.workers.limits import Limits
 from sdaeverify.workers.pool import worker_pool
-from sdaeverify_problems._curve_shapes import SHAPES
-from sdaeverify_problems._delay_coefficients import SETS
+from sdaeverify_problems.curves._curve_shapes import SHAPES
+from sdaeverify_problems.delays._coefficients import SETS
 
 SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
 # Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.

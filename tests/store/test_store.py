@@ -30,8 +30,8 @@ from sdaeverify.store.lanes import join_parts
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=120, block=40, levels=3)
 ONE = (Strong(),)

@@ -18,7 +18,7 @@ from sdaeverify.study.judging import CellResult
 from sdaeverify.study.plan import Cell
 from sdaeverify.verdicts.way import forbid
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 

@@ -21,9 +21,9 @@ from sdaeverify.workers.executors import Workers
 from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
 from sdaeverify.workers.pool import Processes
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=40, block=40, levels=3, coarsest=2)
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())

@@ -22,11 +22,11 @@ from sdaeverify.verdicts.way import forbid, withhold
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.balanced_euler import BalancedEuler
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
 CLAIM = Claim(measure="patient", value=1.0, source="test")

@@ -18,9 +18,9 @@ from sdaeverify.workers.calls import DIED
 from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
 from sdaeverify.workers.pool import Processes
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())
 MEASURES = (Strong(), Weak())

@@ -8,9 +8,9 @@ from sdaeverify.forms.controls import Control
 from sdaeverify.study.plan import Cell, ControlPlan, Plan, ProblemPlan, union
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
 class Strong(Measure):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import Moment
-from sdaeverify_problems.delay_forced import delay_forced
-from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.delays.delay_forced import delay_forced
+from sdaeverify_problems.delays.delay_test import delay_test
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from testing.asking import of_problem
 
 RATE = "moments-rate"

@@ -21,12 +21,12 @@ from sdaeverify import (
 )
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing import check_problem, checks
-from sdaeverify_problems.circle import circle
-from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.curves.circle import circle
+from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulums.pendulum import pendulum
 from testing.asking import of_problem
 
 NAMES = [check.name for check in checks("problem")]

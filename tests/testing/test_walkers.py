@@ -7,7 +7,7 @@ from sdaeverify import Problem
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, walk_together
-from sdaeverify_problems.delay_martingale import delay_martingale
+from sdaeverify_problems.delays.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 

@@ -19,7 +19,7 @@ from sdaeverify_papers import (
     Work,
 )
 from sdaeverify_problems import Fibre, clamped_chain
-from sdaeverify_problems._hanging_fibre import hanging_fibre
+from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
 
 from ._estimates import mean, order
 from ._fibres import B_SEMI, FINAL, NAMES, A, B, fibre_label, norm

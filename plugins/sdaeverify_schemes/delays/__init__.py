@@ -1,0 +1,1 @@
+"""Stochastic theta methods for index-1 equations with a delay."""

@@ -1,0 +1,1 @@
+"""Implicit Euler steps in GGL form: equations, Newton's method, line search, continuation."""

@@ -1,0 +1,1 @@
+"""Schemes for constrained Langevin dynamics with stiffness 1/eps, and their limit."""

@@ -1,0 +1,1 @@
+"""Schemes for holonomic constraints that project positions or velocities."""

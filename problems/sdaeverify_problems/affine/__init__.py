@@ -1,0 +1,1 @@
+"""A constraint that is affine, whose laws are all normal."""

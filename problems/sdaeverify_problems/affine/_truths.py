@@ -1,0 +1,86 @@
+"""What is known of Langevin dynamics with a linear drift and an affine constraint: everything."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, Chart, Increment, InvariantMean, Line, Moment, Parts, Pathwise, Truth
+
+from ._langevin import AffineLangevin
+from ._stiff_linear import StiffLinear
+
+SOURCE = "variation of constants"
+
+
+class Observed(NamedTuple):
+    """An observable, and its expectation as a function of mean and covariance."""
+
+    value: Callable[[float, Parts], Array]
+    mean: Callable[[Array, Array], float]
+
+
+def observables(given: AffineLangevin) -> dict[str, Observed]:
+    """Return observables of first and second degree, with the distance to the flat where there is one."""
+    B, b = given.B, given.b
+    known = {
+        "x_1": Observed(lambda t, s: s["x"][0], lambda m, C: m[0]),
+        "x_2": Observed(lambda t, s: s["x"][1], lambda m, C: m[1]),
+        "x_1^2": Observed(lambda t, s: s["x"][0] ** 2, lambda m, C: m[0] ** 2 + C[0, 0]),
+        "x_1 x_2": Observed(lambda t, s: s["x"][0] * s["x"][1], lambda m, C: m[0] * m[1] + C[0, 1]),
+    }
+    distance = Observed(
+        lambda t, s: ((B.T @ s["x"] - b[:, None]) ** 2).sum(axis=0),
+        lambda m, C: float(((B.T @ m - b) ** 2).sum() + np.trace(B.T @ C @ B)),
+    )
+    return known | ({"|zeta|^2": distance} if given.eps else {})
+
+
+def truths(law: StiffLinear, start: Array, observed: dict[str, Observed]) -> tuple[Truth, ...]:
+    """Return the solution on a path, and the expectations of all observables at every time and in the long run."""
+
+    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
+        return lambda t: float(mean(start + law.change(t) @ (start - law.m), law.covariance(t)))
+
+    limit = law.m, law.covariance()
+    return (
+        pathwise(law, start),
+        *(Moment(observable=name, value=at(each.mean), source=SOURCE) for name, each in observed.items()),
+        *(
+            InvariantMean(observable=name, value=float(each.mean(*limit)), source=SOURCE)
+            for name, each in observed.items()
+        ),
+    )
+
+
+def pathwise(law: StiffLinear, start: Array) -> Pathwise:
+    """Return the solution on a given Brownian path, with d further normals a step."""
+    steps = cache(law.step)
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        assert noise.H is not None
+        assert noise.xi is not None
+        step = steps(h)
+        integral = step.of_dW @ noise.dW + step.of_H @ noise.H + step.of_xi @ noise.xi
+        return np.asarray(x + step.change @ (x - law.m[:, None]) + law.sigma * integral)
+
+    return Pathwise(
+        start=lambda paths: np.repeat(start[:, None], paths, axis=1),
+        advance=advance,
+        parts=lambda t, x: {"x": x},
+        extra_normals=len(start),
+        source=SOURCE,
+    )
+
+
+def flat_chart(law: StiffLinear, directions: Array) -> Chart | None:
+    """Return the coordinates of x - m along orthonormal directions, shape (d, k), unless there are too many."""
+    scales = np.sqrt(np.diag(directions.T @ law.covariance() @ directions))
+    if len(scales) > 2 or not np.all(scales > 0.0):
+        return None
+    return Chart(
+        axes=tuple(Line(0.0, float(scale)) for scale in scales),
+        embed=lambda z: law.m[:, None] + directions @ z,
+        read=lambda x: directions.T @ (x - law.m[:, None]),
+    )

@@ -1,0 +1,1 @@
+"""Diffusions on closed curves in the plane, and their geometry."""

@@ -1,0 +1,100 @@
+"""Langevin dynamics without drift near or on closed curves: an ellipse in the plane, and a curve in space."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from sdaeverify import (
+    Angle,
+    Array,
+    Chart,
+    ConstrainedLangevin,
+    InvariantMean,
+    Moment,
+    ParameterError,
+    Truth,
+    hookimpl,
+    on_request,
+)
+
+from .. import _controls as controls
+from .._stiffness import check_positive, check_stiffness
+from ._closed_curve import ClosedCurve
+from ._curve_shapes import SHAPES
+
+SOURCE = "Brownian motion by arc length, Fourier series"
+
+
+OBSERVABLES: dict[str, Callable[[Array], Array]] = {
+    "x_1": lambda x: x[0],
+    "x_2": lambda x: x[1],
+    "x_1^2": lambda x: x[0] ** 2,
+    "x_1 x_2": lambda x: x[0] * x[1],
+}
+
+
+@on_request
+def constrained_curve(
+    eps: float = 0.0, shape: str = "ellipse", sigma: float = 0.8, theta_0: float = 1.0, horizon: float = 1.0
+) -> ConstrainedLangevin:
+    """Langevin dynamics without drift, in the limit a Brownian motion by arc length, of variance sigma^2 t.
+
+    ellipse:  zeta = (x_1^2/4 + x_2^2 - 1)/2,                     x = (2 cos theta, sin theta);
+    space:    zeta = ((x_1^2 + x_2^2 - 1)/2, x_3 - 0.7 x_1 x_2),  x = (cos theta, sin theta, 0.35 sin 2 theta).
+
+    Parameters
+    ----------
+    eps : float
+        Stiffness parameter, unit time; nothing is known exactly unless it is 0.
+    shape : str
+        ``ellipse`` or ``space``.
+    sigma : float
+        Noise amplitude, unit length/sqrt(time), positive.
+    theta_0 : float
+        Initial angle, radian.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Laurent (2022), (1.2) and (1.4), on curves of codimension one and two.
+    """
+    check_stiffness(eps)
+    check_positive(sigma=sigma)
+    if shape not in SHAPES:
+        raise ParameterError(f"shape must be one of {', '.join(SHAPES)}, got {shape!r}")
+    radius, gamma, zeta = SHAPES[shape]
+    curve = ClosedCurve(gamma, sigma)
+    return ConstrainedLangevin(
+        eps=eps,
+        family=lambda other: constrained_curve(other, shape, sigma, theta_0, horizon),
+        drift=lambda x: 0.0 * x,
+        strength=sigma,
+        **zeta.fields(),
+        start=gamma(np.array([[theta_0]]))[:, 0],
+        horizon=horizon,
+        controls=controls.ADDITIVE if eps else controls.GENERAL,
+        observables={name: lambda t, s, phi=phi: phi(s["x"]) for name, phi in OBSERVABLES.items()},
+        truths=() if eps else tuple(truths(curve, theta_0)),
+        chart=None if eps else Chart((Angle(),), gamma, lambda x: np.arctan2(x[1], x[0] / radius)[None]),
+        relaxation=np.inf if eps else curve.relaxation,
+        units="small half axis 1, time in the unit in which sigma is given",
+        source="Laurent 2022, (1.2) and (1.4), on a closed curve",
+    )
+
+
+def truths(curve: ClosedCurve, theta_0: float) -> Iterator[Truth]:
+    """Yield the expectations of all observables at every time and in the long run."""
+    for name, phi in OBSERVABLES.items():
+
+        def value(t: float, phi: Callable[[Array], Array] = phi) -> float:
+            return curve.expectation(phi, theta_0, t)
+
+        yield Moment(observable=name, value=value, source=SOURCE)
+        yield InvariantMean(observable=name, value=curve.mean(phi), source=SOURCE)
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [constrained_curve]

@@ -1,0 +1,1 @@
+"""Equations with a delay: moments and stationary laws by renewal equations."""

@@ -1,0 +1,97 @@
+"""The test problem of Qu, Huang & Liu (2010), (5.1), with its six sets of coefficients or any others."""
+
+from math import isnan, nan
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, ParameterError, Partials, hookimpl
+
+from ._coefficients import SETS, Coefficients
+from ._test_moments import moments
+
+SOURCE = "Qu, Huang & Liu 2010, (5.1)"
+
+
+def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
+    set: str = "IV",  # noqa: A002 - the paper's word
+    a: float = nan,
+    b: float = nan,
+    c: float = nan,
+    d: float = nan,
+    l: float = nan,
+    q: float = nan,
+    horizon: float = 4.0,
+) -> DelaySDAE:
+    """Linear but for a sine: dx = [a x + b v + y] dt + [c x + d v] dW, 0 = l sin v + q x - y, v(t) = x(t - 1).
+
+    x(t) = t + 1 on [-1, 0]. Without y it is dx = [A x + b v + l sin v] dt + [c x + d v] dW, A = a + q.
+
+    Parameters
+    ----------
+    set : str
+        I to VI, the paper's coefficients.
+    a : float
+        In the place of the set's, as all others, where given; unit 1/time.
+    b : float
+        Unit 1/time.
+    c : float
+        Unit 1/sqrt(time).
+    d : float
+        Unit 1/sqrt(time).
+    l : float
+        Unit 1/time.
+    q : float
+        Unit 1/time.
+    horizon : float
+        Final time, the delay being 1.
+
+    Source
+    ------
+    Qu, Huang & Liu (2010), section 5.
+    """
+    if set not in SETS:
+        raise ParameterError(f"set must be one of {', '.join(SETS)}, got {set!r}")
+    given = (a, b, c, d, l, q)
+    at = Coefficients(*(own if isnan(value) else value for value, own in zip(given, SETS[set], strict=True)))
+    return problem(at, horizon)
+
+
+def problem(at: Coefficients, horizon: float) -> DelaySDAE:
+    """Return the problem with some coefficients."""
+    a, b, c, d, l, q = at
+
+    def matrix(value: float, x: Array) -> Array:
+        return np.full((1, 1, x.shape[-1]), value)
+
+    return DelaySDAE(
+        drift=lambda t, x, v, y: a * x + b * v + y,
+        diffusion=lambda t, x, v, y: (c * x + d * v)[:, None],
+        constraint=lambda t, x, v, y: l * np.sin(v) + q * x - y,
+        solved=lambda t, x, v: l * np.sin(v) + q * x,
+        drift_partials=lambda t, x, v, y: Partials(matrix(a, x), matrix(b, x), matrix(1.0, x)),
+        constraint_partials=lambda t, x, v, y: Partials(matrix(q, x), l * np.cos(v)[None], matrix(-1.0, x)),
+        delay=1.0,
+        history=lambda t: [t + 1.0],
+        algebraic=[q],
+        noise_dim=1,
+        noise=frozenset({"dW"}),
+        horizon=horizon,
+        traits=frozenset({"delayed-noise"} if c == 0.0 else set()),
+        observables={
+            "x": lambda t, s: s["x"][0],
+            "x^2": lambda t, s: s["x"][0] ** 2,
+            "x^3": lambda t, s: s["x"][0] ** 3,
+            "y": lambda t, s: s["y"][0],
+        },
+        truths=moments(at, horizon),
+        dissipation=at.dissipation,
+        dissipation_without_y=at.dissipation_without_y,
+        units="x dimensionless, time in the unit of the delay",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [delay_test]

@@ -1,0 +1,1 @@
+"""Inextensible fibres in a turbulent flow: chains, constraints, forces, noise."""

@@ -1,0 +1,117 @@
+"""Small transverse motion of the straight hanging fibre: y'' = -K y - D y' + F + sigma W', exactly.
+
+It is linear: with z = (y, y') and its generator A, mean and covariance are matrix exponentials, and one step of a
+scheme without noise is a matrix, too.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from sdaeverify import Array
+
+from ._chain_matrices import scalar_matrices
+from ._fibre import Fibre
+from ._noise import FibreNoise
+
+
+class HangingFibre(NamedTuple):
+    """The matrices of y_1..y_N, the displacements across a straight fibre.
+
+    Attributes
+    ----------
+    K : ndarray, shape (N, N)
+        alpha^{-2} ds^{-4} S of bending and, of the tension lambda_{i-1/2} = Fr^{-2} (1 - s_{i-1/2}), the second
+        difference with edge weights lambda/ds^2.
+    D : ndarray, shape (N, N)
+        Dr^{-2} times the mean over edges.
+    F : ndarray, shape (N,)
+        -Dr^{-2} flow s_i.
+    sigma : float
+        beta Dr^{-2} ds^{-1/2}.
+    """
+
+    K: Array
+    D: Array
+    F: Array
+    sigma: float
+
+    @property
+    def generator(self) -> Array:
+        """A of z' = A z + (0, F) + (0, sigma W'), shape (2 N, 2 N)."""
+        zero = np.zeros_like(self.K)
+        return np.block([[zero, np.eye(len(self.K))], [-self.K, -self.D]])
+
+    @property
+    def noise(self) -> Array:
+        """(0, sigma), shape (2 N, N)."""
+        return np.concatenate([np.zeros_like(self.K), self.sigma * np.eye(len(self.K))])
+
+    def mean(self, t: float) -> Array:
+        """Return E z(t) from rest, shape (2 N,)."""
+        N = len(self.F)
+        augmented = np.zeros((2 * N + 1, 2 * N + 1))
+        augmented[:-1, :-1], augmented[N:-1, -1] = self.generator, self.F
+        mean: Array = scipy.linalg.expm(t * augmented)[:-1, -1]
+        return mean
+
+    def covariance(self, t: float) -> Array:
+        """Return Cov z(t), shape (2 N, 2 N), from a start without noise.
+
+        C(t) = int_0^t e^{sA} Q e^{sA^T} ds, Q = sigma^2 on y', is a block of one exponential (Van Loan), which is
+        accurate for short times only; then C(2t) = C(t) + e^{tA} C(t) e^{tA^T}, a sum of positive terms.
+        """
+        A = self.generator
+        n, Q = len(A), self.noise @ self.noise.T
+        doublings = int(np.ceil(np.log2(1.0 + t * np.linalg.norm(A, 1))))
+        exponential = scipy.linalg.expm(t / 2**doublings * np.block([[-A, Q], [np.zeros_like(A), A.T]]))
+        flow = exponential[n:, n:].T
+        covariance: Array = flow @ exponential[:n, n:]
+        for _ in range(doublings):
+            covariance = covariance + flow @ covariance @ flow.T
+            flow = flow @ flow
+        return covariance
+
+    def explicit_limit(self) -> float:
+        """Return the largest stable step of y+ = y + h y', y'+ = y' - h (K y + D y'): (B) and half-explicit."""
+        return self._limit(semi_implicit=False)
+
+    def semi_implicit_limit(self) -> float:
+        """Return the largest stable step of the same with y+ instead of y in the second equation: scheme (B')."""
+        return self._limit(semi_implicit=True)
+
+    def _limit(self, *, semi_implicit: bool) -> float:
+        # The step is 1 + h G; its eigenvalues 1 + h nu are in the unit disc if 2 Re nu + h |nu|^2 <= 0.
+        def stable(h: float) -> bool:
+            G = self.generator
+            if semi_implicit:
+                G[len(self.K) :, len(self.K) :] -= h * self.K
+            nu = np.linalg.eigvals(G)
+            return bool((2.0 * nu.real + h * np.abs(nu) ** 2).max() <= 0.0)
+
+        low = min(2.0 / np.sqrt(np.linalg.eigvalsh(self.K)[-1]), 2.0 / np.linalg.norm(self.D, 2))
+        while not stable(low):
+            low *= 0.5
+        high = low
+        while stable(high):
+            low, high = high, 1.02 * high
+        while high - low > 1e-10 * high:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if stable(middle) else (low, middle)
+        return float(low)
+
+
+def hanging_fibre(fibre: Fibre, flow: float) -> HangingFibre:
+    """Return the clamped fibre, straight down, in the flow u = flow (x_2, -x_1); C and D are the identity."""
+    chain = fibre.chain
+    ds, N = chain.ds, chain.N
+    S, W = scalar_matrices(chain)
+    # Edge i - 1/2 carries the weight of what hangs below; the one after the last point carries nothing.
+    tension = (1.0 - ds * np.arange(1, N + 1)) / fibre.Fr**2
+    e = np.eye(N) - np.eye(N, k=-1)
+    K = S / (fibre.alpha**2 * ds**4) + e.T @ (tension[:, None] * e) / ds**2
+    drag = fibre.Dr**-2
+    return HangingFibre(
+        K, 0.5 * drag * (W[1:] + W[:-1]), -flow * drag * chain.arc_lengths, FibreNoise(fibre).strength
+    )

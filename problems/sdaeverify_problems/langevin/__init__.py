@@ -1,0 +1,1 @@
+"""Langevin dynamics with a heat bath, free or constrained."""

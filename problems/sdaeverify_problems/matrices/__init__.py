@@ -1,0 +1,1 @@
+"""Diffusions on matrix manifolds: orthogonal groups and Stiefel manifolds."""

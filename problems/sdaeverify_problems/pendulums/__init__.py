@@ -1,0 +1,1 @@
+"""Pendulums as constrained mechanics and as equations of the angle."""

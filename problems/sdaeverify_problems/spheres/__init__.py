@@ -1,0 +1,1 @@
+"""Diffusions and mechanics on spheres and products of them."""

@@ -1,0 +1,93 @@
+"""A line whose constraint function grows along it: the sharpest detector of errors in the tangential terms."""
+
+import numpy as np
+
+from sdaeverify import Chart, ConstrainedLangevin, Line, ParameterError, hookimpl, on_request
+
+from .. import _controls as controls
+from .._stiffness import check_positive, check_stiffness
+from ._geometry import StripConstraint
+from ._truths import Strip, observables
+
+
+@on_request
+def exponential_strip(
+    eps: float = 0.25, q: int = 1, alpha: float = 1.0, kappa: float = 1.0, c: float = 0.5, horizon: float = 0.5
+) -> ConstrainedLangevin:
+    """Langevin dynamics of x = (t, n), n in R^q, zeta = e^{alpha t} n, f = (-kappa (t - c), -kappa n), sigma = 1.
+
+    In the limit X is an Ornstein-Uhlenbeck process along the line n = 0, which the growth of zeta does not change.
+    For eps > 0 it makes grad ln det G and the return to the line have parts along it: with D = 1 + alpha^2 |n|^2
+
+        grad ln det G = (2 q alpha, 2 alpha^2 n/D),    g G^{-1} zeta = (alpha |n|^2, n)/D.
+
+    Parameters
+    ----------
+    eps : float
+        Stiffness parameter, unit time.
+    q : int
+        Number of constraints, at least 1.
+    alpha : float
+        Growth of the constraint, unit 1/length, positive.
+    kappa : float
+        Rate of the drift, unit 1/time, positive.
+    c : float
+        The value of t where the drift vanishes.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Laurent (2022), (1.2) and (1.4), with a constraint in whose equations no term vanishes.
+    """
+    check_stiffness(eps)
+    check_positive(alpha=alpha, kappa=kappa)
+    if q < 1:
+        raise ParameterError(f"q must be at least 1, got {q!r}")
+    strip, constraint = Strip(eps, q, alpha, kappa, 1.0, c), StripConstraint(alpha)
+    centre = np.array([c, *np.zeros(q)])[:, None]
+    chart = strip_chart(strip) if q == 1 or eps == 0.0 else None
+    return ConstrainedLangevin(
+        eps=eps,
+        family=lambda other: exponential_strip(other, q, alpha, kappa, c, horizon),
+        drift=lambda x: kappa * (centre - x),
+        strength=1.0,
+        constraint=constraint.zeta,
+        jacobian=constraint.jacobian,
+        second=constraint.second,
+        laplacians=constraint.laplacians,
+        geometry=constraint.geometry,
+        start=np.zeros(1 + q),
+        horizon=horizon,
+        controls=(controls.STATIONARY_PAIR if chart else controls.ADDITIVE) if eps else controls.GENERAL,
+        observables=observables(limit=eps == 0.0),
+        truths=strip.truths(),
+        chart=chart,
+        traits=frozenset() if eps else frozenset({"normal-milstein-term"}),
+        relaxation=1.0 / kappa,
+        units="length and time so that alpha and kappa are what they are and the noise has strength 1",
+        source="Laurent 2022, (1.2) and (1.4), on a strip around a line",
+    )
+
+
+def strip_chart(strip: Strip) -> Chart:
+    """Return the coordinates t and arsinh(alpha n)/alpha, for q = 1, or t alone in the limit.
+
+    The equation is singular at n = i/alpha; in this coordinate it is further away.
+    """
+    means = strip.invariant_means()
+    along = Line(means["t"], strip.sigma / float(np.sqrt(2.0 * strip.kappa)))
+    if strip.eps:
+        across, alpha = Line(0.0, means["|n|^2"] ** 0.5), strip.alpha
+        return Chart(
+            axes=(along, across),
+            embed=lambda z: np.stack([z[0], np.sinh(alpha * z[1]) / alpha]),
+            read=lambda x: np.stack([x[0], np.arcsinh(alpha * x[1]) / alpha]),
+        )
+    return Chart(axes=(along,), embed=lambda z: np.eye(1 + strip.q)[:, :1] * z, read=lambda x: x[:1])
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [exponential_strip]

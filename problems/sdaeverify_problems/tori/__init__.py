@@ -1,0 +1,1 @@
+"""Diffusions on tori, by penalty and in a tube."""
