@@ -49,7 +49,7 @@ class SettingsOptions(TypedDict, total=False):
     paths: int
     coarsest: int
     levels: int | str
-    guard_levels: int
+    first_levels: int
     seed: int
     confidence: float
     block: int
@@ -204,7 +204,7 @@ def verify(
     memory : str, optional
         Size that a worker may use, such as ``2G``; ``0`` for no limit.
     **options
-        Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), guard_levels (4; as many
+        Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), first_levels (4; as many
         as levels where these are given), seed, confidence, block, looks, family.
 
     Returns
@@ -310,7 +310,7 @@ def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
             raise UsageError(f"levels begin with {coarsest} steps, but coarsest is {given['coarsest']!r:.200}")
     if "levels" in given:
         # Who says which levels wants to see them.
-        given.setdefault("guard_levels", given["levels"])
+        given.setdefault("first_levels", given["levels"])
     return Settings(**given)
 
 

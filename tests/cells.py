@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from sdaeverify import SDE, Claim, Increment, Scheme, Step
-from sdaeverify.forms import Problem
+from sdaeverify import SDE, Claim, Increment, Problem, Scheme, Step
 
 Rule = Callable[[Any, Any, float, Increment], Any]
 

@@ -5,12 +5,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
-from sdaeverify.arrays import Parts
+from facade import SRA1, EulerMaruyama, Milstein
+from sdaeverify import SDE, Array, Claim, Increment, Parts, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.sra1 import SRA1
 
 HALF, ONE = (Claim(measure="strong", value=order, source="planted") for order in (0.5, 1.0))
 WEAK_ONE = Claim(measure="weak", value=1.0, source="planted")

@@ -3,7 +3,7 @@
 import sqlite3
 from contextlib import closing
 
-from sdaeverify.store.container import Container
+from facade import Container
 
 
 def files_in(folder):

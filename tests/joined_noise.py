@@ -1,7 +1,7 @@
 """The joining of neighbouring steps of a Brownian motion: the inverse of its refinement."""
 
-from sdaeverify.noise.areas import join_areas
-from sdaeverify.noise.brownian import LevelNoise
+from facade import join_areas
+from sdaeverify.probing import LevelNoise
 
 
 def aggregate(fine: LevelNoise) -> LevelNoise:

@@ -9,10 +9,9 @@ from typing import ClassVar
 
 import pytest
 
+from facade import SettingsOptions, load_registry
 from sdaeverify import SDE, Claim, Scheme, Settings, Step, UsageError, verify
-from sdaeverify.api import SettingsOptions
 from sdaeverify.numerics import apply
-from sdaeverify.registry.load import load_registry
 
 SMALL = {"paths": 200, "levels": 4}
 

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from facade import Brownian, known_part, noncommuting, outer, pairs, refine
 from joined_noise import aggregate
-from sdaeverify.errors import ProblemError, SchemeError
-from sdaeverify.noise.areas import known_part, outer, pairs
-from sdaeverify.noise.brownian import Brownian, Increment, LevelNoise, Source, brownian_steps, refine
+from sdaeverify import Increment, ProblemError, SchemeError
 from sdaeverify.numerics import antisymmetric
-from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify.probing import LevelNoise, Source, brownian_steps
 
 SOURCE = Source(20261122, "areas", 0, 40000)
 ALL, AREAS, USUAL = frozenset({"dW", "H", "K", "A"}), frozenset({"dW", "H", "A"}), frozenset({"dW", "H"})

@@ -4,15 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
-from sdaeverify import api, verify
-from sdaeverify.errors import UsageError
-from sdaeverify.registry.load import load_registry
+from facade import load_plugins, load_registry
+from sdaeverify import UsageError, api, verify
 from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
-from sdaeverify.testing.subjects import load_plugins
 
 ODD = [3, 1.5, object(), b"gbm", [None], [["gbm"]], {3: 1}, {3}, "no such", float("nan"), int, [int], [object()]]
 SMALL = {"paths": 40, "levels": 3}
-NUMBERS = ("paths", "coarsest", "levels", "guard_levels", "seed", "confidence", "block", "looks", "family", "jobs")
+NUMBERS = ("paths", "coarsest", "levels", "first_levels", "seed", "confidence", "block", "looks", "family", "jobs")
 NO_NUMBERS = [None, "8", b"8", [8], {8}, 1.5j, object(), int, True, -1, float("nan"), "x" * 5000]
 CALLS: dict[str, Callable[[object], object]] = {
     "schemes": lambda odd: verify(odd, "gbm", "strong", **SMALL),

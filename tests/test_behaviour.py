@@ -8,21 +8,30 @@ import numpy as np
 import pytest
 
 from evidence import lanes_in
-from sdaeverify import Settings
-from sdaeverify.contracts.scheme import Step
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.measures.strong import Strong
-from sdaeverify.simulate.ensemble import Behaviour, Entry, Marker, Task
-from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
-from sdaeverify.store.store import Store
-from sdaeverify.study.blocks import BlockBatch, simulate_batch
-from sdaeverify.study.judging import CellEvidence
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import (
+    Behaviour,
+    BlockBatch,
+    CellEvidence,
+    Entry,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Marker,
+    StochasticTheta,
+    Store,
+    Strong,
+    Task,
+    behaviours,
+    delay_test,
+    differing,
+    gbm,
+    pendulum,
+    problem_digest,
+    problem_spec,
+    run_observed,
+    simulate_batch,
+    steps_digest,
+)
+from sdaeverify import Settings, Step
 
 NUMBERS = (8, 16, 32)
 SETTINGS = Settings(paths=40, block=40, levels=3)

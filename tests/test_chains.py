@@ -8,21 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import binom, t
 
+from facade import BURN_IN, GROUPS, MOST_FIRST, ChainPlan, ChainRecord, Chains, average_groups, run_chains, run_pilot
+from facade import chains_LEVELS as LEVELS
 from sdaeverify import Scheme, Step
-from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.simulate.chains import (
-    BURN_IN,
-    GROUPS,
-    LEVELS,
-    MOST_FIRST,
-    ChainPlan,
-    ChainRecord,
-    Chains,
-    average_groups,
-    run_chains,
-    run_pilot,
-)
+from sdaeverify.measuring import packed, unpacked
+from sdaeverify.probing import Source, brownian_steps
 from stationary_cells import SIGMA, VARIANCE, Euler, double_well, euler_variance, ou, rotation
 
 SMALL = ChainPlan(h=0.25, relaxation=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)

@@ -6,22 +6,27 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    Drift,
+    DriftTruncatedEuler,
+    Entry,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Milstein,
+    MilsteinAreas,
+    Strong,
+    Task,
+    Track,
+    Weak,
+    gbm,
+    levy_area,
+    ou,
+    pendulum,
+    problem_spec,
+    run_block,
+)
 from sdaeverify import SDE, Scheme, Settings, Step
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.measures.drift import Drift
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify.simulate.reference import OWN_REFERENCE
-from sdaeverify.simulate.tracks import Track
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.levy_area import levy_area
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 STRONG = Strong()
 SETTINGS = Settings(paths=120, levels=4, block=60)

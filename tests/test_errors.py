@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from sdaeverify.errors import UsageError, one_line
+from facade import one_line
+from sdaeverify import UsageError
 from sdaeverify.numerics import apply
 
 

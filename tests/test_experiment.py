@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import pytest
 
+from facade import Budget, Exhibit, Experiment, FineRun, MeanTable, Note, Printed, Row, SchemeRun
 from sdaeverify import ProblemError
-from sdaeverify_papers import Budget, Exhibit, Experiment, FineRun, MeanTable, Note, Printed, Row, SchemeRun
 
 
 def row(steps=8, problem="gbm", **other):

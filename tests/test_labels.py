@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.labels import (
+from facade import (
     REQUIRED,
     Label,
     Parameter,
@@ -19,7 +19,7 @@ from sdaeverify.contracts.labels import (
     read_values,
     split_list,
 )
-from sdaeverify.errors import ParameterError, UsageError
+from sdaeverify import ParameterError, UsageError
 
 PARAMETERS = (
     Parameter("count", 3),

@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from facade import gbm, match, pendulum
 from sdaeverify import SDE, HolonomicSDAE, Scheme
-from sdaeverify.contracts.matching import match
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulums.pendulum import pendulum
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from math import isnan, sqrt
 import numpy as np
 import pytest
 
-from sdaeverify_papers import MeanSample
+from facade import MeanSample
 
 
 def test_mean_and_deviation():

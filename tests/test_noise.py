@@ -9,18 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from facade import LONGEST, Brownian, fingerprint, refine
 from joined_noise import aggregate
-from sdaeverify.errors import SchemeError
-from sdaeverify.noise.brownian import (
-    LONGEST,
-    Brownian,
-    Increment,
-    LevelNoise,
-    Source,
-    brownian_steps,
-    fingerprint,
-    refine,
-)
+from sdaeverify import Increment, SchemeError
+from sdaeverify.probing import LevelNoise, Source, brownian_steps
 
 EPS = np.finfo(float).eps
 SOURCE = Source(seed=7, problem="gbm[sigma=0.5]", block=3, paths=5)

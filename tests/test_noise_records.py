@@ -6,10 +6,9 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 
+from facade import Brownian, half_steps, trials, uses_declared_noise
 from sdaeverify import SDE, ProblemError, Scheme, Step
-from sdaeverify.conformance.contract import trials, uses_declared_noise
-from sdaeverify.noise.brownian import Brownian, Source
-from sdaeverify.probe.step.nodes import half_steps
+from sdaeverify.probing import Source
 
 
 class Arrivals:

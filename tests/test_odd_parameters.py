@@ -5,10 +5,8 @@ import resource
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.labels import dataclass_parameters, function_parameters, parse_label
-from sdaeverify.contracts.specs import ProblemSpec
-from sdaeverify.errors import UsageError
-from sdaeverify.testing.subjects import load_plugins
+from facade import ProblemSpec, dataclass_parameters, function_parameters, load_plugins, parse_label
+from sdaeverify import UsageError
 
 NUMBERS = [float("nan"), float("inf"), -float("inf"), 0, -1, 1.5, 1e300, -1e300, 1e-300, 10**9, 10**30, 10**400]
 ODD = [*NUMBERS, True, "x", "", None, [1.0], 1j, object()]

@@ -6,9 +6,8 @@ from typing import ClassVar
 
 import pytest
 
+from facade import Planted, load_registry
 from sdaeverify import SDE, Claim, PluginError, Scheme, SchemeError
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab import Planted
 
 PLUGIN = """
 from dataclasses import dataclass, field

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from facade import sdaeverify
 from sdaeverify import sample, verify
-from sdaeverify.cli.program import sdaeverify
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()

@@ -4,9 +4,9 @@ import pickle
 
 import pytest
 
+from facade import withhold
 from sdaeverify import UsageError
-from sdaeverify.contracts.finding import Finding, Kind, Opinion, Reason, Verdict
-from sdaeverify.verdicts.way import withhold
+from sdaeverify.measuring import Finding, Kind, Opinion, Reason, Verdict
 
 ORDER = Reason("order {order:.2f}", Kind.ORDER, {"order": 0.9})
 MORE = Reason("about {paths} paths would decide", Kind.MORE_PATHS, {"paths": 3000})

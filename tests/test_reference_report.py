@@ -6,9 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from facade import load_registry, plan_of
 from sdaeverify import Settings, verify
-from sdaeverify.api import plan_of
-from sdaeverify.registry.load import load_registry
 
 FOLDER = Path(__file__).parents[1] / "reports" / "reference"
 CELL = ["scheme", "problem", "measure"]

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import FIRST_BLOCK, Brownian, EulerMaruyama, gbm
 from sdaeverify import SchemeError, UsageError, sample
-from sdaeverify.contracts.settings import FIRST_BLOCK
-from sdaeverify.noise.brownian import Brownian, Source
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify.probing import Source
 
 
 def test_paths_are_those_of_a_run():

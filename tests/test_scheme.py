@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from facade import flatten, same_kind
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, SchemeError, Step, UsageError
-from sdaeverify.contracts.scheme import flatten, same_kind
 
 
 class TwoParts(NamedTuple):

@@ -6,14 +6,19 @@ from typing import Any, ClassVar
 
 import pytest
 
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, in_matrix
-from sdaeverify.errors import ParameterError, UsageError
-from sdaeverify.forms import SDE, Problem
-from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
-from sdaeverify.registry.discovery import Origin
-from sdaeverify.registry.load import Registry
-from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
+from facade import (
+    Origin,
+    ProblemEntry,
+    ProblemSpec,
+    Registered,
+    Registry,
+    SchemeEntry,
+    check_problem_function,
+    select_measures,
+    select_problems,
+    select_schemes,
+)
+from sdaeverify import SDE, ParameterError, Problem, Scheme, UsageError, in_matrix
 
 ORIGIN = Origin("test", "test", "1", "test")
 

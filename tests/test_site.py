@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from browser import browser, needs_chromium
-from sdaeverify.registry.load import load_registry
+from facade import load_registry
 from sdaeverify.testing import checks
 
 SITE = Path(__file__).parents[1] / "docs" / "_site"

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sdaeverify.contracts.tally import Tally, largest
+from facade import largest
+from sdaeverify.measuring import Tally
 
 WHOLE = arrays(float, 12, elements=st.integers(-1000, 1000).map(float))
 

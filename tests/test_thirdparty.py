@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.exit_codes import ExitCode
+from facade import ExitCode
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
 DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion")

@@ -41,5 +41,5 @@ def constants() -> dict[str, float]:
         "least_q1": LEAST_Q1,
         "least_q2": LEAST_Q2,
         "deep_paths": DEEP_PATHS,
-        "guard_levels": Settings().guard_levels,
+        "first_levels": Settings().first_levels,
     }

@@ -162,7 +162,7 @@ class Scheme:
         Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``. Mean and covariance of a step are
         compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
-    sharp_locally : bool
+    local_order_is_global : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
         decides nothing.
@@ -178,7 +178,7 @@ class Scheme:
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
-    sharp_locally: ClassVar[bool] = True
+    local_order_is_global: ClassVar[bool] = True
     jumps: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
     source: ClassVar[str] = ""

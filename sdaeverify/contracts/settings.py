@@ -34,7 +34,7 @@ class Settings:
         Steps N_0 of the coarsest level; errors are compared at its grid times.
     levels : int
         Number L of levels; level l makes N_0 2^l steps.
-    guard_levels : int
+    first_levels : int
         Of these, the coarsest that paths begin with. They are enough to guard what one step decides; what rests on
         the paths themselves is run again on all levels.
     seed : int
@@ -58,7 +58,7 @@ class Settings:
     paths: int = 8192
     coarsest: int = 8
     levels: int = 6
-    guard_levels: int = 4
+    first_levels: int = 4
     seed: int = 20170601
     confidence: float = 0.99
     block: int = 4096
@@ -73,7 +73,7 @@ class Settings:
         require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
         require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
         require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
-        for name in ("levels", "guard_levels"):
+        for name in ("levels", "first_levels"):
             given = getattr(self, name)
             require(given >= 3, name, "at least 3, or no slope can be told", given)
         require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
@@ -91,7 +91,7 @@ class Settings:
     @cached_property
     def guards(self) -> "Settings":
         """The same with the levels that paths begin with."""
-        return self if self.guard_levels >= self.levels else replace(self, levels=self.guard_levels)
+        return self if self.first_levels >= self.levels else replace(self, levels=self.first_levels)
 
     @property
     def stages(self) -> tuple[int, ...]:
@@ -101,7 +101,7 @@ class Settings:
         many paths as the one before, as long as these are enough to decide by themselves. So no stage costs more than
         all paths on all levels.
         """
-        first = () if self.guards is self else (self.guard_levels - self.levels,)
+        first = () if self.guards is self else (self.first_levels - self.levels,)
         enough = (self.paths // (FIRST_BLOCK * SECOND_TOTAL)).bit_length() - 1
         room = (FINEST_STEPS // self.steps[-1]).bit_length() - 1
         return (*first, 0, *range(1, 1 + min(enough, room)))

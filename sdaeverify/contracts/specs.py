@@ -28,7 +28,7 @@ from .labels import (
 from .measure import Measure
 from .scheme import Claim, Scheme
 
-CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "sharp_locally", "source")
+CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "local_order_is_global", "source")
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
 NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")

@@ -61,7 +61,7 @@ def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
     """
     try:
         # Earlier versions knew no guards: all paths were on all levels.
-        numbers = {"guard_levels": run["settings"]["levels"], **run["settings"]}
+        numbers = {"first_levels": run["settings"]["levels"], **run["settings"]}
         return Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
     except (KeyError, TypeError, ValueError, ArithmeticError) as error:
         raise _unlike(file, error) from error

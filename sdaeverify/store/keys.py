@@ -15,7 +15,7 @@ Ingredients = Mapping[str, str]
 # What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
 BUDGET = frozenset({"paths", "looks", "confidence", "family"})
 # Which levels begin is no part of what they are.
-UNKEYED = BUDGET | {"guard_levels"}
+UNKEYED = BUDGET | {"first_levels"}
 
 
 def asked_for(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients:

@@ -11,9 +11,8 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
+from facade import conclude, judging, run, sequence
 from sdaeverify.cli import running
-from sdaeverify.cli.program import conclude
-from sdaeverify.study import judging, run, sequence
 
 ROOMS = (
     (sequence.ProblemRun, "judge"),

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 import sdaeverify
+from facade import gbm
 from sdaeverify import SDE, Array
-from sdaeverify_problems.gbm import gbm
 
 A, B, X_0 = 0.5, 0.6, 1.0
 COARSEST, LEVELS = 8, 6

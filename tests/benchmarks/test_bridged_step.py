@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
+from facade import EulerMaruyama, Heun, spiral
 from sdaeverify import Increment
 from sdaeverify_bridges.diffrax import Diffrax
 from sdaeverify_bridges.sdeint import SDEInt
 from sdaeverify_bridges.torchsde import TorchSDEIto, TorchSDEStratonovich
-from sdaeverify_problems.spiral import spiral
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.filterwarnings("ignore")]
 

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
+from facade import StochasticTheta, Track, delay_test, probe_step
 from probe.theta_cells import is_stable
-from sdaeverify.noise.brownian import LevelNoise, Source
-from sdaeverify.probe.linear.delay_step import probe_step
-from sdaeverify.simulate.tracks import Track
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from sdaeverify.probing import LevelNoise, Source
 
 pytestmark = pytest.mark.benchmark
 

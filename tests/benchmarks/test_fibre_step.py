@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_schemes.ggl.implicit_euler_ggl import ImplicitEulerGGL
-from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from facade import (
+    ExplicitProjectionEuler,
+    HalfExplicitEuler,
+    ImplicitEulerGGL,
+    SemiImplicitProjectionEuler,
+    fibre_clamped,
+)
+from sdaeverify import Increment, Scheme
+from sdaeverify.probing import Source
 
 pytestmark = pytest.mark.benchmark
 

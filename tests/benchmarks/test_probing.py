@@ -4,12 +4,7 @@ import pytest
 
 from benchmarks.pairs import run_pairs
 from benchmarks.study import ours
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from facade import EulerMaruyama, gbm, local_strong, local_weak, strong_order, weak_order
 
 pytestmark = pytest.mark.benchmark
 

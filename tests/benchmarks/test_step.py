@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import HalfExplicitEuler, pendulum
+from sdaeverify import Increment
+from sdaeverify.probing import Source
 
 pytestmark = pytest.mark.benchmark
 

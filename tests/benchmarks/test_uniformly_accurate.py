@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.noise.brownian import Increment, Source
-from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
-from sdaeverify_problems.tori.torus import torus
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from facade import ConstrainedEuler, UniformlyAccurate, orthogonal_group, torus
+from sdaeverify import Increment
+from sdaeverify.probing import Source
 
 pytestmark = pytest.mark.benchmark
 

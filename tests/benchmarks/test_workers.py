@@ -7,8 +7,8 @@ import pytest
 
 import sdaeverify
 from benchmarks.pairs import run_pairs
-from sdaeverify.contracts.settings import Settings
-from sdaeverify.workers.pool import available_cores
+from facade import available_cores
+from sdaeverify import Settings
 
 pytestmark = pytest.mark.benchmark
 

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from bridges.equations import drawn
+from facade import BAOAB, angle_pendulum, harmonic_langevin
 from sdaeverify import Increment, ParameterError
 from sdaeverify_bridges.ase import ASE, CLAIMS
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_schemes.baoab import BAOAB
 
 H, PATHS, EPS = 0.125, 7, np.finfo(float).eps
 

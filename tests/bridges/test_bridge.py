@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 
 from bridges.equations import curved
+from facade import EulerMaruyama, MissingLibraryError, gbm, noncommuting, ou
 from sdaeverify import SDE, Increment
-from sdaeverify.errors import MissingLibraryError
 from sdaeverify_bridges.kit import Bridge, Coefficients, Library, stratonovich_drift, why_not_bridged
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 COMPILED = []
 NOISE = Increment(np.array([[0.3, -0.7, 0.0]]), np.array([[0.1, 0.2, -0.1]]))

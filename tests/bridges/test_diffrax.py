@@ -8,17 +8,9 @@ import pytest
 
 import sdaeverify
 from bridges.equations import curved, drawn
+from facade import QUICSORT, SRA1, EulerMaruyama, Heun, Milstein, angle_pendulum, gbm, noncommuting, ou
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.diffrax import LANGEVIN, ORDERS, Diffrax, DiffraxLangevin
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.quicsort import QUICSORT
-from sdaeverify_schemes.sra1 import SRA1
 
 pytestmark = pytest.mark.filterwarnings("default:os.fork:RuntimeWarning")
 H, PATHS = 0.125, 7

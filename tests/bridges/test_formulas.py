@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from bridges.equations import curved
+from facade import angle_pendulum, gbm, ou
 from sdaeverify_bridges.kit import Formulas
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 
 
 @pytest.mark.parametrize("family", [gbm, ou, angle_pendulum, curved], ids=lambda family: family.__name__)

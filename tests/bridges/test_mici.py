@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
+from facade import damped_pendulum, pendulum, pendulum_velocity_noise, sphere_langevin, violation
 from sdaeverify import HolonomicSDAE, Increment, ParameterError
-from sdaeverify.conformance.violation import violation
-from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probing import OneStep
 from sdaeverify_bridges.mici import Mici, friction
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
 
 H = 0.125
 

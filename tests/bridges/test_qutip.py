@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 
 from bridges.equations import drawn
+from facade import (
+    EulerMaruyama,
+    Milstein,
+    forced_ou,
+    gbm,
+    harmonic_langevin,
+    hyperbolic_pair,
+    noncommuting,
+    ou,
+    spiral,
+)
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.qutip import ORDERS, QuTiP
-from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.spiral import spiral
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 H, PATHS, EPS = 0.125, 7, np.finfo(float).eps
 

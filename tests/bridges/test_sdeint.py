@@ -8,15 +8,10 @@ import pytest
 
 import sdaeverify
 from bridges.equations import curved, drawn
+from facade import EulerMaruyama, Heun, angle_pendulum, gbm, hyperbolic_pair, noncommuting
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.kit import Coefficients, stratonovich_drift
 from sdaeverify_bridges.sdeint import ORDERS, SDEInt
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun
 
 H, PATHS = 0.125, 7
 

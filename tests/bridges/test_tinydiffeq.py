@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 
 from bridges.equations import curved, drawn
+from facade import (
+    SRA1,
+    EulerMaruyama,
+    Milstein,
+    StochasticTheta,
+    gbm,
+    gbm_algebraic,
+    hyperbolic_pair,
+    noncommuting,
+    ou,
+)
 from sdaeverify import ParameterError
 from sdaeverify_bridges.tinydiffeq import TinyDiffEq, TinyDiffEqSDAE
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
-from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.sra1 import SRA1
 
 pytestmark = pytest.mark.filterwarnings("default:os.fork:RuntimeWarning")
 H, PATHS, EPS = 0.125, 7, np.finfo(float).eps

@@ -8,17 +8,9 @@ import numpy as np
 import pytest
 
 from bridges.equations import curved, drawn
+from facade import SRA1, EulerMaruyama, Heun, Milstein, angle_pendulum, gbm, noncommuting, ou, spiral, stratonovich
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.torchsde import ITO, STRATONOVICH, TorchSDEIto, TorchSDEStratonovich
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.spiral import spiral
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun, stratonovich
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.sra1 import SRA1
 
 H, PATHS = 0.125, 7
 METHODS = [*map(TorchSDEIto, ITO), *map(TorchSDEStratonovich, STRATONOVICH)]

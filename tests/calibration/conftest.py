@@ -6,11 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.numerics.statistics import group_sums
-from sdaeverify_lab import CalibrationCase
-from sdaeverify_lab.calibration.repeated import POOLED, UNIT
-from sdaeverify_lab.calibration.samples import Sample
+from facade import POOLED, UNIT, CalibrationCase, Sample
+from sdaeverify.measuring import Tally, group_sums
 
 H = 1.0 / 2.0 ** np.arange(3, 9)
 CASE = CalibrationCase(scheme="some-scheme", problem="some-problem", order=1.0, weak=("x",))

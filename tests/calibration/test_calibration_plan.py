@@ -2,12 +2,18 @@
 
 import pytest
 
-from sdaeverify import ProblemError, Settings, UsageError
-from sdaeverify.contracts.scheme import Claim
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab import CalibrationCase
-from sdaeverify_lab.calibration.calibration_plan import STUDIES, calibration_plan
-from sdaeverify_lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, ChainJob, PathJob, path_settings
+from facade import (
+    SEQUENCE,
+    SEQUENCES_A_BLOCK,
+    STUDIES,
+    CalibrationCase,
+    ChainJob,
+    PathJob,
+    calibration_plan,
+    load_registry,
+    path_settings,
+)
+from sdaeverify import Claim, ProblemError, Settings, UsageError
 
 CONSTRAINED = "half-explicit-euler[truncation=none]"
 OF_STRONG = set(STUDIES) - {"mean differences"}

@@ -2,9 +2,7 @@
 
 import pytest
 
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab.calibration.calibration_plan import calibration_plan
-from sdaeverify_lab.calibration.rates import offending
+from facade import calibration_plan, load_registry, offending
 
 
 @pytest.fixture

@@ -6,10 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from facade import Calibration, calibration_plan, load_registry, rate_table
 from sdaeverify import Settings
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify_lab.calibration.rate_tables import rate_table
 
 FOLDER = Path(__file__).parents[2] / "reports" / "calibration"
 

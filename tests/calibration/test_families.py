@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from sdaeverify_lab.calibration import studies
-from sdaeverify_lab.calibration.rates import offending
-from sdaeverify_lab.calibration.studies import family_rates
+from facade import family_rates, offending, studies
 
 
 def test_holm_keeps_its_promise():

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from sdaeverify_lab.calibration import studies
-from sdaeverify_lab.calibration.rates import offending
-from sdaeverify_lab.calibration.studies import first_decision, look_rates
+from facade import first_decision, look_rates, offending, studies
 
 
 def test_first_decision_stands():

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.numerics.statistics import GROUPS, jackknife
-from sdaeverify_lab.calibration.repeated import estimates, opposite
+from facade import estimates, opposite
+from sdaeverify.measuring import jackknife
+from sdaeverify.numerics import GROUPS
 
 
 def test_estimates_are_those_of_the_jackknife():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify_lab.calibration.rates import NOTHING, ExpectedRate, Rate, Trials, offending
+from facade import NOTHING, ExpectedRate, Rate, Trials, offending
 
 NOMINAL = ExpectedRate(0.93, 0.97, "0.95 within 0.02")
 

@@ -3,15 +3,25 @@
 import numpy as np
 import pytest
 
+from facade import (
+    SAMPLED,
+    UNIT,
+    Entry,
+    Repeated,
+    Strong,
+    Task,
+    Weak,
+    append_tallies,
+    load_registry,
+    one,
+    pool,
+    run_block,
+    select_problems,
+    select_schemes,
+    stack_tallies,
+)
 from sdaeverify import Settings
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems, select_schemes
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify_lab.calibration.repeated import UNIT, Repeated, append_tallies, one, pool, stack_tallies
+from sdaeverify.measuring import Tally
 
 
 def tally(seed: int) -> Tally:

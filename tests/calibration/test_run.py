@@ -4,10 +4,17 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify_lab.calibration.rate_tables import markdown, rate_table, sections, summary
-from sdaeverify_lab.calibration.rates import ExpectedRate, Rate
+from facade import (
+    Calibration,
+    ExpectedRate,
+    Rate,
+    calibration_plan,
+    load_registry,
+    markdown,
+    rate_table,
+    sections,
+    summary,
+)
 
 MAKING = {"stream_fingerprint": "abc", "versions": {"numpy": "2.0"}}
 

@@ -5,14 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.registry.load import load_registry
-from sdaeverify_lab.calibration.calibration_plan import calibration_plan
-from sdaeverify_lab.calibration.repeated import POOLED
-from sdaeverify_lab.calibration.samples import SEQUENCES_A_BLOCK, join_samples
-from sdaeverify_lab.calibration.studies import published_rates, verdict_rates
+from facade import (
+    POOLED,
+    SEQUENCES_A_BLOCK,
+    Strong,
+    Weak,
+    calibration_plan,
+    join_samples,
+    load_registry,
+    published_rates,
+    verdict_rates,
+)
+from sdaeverify.measuring import Evidence
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify_lab.calibration import studies
-from sdaeverify_lab.calibration.rates import NOTHING, offending
-from sdaeverify_lab.calibration.studies import mean_difference_rates, slope_rates
+from facade import NOTHING, mean_difference_rates, offending, slope_rates, studies
 
 
 def widened(factor):

@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from facade import Limits, execute
 from sdaeverify.cli.limits import options_of
-from sdaeverify.cli.program import execute
 from sdaeverify.registry import load
-from sdaeverify.workers.limits import Limits
 
 HEADER = """
 import multiprocessing, os, sys, time

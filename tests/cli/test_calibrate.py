@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from sdaeverify_lab.calibration import studies
+from facade import studies
 
 QUICK = ("calibrate", "--repetitions", "40", "-j", "1", "--progress", "none")
 

@@ -104,7 +104,7 @@ def test_order_kept_and_error_doubled(measured, compared):
 
 def test_guards_are_compared_where_they_were_enough(measured, compared):
     """Errors of paths on the levels of guards are compared on these, unless the other run has all levels."""
-    few, every = {"paths": 256, "guard-levels": 4, "levels": "8..256"}, {"paths": 256, "levels": "8..256"}
+    few, every = {"paths": 256, "first-levels": 4, "levels": "8..256"}, {"paths": 256, "levels": "8..256"}
     for folder, budget in {"old": few, "new": few, "whole": every}.items():
         measured(folder, EULER if folder == "old" else DOUBLED, **budget)
 

@@ -1,9 +1,7 @@
 """What `info` says of the mean-square stability of an equation with a delay."""
 
+from facade import delay_ou, delay_test, gbm_algebraic
 from sdaeverify.cli.commands.info import stability_lines
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 
 
 def test_rates_condition_and_bounds_are_those_of_the_sheet() -> None:

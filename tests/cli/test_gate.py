@@ -6,13 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from facade import ExitCode, Finished, PluginRow, Registry, Study, read_limits, seed_of
+from sdaeverify import UsageError
 from sdaeverify.cli.commands.gate import gate, policy_of
-from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.tiers import seed_of
-from sdaeverify.registry.load import PluginRow, Registry
-from sdaeverify.study import Finished, Study
-from sdaeverify.workers.requested import read_limits
 
 PLUGIN = """
 @dataclass(frozen=True)
@@ -232,7 +228,7 @@ def test_nothing_measured(project):
 
 
 def test_github(project, tmp_path, monkeypatch):
-    """Text is fenced, annotations come after it, and the summary is appended to the file that is named."""
+    """Text is fenced, annotations at the class of the scheme come after it, the summary is appended to a file."""
     summary = tmp_path / "summary.md"
     summary.write_text("before\n")
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
@@ -242,7 +238,7 @@ def test_github(project, tmp_path, monkeypatch):
     token = lines[0].removeprefix("::stop-commands::")
     end = lines.index(f"::{token}::")
     assert not any(line.startswith("::") for line in lines[1:end])
-    assert [line.split(",title")[0] for line in lines[end + 1 :]] == 2 * ["::error file=odd_plugin.py,line=21"]
+    assert [line.split(",title")[0] for line in lines[end + 1 :]] == 2 * ["::error file=odd_plugin.py,line=17"]
     assert summary.read_text().startswith("before\n## ")
     assert "| wrong | gbm | strong x |" in summary.read_text()
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from evidence import lanes_in
-from sdaeverify.errors import UsageError
-from sdaeverify.workers.requested import read_limits
+from facade import read_limits
+from sdaeverify import UsageError
 
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "--progress", "none")
 GOOD = ("milstein", "euler-maruyama")

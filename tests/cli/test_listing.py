@@ -28,7 +28,7 @@ def test_list_of_everything(call):
     assert (outcome.code, outcome.err) == (0, "")
     (line,) = [line for line in outcome.out.splitlines() if line.startswith("half-explicit-euler ")]
     assert "truncation=theory, no_root=hold HolonomicSDAE Position along the old normal" in " ".join(line.split())
-    assert line.rstrip().endswith("sdaeverify-schemes.half_explicit_euler")
+    assert line.rstrip().endswith("sdaeverify-schemes.projections.half_explicit_euler")
     assert "sdaeverify-schemes.milstein" in outcome.out
 
 
@@ -61,7 +61,7 @@ def test_json_of_everything(call):
     assert all(set(record) == PLUGIN_KEYS for record in everything["plugins"])
     (pendulum,) = [record for record in everything["problems"] if record["name"] == "pendulum"]
     assert pendulum["parameters"]["c_g"] == 1.0
-    assert pendulum["plugin"] == "sdaeverify-problems.pendulum"
+    assert pendulum["plugin"] == "sdaeverify-problems.pendulums.pendulum"
 
 
 def test_plugin_file_is_listed(call, odd_scheme):
@@ -97,7 +97,7 @@ def test_status_of_plugins(call, monkeypatch):
                 "form: HolonomicSDAE",
                 "  drift: round-off",
                 "source: Lindner & Stroot 2017",
-                "from plugin sdaeverify-schemes.half_explicit_euler (sdaeverify ",
+                "from plugin sdaeverify-schemes.projections.half_explicit_euler (sdaeverify ",
             ],
         ),
         (

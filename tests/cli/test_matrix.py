@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from facade import WORDS, ExitCode
 from sdaeverify import Settings
-from sdaeverify.cli.exit_codes import WORDS, ExitCode
 from sdaeverify.cli.options import read_levels
 from sdaeverify.report.tables.command import command_of
 
@@ -229,7 +229,7 @@ def test_reproduce(call, odd_scheme):
         "return Step(state + h * problem.drift(t, state) + np.einsum('dlp,lp->dp', B + 0 * noise.dW, noise.dW))"
     )
     budget = ("--paths", "100", "--seed", "5", "--block", "64", "--confidence", "0.9")
-    budget = (*budget, "--levels", "4..64", "--guard-levels", "4")
+    budget = (*budget, "--levels", "4..64", "--first-levels", "4")
     call("matrix", "-s", "odd", "-p", "gbm[b=0.25]", "--plugin", plugin, *budget, "-j", "1")
     (row, *_) = before = rows("reports/latest")
 

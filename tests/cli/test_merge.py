@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from evidence import change_lanes, files_in, lanes_in
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.store.container import Container
+from facade import Container
+from sdaeverify.measuring import Tally
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")
@@ -158,13 +158,13 @@ def test_a_scheme_without_evidence_beside_others(made, merged, call, odd_scheme)
 
 
 @pytest.mark.parametrize(
-    "name", ["seed", "block", "levels", "guard_levels", "confidence", "coarsest", "looks", "family"]
+    "name", ["seed", "block", "levels", "first_levels", "confidence", "coarsest", "looks", "family"]
 )
 def test_other_settings_are_refused(made, merged, name):
     """Runs that cannot be one are refused in one line that names what differs."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
     two = Path(shutil.copytree(one, "two"))
-    other = {"seed": 1, "block": 80, "levels": 4, "guard_levels": 5, "confidence": 0.9, "coarsest": 4, "looks": 2}
+    other = {"seed": 1, "block": 80, "levels": 4, "first_levels": 5, "confidence": 0.9, "coarsest": 4, "looks": 2}
     value = {**other, "family": 3}[name]
     changed(two, **{name: value})
 

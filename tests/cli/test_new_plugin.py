@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sdaeverify.cli.exit_codes import ExitCode
+from facade import ExitCode
 
 
 def test_plugin_is_written(call):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.program import conclude
+from facade import conclude
 
 from .conftest import SCHEME
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify_papers.entries import with_error
-from sdaeverify_papers.run import ExperimentRun
+from facade import ExperimentRun, with_error
 
 ROWS = """
 from sdaeverify_papers import FineRun, MeanTable, Printed, Row

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from evidence import lanes_in
-from sdaeverify.report.cells import names
-from sdaeverify.report.tables.columns import LEVELS
+from facade import LEVELS, names
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")

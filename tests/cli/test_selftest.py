@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.study import Study
+from facade import Study
 
 BUG = """
 @dataclass(frozen=True)

@@ -5,19 +5,18 @@ import re
 import pytest
 from rich.console import Console
 
-from sdaeverify.contracts.finding import Finding, Reason, Verdict
-from sdaeverify.measures.drift import _classify
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
-from sdaeverify.report.plain import visible
-from sdaeverify.report.terminal import (
-    break_label,
-    counts,
-    drifts,
-    summary_tables,
-    windows,
+from facade import (
+    Cell,
+    CellResult,
+    _classify,
+    load_registry,
+    select_measures,
+    select_problems,
+    select_schemes,
+    visible,
 )
-from sdaeverify.study import Cell, CellResult
+from sdaeverify.measuring import Finding, Reason, Verdict
+from sdaeverify.report.terminal import break_label, counts, drifts, summary_tables, windows
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from facade import leave_out
 from sdaeverify import UsageError
-from sdaeverify.numerics.statistics import group_sums, leave_out
+from sdaeverify.measuring import group_sums
 from sdaeverify.report.compare.changes import Change, changes
 from sdaeverify.report.compare.factors import IS_EXACT, ORDER_ALONE, WAS_EXACT, factor
 from sdaeverify.report.compare.level_errors import NO_LEVELS, LevelErrors

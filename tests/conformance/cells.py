@@ -5,16 +5,21 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
 
-from sdaeverify.conformance.trial import Trial
-from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import ProblemSpec
-from sdaeverify.forms import Problem, components
-from sdaeverify.registry.load import Registry
-from sdaeverify.testing.questions import Question, problem_questions
-from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject
-from sdaeverify.testing.table import checks
-from sdaeverify_lab.cases import Planted
+from facade import (
+    CellSubject,
+    Planted,
+    ProblemSpec,
+    ProblemSubject,
+    Question,
+    Registry,
+    SchemeSubject,
+    Trial,
+    components,
+    match,
+    problem_questions,
+)
+from sdaeverify import Problem, Scheme
+from sdaeverify.testing import checks
 
 # Parameters that switch truths or terms on which the defaults leave off.
 VARIANTS = {

@@ -5,7 +5,7 @@ from functools import cache, partial
 import pytest
 
 from conformance import cells
-from sdaeverify.registry.load import Registry, load_registry
+from facade import Registry, load_registry
 
 COLLECTIONS = {
     "planted": cells.breaches,

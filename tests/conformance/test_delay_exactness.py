@@ -6,15 +6,19 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
-from sdaeverify.conformance.exactness import exactness_violation
+from facade import (
+    AnticipatingNoise,
+    H,
+    KeptAlgebraic,
+    LaggedAlgebraicTheta,
+    OldLagAlgebraic,
+    StochasticTheta,
+    WrongLag,
+    exactness_violation,
+)
+from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step, Trivial
 from sdaeverify.forms.delay.delay_sdae import LONG
-from sdaeverify.forms.trivial import H, Trivial
-from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
-from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
 from sdaeverify_schemes._euler_orders import STRONG_HALF
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 # Where each of the wrong readings is found: what leaves out a part of the unknown misses even what is at rest.
 MOVING = "dx = c dt, y = x(t - tau)"

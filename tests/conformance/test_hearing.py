@@ -6,13 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import StochasticTheta, Trial, delay_martingale, gbm, hears_its_noise, keeps_no_noise
 from sdaeverify import SDE, THREE_POINT, Law, Scheme, Step
-from sdaeverify.conformance.contract import hears_its_noise, keeps_no_noise
-from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
-from sdaeverify_problems.delays.delay_martingale import delay_martingale
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 @dataclass(frozen=True)

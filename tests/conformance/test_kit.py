@@ -6,13 +6,9 @@ from collections.abc import Container
 import pytest
 
 from conformance.cells import Inquiry, cells, in_turn, schemes, specs
-from sdaeverify.forms import known_traits
-from sdaeverify.registry.load import Registry
-from sdaeverify.testing import check_scheme
-from sdaeverify.testing.checks.problem_declarations import EVIDENCE
-from sdaeverify.testing.table import checks
+from facade import EVIDENCE, Planted, Registry, known_traits
+from sdaeverify.testing import check_scheme, checks
 from sdaeverify_bridges.kit import Bridge
-from sdaeverify_lab.cases import Planted
 
 OF_PROBLEMS = {check.name for check in checks("problem")}
 

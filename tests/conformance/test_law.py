@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 
 from averaged_noise import LeimkuhlerMatthews
+from facade import H, StochasticTheta, double_well, exactness_violation, law_error, ou, violation
 from sdaeverify import SDE, Array, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, verify
-from sdaeverify.conformance import violation
-from sdaeverify.conformance.exactness import exactness_violation, law_error
-from sdaeverify.forms.trivial import H
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 WEAK = (Claim(measure="weak", value=1.0, source="made up"),)
 STRONG = (Claim(measure="strong", value=0.5, source="made up"),)

@@ -6,13 +6,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from facade import StochasticTheta, Trial, carries_its_memory, delay_ou, double_well
 from sdaeverify import SDE, Array, Scheme, Step
-from sdaeverify.conformance.contract import carries_its_memory
-from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 class Remembered(NamedTuple):

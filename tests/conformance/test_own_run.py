@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import EulerMaruyama, StochasticTheta, delay_ou, ou
 from sdaeverify.conformance.own_run import STEPS, level_noise, stopped_states
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 
 def test_paths_stop_one_after_the_other():

@@ -6,25 +6,28 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    DisplacedEuler,
+    angle_pendulum,
+    contract_violation,
+    departure,
+    double_well,
+    fibre_clamped,
+    gbm,
+    hyperbolic_pair,
+    linear_test,
+    load_registry,
+    match,
+    noncommuting,
+    pendulum_velocity_noise,
+    select_schemes,
+    spiral,
+    violation,
+)
 from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step
-from sdaeverify.conformance import violation
-from sdaeverify.conformance.contract import contract_violation
-from sdaeverify.conformance.violation import departure
-from sdaeverify.contracts.matching import match
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_schemes
 from sdaeverify_planted.contract import LatePaths
 from sdaeverify_planted.far_states import Clipped
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.hyperbolic import hyperbolic
-from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_problems.spiral import spiral
-from sdaeverify_schemes.displaced_euler import DisplacedEuler
 
 SDES = {"gbm": gbm(), "linear-test": linear_test(), "double-well": double_well(), "spiral": spiral()}
 SDES |= {"noncommuting": noncommuting(), "hyperbolic": hyperbolic()}

@@ -6,18 +6,20 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from facade import (
+    ExplicitProjectionEuler,
+    LaggedAlgebraicTheta,
+    StochasticTheta,
+    departure,
+    double_well,
+    gbm,
+    gbm_algebraic,
+    match,
+    ou,
+    pendulum,
+)
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
-from sdaeverify.conformance.violation import departure
-from sdaeverify.contracts.matching import match
 from sdaeverify.probe.local.run_memory import run_memory
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 

@@ -6,25 +6,28 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
-from sdaeverify.conformance import violation
-from sdaeverify.conformance.violation import departure
-from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.settings import Settings
-from sdaeverify.contracts.tally import Tally, unpacked
-from sdaeverify.measures.resolution import LAW, step_resolution
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.probe.local.step_law import LawResolution, step_law
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems, select_schemes
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.mala import MALA
-from sdaeverify_schemes.milstein_areas import MilsteinAreas
+from facade import (
+    LAW,
+    MALA,
+    EulerMaruyama,
+    LawResolution,
+    MilsteinAreas,
+    Strong,
+    Weak,
+    departure,
+    double_well,
+    gbm,
+    load_registry,
+    match,
+    noncommuting,
+    select_problems,
+    select_schemes,
+    step_law,
+    step_resolution,
+    violation,
+)
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Settings, Step
+from sdaeverify.measuring import Evidence, Tally, unpacked
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 # What factor the drift and the noise of a step at state x and time t have.

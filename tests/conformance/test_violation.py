@@ -10,36 +10,39 @@ import numpy as np
 import pytest
 
 from cells import Formula, Rule
+from facade import (
+    EPS,
+    HalfExplicitEuler,
+    angle_pendulum,
+    circle,
+    contract_violation,
+    delay_ou,
+    double_well,
+    exactness_violation,
+    gbm,
+    noncommuting,
+    ou,
+    pendulum,
+    violation,
+)
 from sdaeverify import (
     SDE,
+    THREE_POINT,
     Array,
     Claim,
     HolonomicSDAE,
     HolonomicState,
     Increment,
     Langevin,
+    Law,
+    Problem,
     ProblemError,
     Scheme,
+    SchemeError,
     Step,
     verify,
 )
-from sdaeverify.conformance import violation
-from sdaeverify.conformance.contract import contract_violation
-from sdaeverify.conformance.exactness import exactness_violation
-from sdaeverify.errors import SchemeError
-from sdaeverify.forms import Problem
-from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
-from sdaeverify.numerics.statistics import EPS
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 HALF = Claim(measure="strong", value=0.5, source="made up")
 

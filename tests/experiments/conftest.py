@@ -5,12 +5,18 @@ from dataclasses import replace
 
 import pytest
 
-from sdaeverify.registry.contributions import Registered
-from sdaeverify.registry.discovery import Origin
-from sdaeverify.registry.load import Registry, load_registry
-from sdaeverify_papers import Budget, MeanTable, Row
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.run import ExperimentRun
+from facade import (
+    EXPERIMENTS,
+    Budget,
+    ExperimentRun,
+    MeanTable,
+    Origin,
+    Registered,
+    Registry,
+    Row,
+    experiment_plan,
+    load_registry,
+)
 
 
 @pytest.fixture(scope="session")

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.mean_table import orders
-from sdaeverify_papers.run import ExperimentRun
+from facade import EXPERIMENTS, ExperimentRun, experiment_plan, orders
 
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.

@@ -4,11 +4,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from facade import Budget, Exhibit, Experiment, Origin, Registered, Row, SchemeRun, SharedNoise, experiment_plan
 from sdaeverify import UsageError
-from sdaeverify.registry.contributions import Registered
-from sdaeverify.registry.discovery import Origin
-from sdaeverify_papers import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise
-from sdaeverify_papers.experiment_plan import experiment_plan
 
 
 def row(problem="gbm", scheme="milstein", steps=4, **attributes):

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of, mean_square
+from facade import EulerMaruyama, FineRun, Milstein, Note, Row, SchemeRun, SharedNoise, problem_spec
 from sdaeverify import SDE
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify_papers import FineRun, Note, Row, SchemeRun, SharedNoise
 from sdaeverify_papers.block import NoiseTask, PlannedRun, ProbeTask, run_block, run_probe
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 
 def brownian_motion() -> SDE:

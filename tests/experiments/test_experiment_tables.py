@@ -5,9 +5,8 @@ from math import isnan, nan
 import pytest
 
 from experiments.euler_errors import lines_of
+from facade import FineRun, MeanLine, MeanSample, Printed, Row, SchemeMean
 from sdaeverify import InvariantMean
-from sdaeverify_papers import FineRun, MeanLine, MeanSample, Printed, Row
-from sdaeverify_papers.experiment import SchemeMean
 
 # 400 paths of standard deviation 2: standard error 0.1, and 0.02 for a print from 10000 paths.
 SAMPLE = MeanSample(400, 1.0, 4.0 * 399)

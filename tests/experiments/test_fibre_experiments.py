@@ -5,17 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify_papers import Budget, SharedNoise
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.experiments import lindner_2018_figure_4_2 as convergence
-from sdaeverify_papers.experiments import lindner_2018_figure_4_3 as skipping
-from sdaeverify_papers.experiments import lindner_2018_figure_5_1 as refinement
+from facade import EXPERIMENTS, Budget, ExperimentRun, SharedNoise, clamped_chain, experiment_plan, fibre_clamped
+from facade import lindner_2018_figure_4_2 as convergence
+from facade import lindner_2018_figure_4_3 as skipping
+from facade import lindner_2018_figure_5_1 as refinement
+from sdaeverify.probing import Source, brownian_steps
 from sdaeverify_papers.experiments._estimates import mean, order
 from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
-from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_problems.fibres._chain import clamped_chain
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
 
 
 def evidence_of(registry, name, experiment=None, paths=4):

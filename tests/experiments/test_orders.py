@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of, mean_square
-from sdaeverify_papers import FineRun, MeanLine, MeanSample, Row
-from sdaeverify_papers.mean_table import orders
+from facade import FineRun, MeanLine, MeanSample, Row, orders
 
 REFERENCE = FineRun("s", 1024)
 

@@ -6,16 +6,24 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from sdaeverify_papers import Budget, Curve, Exhibit, Panel, Range, SchemeRun
-from sdaeverify_papers.entries import entry_tables
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.experiments import laurent_2022_figure_1 as torus
-from sdaeverify_papers.experiments import lindner_2017_multipliers as multipliers
-from sdaeverify_papers.experiments import lindner_2017_roots as roots
+from facade import (
+    EXPERIMENTS,
+    Budget,
+    Curve,
+    Exhibit,
+    ExperimentRun,
+    HalfExplicitEuler,
+    Panel,
+    Range,
+    SchemeRun,
+    entry_tables,
+    experiment_plan,
+    pendulum,
+)
+from facade import laurent_2022_figure_1 as torus
+from facade import lindner_2017_multipliers as multipliers
+from facade import lindner_2017_roots as roots
 from sdaeverify_papers.picture import draw
-from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 PAPERS = ("laurent-2022", "lindner-2017", "lindner-2018", "qu-2010")
 QUICK = (

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify_papers.experiment import SchemeValue
+from facade import SETS, Coefficients, EulerMaruyama, SchemeValue, StochasticTheta, gbm, problem
 from sdaeverify_papers.scheme_means import scheme_means
-from sdaeverify_problems.delays.delay_test import SETS, Coefficients, problem
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 
 def whole_history(at, theta, steps, horizon):

@@ -6,9 +6,7 @@ from dataclasses import replace
 import pytest
 
 from experiments.euler_errors import lines_of
-from sdaeverify_papers import Budget
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.run import ExperimentRun
+from facade import EXPERIMENTS, Budget, ExperimentRun, experiment_plan
 
 TABLE = "laurent-2022-table-1"
 UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"

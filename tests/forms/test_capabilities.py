@@ -6,15 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from facade import (
+    Delayed,
+    ProblemSpec,
+    ProblemSubject,
+    affine_constraint,
+    check_traits,
+    delay_test,
+    gbm,
+    known_traits,
+    load_plugins,
+    pendulum,
+)
 from sdaeverify import SDE, Claim, Problem, ProblemError, SchemeError, Trait
-from sdaeverify.contracts.specs import ProblemSpec
-from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
-from sdaeverify.testing.checks.problem_declarations import check_traits
-from sdaeverify.testing.subjects import ProblemSubject, load_plugins
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify.probing import Multiplied, StiffnessFamily
 
 GIVEN = {
     "drift": lambda t, x: -x,

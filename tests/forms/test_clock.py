@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE, ProblemError
-from sdaeverify.noise.brownian import Increment
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import HalfExplicitEuler
+from sdaeverify import HolonomicSDAE, Increment, ProblemError
 
 WEIGHT, SPRING, H = -3.0, 2.0, 1.0 / 64.0
 

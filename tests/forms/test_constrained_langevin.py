@@ -5,8 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, ConstrainedLangevin, ProblemError
-from sdaeverify.arrays import Array
+from sdaeverify import SDE, Array, ConstrainedLangevin, ProblemError
 
 SIGMA, STEP = 0.8, 6e-6
 # Central differences of functions of order one, their rounding and their third derivatives.

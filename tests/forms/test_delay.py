@@ -6,13 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, ParameterError, Partials, ProblemError
-from sdaeverify.arrays import Array
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_martingale import delay_martingale
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.noisy_circuit import noisy_circuit
+from facade import delay_linear, delay_martingale, delay_ou, delay_test, noisy_circuit
+from sdaeverify import SDE, Array, DelaySDAE, HolonomicSDAE, ParameterError, Partials, ProblemError
 
 EPS = np.finfo(float).eps
 

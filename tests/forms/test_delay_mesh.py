@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdaeverify import Increment, Mesh
-from sdaeverify.arrays import Array
+from sdaeverify import Array, Increment, Mesh
 from sdaeverify.forms.delay.mesh import Recall
 
 EPS = np.finfo(float).eps

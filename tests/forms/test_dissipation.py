@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import delay_test
 from probe.theta_cells import SETS, Linear, is_stable
 from sdaeverify import Dissipation
-from sdaeverify_problems.delays.delay_test import delay_test
 
 # In parts of a bound; where there is none, in parts of the delay.
 BELOW = (0.1, 0.6, 1.0 - 1e-6)

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, DelaySDAE, IndexOneSDAE, Partials, ProblemError
-from sdaeverify.forms import Delayed, IndexOne
-from sdaeverify.noise.brownian import Increment
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from facade import Delayed, IndexOne, StochasticTheta
+from sdaeverify import SDE, DelaySDAE, Increment, IndexOneSDAE, Partials, ProblemError
 
 COMMON = {"algebraic": [0.5], "noise_dim": 1, "horizon": 1.0, "source": "a test"}
 

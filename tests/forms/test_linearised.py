@@ -5,8 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, DenseJacobian, HolonomicSDAE, ProblemError
-from sdaeverify.arrays import Array
+from sdaeverify import SDE, Array, DenseJacobian, HolonomicSDAE, ProblemError
 
 
 def constraint(r: Array) -> Array:

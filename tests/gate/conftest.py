@@ -5,17 +5,21 @@ from typing import ClassVar
 
 import pytest
 
+from facade import (
+    Cell,
+    CellResult,
+    Origin,
+    Policy,
+    ProblemEntry,
+    Registered,
+    Registry,
+    SchemeEntry,
+    outcomes,
+    problem_spec,
+)
 from sdaeverify import SDE, Claim, Scheme, Settings
-from sdaeverify.contracts.finding import Finding, Reason, Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.gate.gated import Gated
-from sdaeverify.gate.outcomes import outcomes
-from sdaeverify.gate.policy import Policy
-from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
-from sdaeverify.registry.discovery import Origin
-from sdaeverify.registry.load import Registry
-from sdaeverify.study import Cell, CellResult
+from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
 SHARP = Claim(measure="sharp", value=1.0, source="made up")
 WEAKER = Claim(measure="sharp", value=0.5, source="made up")

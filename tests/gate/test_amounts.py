@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify.workers.requested import read_memory
+from facade import read_memory
+from sdaeverify import UsageError
 
 
 @pytest.mark.parametrize(

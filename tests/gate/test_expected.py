@@ -2,11 +2,9 @@
 
 import pytest
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.expected import FailingClaim
-from sdaeverify.gate.outcomes import outcomes
-from sdaeverify.gate.policy import Policy
+from facade import FailingClaim, Policy, outcomes
+from sdaeverify import UsageError
+from sdaeverify.measuring import Verdict
 
 from .conftest import Plain, result
 

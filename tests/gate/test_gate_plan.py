@@ -6,14 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Control, Pathwise, in_matrix
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.tiers import TIERS
-from sdaeverify.registry.contributions import SchemeEntry
-from sdaeverify.registry.discovery import Origin
+from facade import TIERS, Origin, Policy, SchemeEntry, gate_plan
+from sdaeverify import Control, Pathwise, UsageError, in_matrix
+from sdaeverify.measuring import Verdict
 
 from .conftest import SHARP, WEAKER, Fussy, Plain, added, line, plane, problem, registered
 

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.writers.github import MOST, annotations, data_text, fence, property_text, source_in
+from facade import MOST, Lock, annotations, data_text, fence, property_text, source_in
+from sdaeverify import UsageError
+from sdaeverify.measuring import Verdict
 
 from .conftest import Plain, gated, result
 

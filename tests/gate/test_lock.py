@@ -6,12 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify import Claim
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
-from sdaeverify.gate.outcomes import outcomes
-from sdaeverify.gate.policy import Policy
+from facade import Key, Locked, Policy, compare, found_claims, lock_text, outcomes, read_lock
+from sdaeverify import Claim, UsageError
+from sdaeverify.measuring import Verdict
 
 from .conftest import SHARP, WEAKER, result
 

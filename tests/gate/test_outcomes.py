@@ -4,11 +4,8 @@ from math import inf, nan
 
 import pytest
 
-from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.gate.expected import FailingClaim
-from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
-from sdaeverify.gate.policy import Policy
+from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, is_red, outcomes
+from sdaeverify.measuring import Verdict
 
 from .conftest import result
 

@@ -4,10 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.lock import read_lock
-from sdaeverify.gate.policy import Policy
-from sdaeverify.registry.load import load_registry
+from facade import Policy, gate_plan, load_registry, read_lock
 
 LOCK = Path(__file__).parents[2] / "sdaeverify.lock"
 

@@ -2,9 +2,8 @@
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify.gate.expected import FailingClaim
-from sdaeverify.gate.policy import Policy, read_policy
+from facade import FailingClaim, Policy, read_policy
+from sdaeverify import UsageError
 
 FULL = """
 [project]

@@ -5,13 +5,10 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.finding import Method, Verdict
-from sdaeverify.gate.expected import FailingClaim
-from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.writers.github import markdown_report
+from facade import FailingClaim, Lock, Policy, markdown_report
 from sdaeverify.gate.writers.record import json_report
 from sdaeverify.gate.writers.text import text_report
+from sdaeverify.measuring import Method, Verdict
 
 from .conftest import NASTY, Plain, gated, result
 

@@ -2,8 +2,8 @@
 
 from datetime import date, timedelta
 
+from facade import seed_of
 from sdaeverify import Settings
-from sdaeverify.gate.tiers import seed_of
 
 DAY = date(2025, 3, 1)
 

@@ -5,12 +5,10 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify.contracts.finding import Finding, Verdict
-from sdaeverify.contracts.specs import on_request
-from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.policy import Policy
+from facade import CellResult, Policy, gate_plan
+from sdaeverify import on_request
 from sdaeverify.gate.untested import find_untested
-from sdaeverify.study import CellResult
+from sdaeverify.measuring import Finding, Verdict
 
 from .conftest import SHARP, Plain, added, line, registered
 

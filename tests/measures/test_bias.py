@@ -6,17 +6,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import MALA, BiasSample, FunctionalOrder, log_ratio, ou
 from sdaeverify import Claim, Settings, verify
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
 from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
-from sdaeverify.measures.invariant.chain_order import BiasSample
-from sdaeverify.numerics.statistics import GROUPS
-from sdaeverify.probe.operator.functional_orders import FunctionalOrder
-from sdaeverify.probe.operator.transition import why_not_operator
+from sdaeverify.measuring import Evidence, Verdict
+from sdaeverify.numerics import GROUPS
+from sdaeverify.probing import why_not_operator
 from sdaeverify_planted.mala import AcceptsAll
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.mala import MALA, log_ratio
 from stationary_cells import euler_variance
 
 H = 0.25 / 2.0 ** np.arange(4)

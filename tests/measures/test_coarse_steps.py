@@ -3,25 +3,27 @@
 import numpy as np
 import pytest
 
+from facade import (
+    SRA1,
+    BalancedEuler,
+    Drift,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Moments,
+    Study,
+    TamedEuler,
+    Weak,
+    contract_violation,
+    fibre_clamped,
+    fibre_free,
+    gbm,
+    hold_back,
+    orthogonal_group,
+    plan,
+    problem_spec,
+)
 from sdaeverify import Settings
-from sdaeverify.conformance.contract import contract_violation
-from sdaeverify.contracts.finding import Reason, Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.drift import Drift
-from sdaeverify.measures.weak import Weak
-from sdaeverify.study import Study, plan
-from sdaeverify.verdicts.path_tests import PathTests, hold_back
-from sdaeverify_measures.moments import Moments
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.fibres.fibre_free import fibre_free
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
-from sdaeverify_schemes.balanced_euler import BalancedEuler
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify.measuring import Evidence, PathTests, Reason, Tally, Verdict
 
 CELLS = {
     "residuals grow while the bending of a fibre is not resolved": (

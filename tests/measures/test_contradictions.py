@@ -19,38 +19,54 @@ from contradictions import (
     squared_motion,
     waves,
 )
+from facade import (
+    SRA1,
+    BalancedEuler,
+    DisplacedEuler,
+    ErrorObserver,
+    EulerMaruyama,
+    Milstein,
+    PlatenWeak2,
+    Roughness,
+    StochasticTheta,
+    Strong,
+    StrongOrder,
+    Study,
+    TamedEuler,
+    Weak,
+    beside,
+    delay_forced,
+    double_well,
+    gbm,
+    judge_strong,
+    of_smooth,
+    plan,
+    problem_spec,
+    quantities_of,
+    unlike,
+)
 from sdaeverify import Settings
-from sdaeverify.contracts.finding import Opinion, Reason, Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.path_errors.errors import ErrorObserver
-from sdaeverify.measures.path_errors.quantity import quantities_of
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.numerics.statistics import Estimate, group_sums
-from sdaeverify.probe.local.smoothness import Roughness
-from sdaeverify.probe.local.strong_order import StrongOrder
-from sdaeverify.study import Study, plan
-from sdaeverify.verdicts.opinions import beside, decide, guard, local_doubt, of_smooth
-from sdaeverify.verdicts.path_tests import PathTests, unlike, with_sample
-from sdaeverify_problems.delays.delay_forced import delay_forced
-from sdaeverify_problems.double_well import double_well
+from sdaeverify.measuring import (
+    Estimate,
+    Evidence,
+    Opinion,
+    PathTests,
+    Reason,
+    Snapshot,
+    Tally,
+    Verdict,
+    decide,
+    group_sums,
+    guard,
+    local_doubt,
+    with_sample,
+)
 from sdaeverify_problems.fibres.fibre_linear import fibre_linear
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.balanced_euler import BalancedEuler
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.displaced_euler import DisplacedEuler
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
-from sdaeverify_schemes.sra1 import SRA1
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
 # One stage beyond all levels.
 SETTINGS = Settings(paths=2048)
-EVERY = {"guard_levels": 20}
+EVERY = {"first_levels": 20}
 
 
 def controls(label):
@@ -125,7 +141,7 @@ def test_finer_levels_are_drawn_until_paths_and_one_step_agree():
     [
         (Settings(), (-2, 0, 1, 2, 3)),
         (Settings(paths=2047), (-2, 0)),
-        (Settings(paths=256, guard_levels=6), (0,)),
+        (Settings(paths=256, first_levels=6), (0,)),
         (Settings(paths=2048, coarsest=2**18, levels=3), (0,)),
     ],
 )

@@ -6,16 +6,21 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    EDGES,
+    SAMPLED,
+    Drift,
+    EulerMaruyama,
+    ResidualObserver,
+    StochasticTheta,
+    gbm,
+    gbm_algebraic,
+    log_spaced,
+    quadrature,
+    quantile,
+)
 from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings, verify
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, log_spaced, quadrature, quantile
-from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify.measuring import Evidence, Tally, Verdict
 
 SETTINGS = Settings(paths=400, block=400)
 SIZES = np.abs(np.random.default_rng(8).normal(size=400)) + 0.5
@@ -236,7 +241,7 @@ def test_a_state_of_strong_order_keeps_its_constraints_with_that_order():
     assert (row["verdict"], row["decided_by"]) == ("verified", "T1")
     assert row["guarded_by"] == "the residual along paths"
     assert row["paths"] == 256
-    assert len(found.levels) == found.settings.guard_levels
+    assert len(found.levels) == found.settings.first_levels
 
 
 def test_the_local_order_of_a_residual_is_that_of_one_step():

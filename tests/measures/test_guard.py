@@ -5,18 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify import Settings
-from sdaeverify.contracts.finding import Opinion, Reason, Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.forms.truths import Moment
-from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.weak import mean_order
-from sdaeverify.numerics.statistics import Estimate
-from sdaeverify.verdicts import path_tests
-from sdaeverify.verdicts.opinions import decide, guard
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from facade import MeanObserver, StochasticTheta, delay_test, mean_order, means_of, path_tests
+from sdaeverify import Moment, Settings
+from sdaeverify.measuring import Estimate, Evidence, Opinion, Reason, Snapshot, Tally, Verdict, decide, guard
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local weak order 1.000"), 1)
 KNOWN, WRONG = 0.7503, 0.376

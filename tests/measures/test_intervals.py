@@ -3,16 +3,10 @@
 import numpy as np
 import pytest
 
+from facade import SAMPLED, PlatenWeak2, StochasticTheta, delay_test, gbm
 from sdaeverify import Settings
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
-from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict
 
 PATHS = 400
 SETTINGS = Settings(paths=PATHS, coarsest=4, levels=4)

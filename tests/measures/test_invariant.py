@@ -7,16 +7,11 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from facade import CHAINS, GROUPS, MALA, OPERATOR, BiasSample, ChainRecord, Invariant, exceeds
+from facade import double_well as shipped_double_well
 from sdaeverify import Claim, InvariantMean, Settings
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.invariant import CHAINS, OPERATOR, Invariant
 from sdaeverify.measures.invariant.chain_findings import is_decided
-from sdaeverify.measures.invariant.chain_order import BiasSample, exceeds
-from sdaeverify.simulate.chains import GROUPS, ChainRecord
-from sdaeverify_problems.double_well import double_well as shipped_double_well
-from sdaeverify_schemes.mala import MALA
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed
 from stationary_cells import (
     VARIANCE,
     Euler,

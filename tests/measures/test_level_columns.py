@@ -6,10 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import ExplicitProjectionEuler, HalfExplicitEuler, pendulum
 from sdaeverify import Claim, verify
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import EulerMaruyama, LaggedAlgebraicTheta, StochasticTheta
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Step, verify
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify.probing import OneStep
 
 
 def turning(tau: float = 0.0, horizon: float = 1.0, pull: float = 0.0) -> DelaySDAE:

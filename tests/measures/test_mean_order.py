@@ -6,12 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import ROUNDING, TOO_FEW, MeanObserver, Weak, gbm, mean_order, means_of
 from sdaeverify import SDE, Claim, Moment, Scheme, Settings
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.weak import ROUNDING, TOO_FEW, Weak, mean_order
-from sdaeverify_problems.gbm import gbm
+from sdaeverify.measuring import Evidence, Snapshot, Tally
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])

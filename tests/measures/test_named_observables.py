@@ -5,16 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from facade import PlatenWeak2, gbm, judge_probe, probe_weak, quadratic_form
+from facade import test_functions as phi
 from probe.weak_cells import equation, euler, scheme
 from sdaeverify import Claim, Settings, verify
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.weak.probe import judge_probe, probe_weak
-from sdaeverify.probe.linear.moments import quadratic_form
-from sdaeverify.probe.step import test_functions as phi
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify.measuring import Evidence, Tally, Verdict
 
 A, B = -1.0, 0.8
 SETTINGS = Settings()

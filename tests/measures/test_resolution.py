@@ -8,23 +8,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from sdaeverify import SDE, Claim, Settings
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.path_errors.errors import ErrorObserver
-from sdaeverify.measures.path_errors.quantity import quantities_of
-from sdaeverify.measures.resolution import (
+from facade import (
     LAW,
+    ErrorObserver,
+    LawResolution,
+    MeanObserver,
     bound_limit_error,
+    gbm,
+    means_of,
+    quantities_of,
     stationary_resolution,
     step_resolution,
     strong_resolution,
     weak_resolution,
 )
-from sdaeverify.probe.local.step_law import LawResolution
-from sdaeverify_problems.gbm import gbm
+from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify.measuring import Evidence, Snapshot, Tally, packed
 
 PATHS = 400
 SETTINGS = Settings(paths=PATHS)

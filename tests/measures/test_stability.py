@@ -6,24 +6,24 @@ import numpy as np
 import pytest
 
 from cells import Rule
+from facade import (
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Milstein,
+    Stability,
+    StochasticTheta,
+    circle,
+    double_well,
+    forced_ou,
+    gbm,
+    harmonic_langevin,
+    linear_test,
+    ou,
+    pendulum,
+)
 from probe import linear_cells as c
-from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Scheme, Settings
-from sdaeverify.contracts.finding import Finding, Judgement, Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.forms import Problem
-from sdaeverify.measures.stability import Stability
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.gbm import gbm, linear_test
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Problem, Scheme, Settings
+from sdaeverify.measuring import Evidence, Finding, Judgement, Tally, Verdict
 
 SETTINGS = Settings(paths=40, levels=3)
 INF = float("inf")

@@ -6,20 +6,22 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    BAOAB,
+    EulerMaruyama,
+    UniformExpansion,
+    UniformlyAccurate,
+    affine_constraint,
+    angle_pendulum,
+    double_well,
+    exponential_strip,
+    operator_findings,
+    operator_orders,
+    ou,
+    stationary_record,
+)
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.contracts.finding import Finding, Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.invariant import operator_findings, operator_orders, stationary_record
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
-from sdaeverify_schemes.baoab import BAOAB
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify.measuring import Evidence, Finding, Tally, Verdict
 
 
 @dataclass(frozen=True)

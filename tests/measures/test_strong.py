@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
+from facade import SAMPLED, ErrorObserver, Strong, affine_constraint, gbm, path_tests
 from sdaeverify import SDE, Claim, Scheme, Settings
-from sdaeverify.contracts.finding import Opinion, Reason, Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.path_errors.errors import ErrorObserver
-from sdaeverify.measures.strong import Strong
-from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify.verdicts import path_tests
-from sdaeverify.verdicts.opinions import guard
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_problems.gbm import gbm
+from sdaeverify.measuring import Evidence, Opinion, Reason, Snapshot, Tally, Verdict, guard
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])

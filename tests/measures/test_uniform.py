@@ -6,20 +6,22 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    SAMPLED,
+    Entry,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Strong,
+    Task,
+    gbm,
+    ou,
+    pendulum,
+    problem_spec,
+    run_block,
+)
 from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings, Step
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.uniform import Uniform, UniformObserver
-from sdaeverify.numerics.digits import SAMPLED
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.numerics.digits import LAST_BITS, keep_defined, significant
-from sdaeverify.numerics.statistics import EPS
+from facade import EPS, LAST_BITS, keep_defined, significant
 
 FINITE = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290)
 

@@ -6,15 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from facade import ConstrainedEuler, PenalisedEuler, UniformExpansion, UniformlyAccurate, affine_constraint
 from sdaeverify import Claim, Settings
-from sdaeverify.contracts.finding import Finding, Judgement
-from sdaeverify.contracts.measure import Evidence, Measure
-from sdaeverify.contracts.tally import Tally
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
-from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Tally
 
 SETTINGS = Settings(paths=40, levels=3)
 AFFINE = affine_constraint()

@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from facade import UniformlyAccurate, exponential_strip, penalised_sphere
 from paper_measures.stiff_cells import AFFINE, SETTINGS, Climbing, Explicit, Right, judged, probed, whole
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally, packed, unpacked
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed, unpacked
 from sdaeverify_measures.effort import ALONG, PROBED, Effort, chernoff
 from sdaeverify_measures.effort.iterations import RUNS, Iterations, RunIterations
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 MEASURE, NAME = Effort(), "newton_iterations"
 

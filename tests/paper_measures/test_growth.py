@@ -4,21 +4,24 @@ import numpy as np
 import pytest
 
 from cells import Formula
+from facade import (
+    EulerMaruyama,
+    Growth,
+    HalfExplicitEuler,
+    HeunAdditive,
+    double_well,
+    growth,
+    judge_growth,
+    lyapunov,
+    noncommuting,
+    ou,
+    pendulum,
+    pendulum_velocity_noise,
+)
 from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Scheme
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.tally import packed, unpacked
+from sdaeverify.measuring import Verdict, packed, unpacked
 from sdaeverify.numerics import apply, norm
-from sdaeverify.probe.step.states import extreme_states
-from sdaeverify_measures.moments import judge_growth
-from sdaeverify_measures.moments.semi_stability import Growth, growth, lyapunov
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import HeunAdditive
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.probing import extreme_states
 
 
 def found(scheme: Scheme, problem: HolonomicSDAE | SDE) -> Growth:

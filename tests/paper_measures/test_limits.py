@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from facade import EulerMaruyama, ou, penalised_sphere
 from paper_measures.stiff_cells import AFFINE, Explicit, Ignorant, Leaving, Right, judged, whole
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Verdict
+from sdaeverify.measuring import Verdict
 from sdaeverify_measures.limits import StiffLimits
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 MEASURE = StiffLimits()
 KEPT = dict.fromkeys(("x", "zeta", "x without noise", "zeta without noise"), Verdict.VERIFIED)

@@ -7,18 +7,23 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    FACTOR,
+    Entry,
+    EulerMaruyama,
+    Growth,
+    HalfExplicitEuler,
+    MomentObserver,
+    Moments,
+    Task,
+    ou,
+    pendulum,
+    problem_spec,
+    run_block,
+)
+from facade import moments_EDGES as EDGES
 from sdaeverify import SDE, Array, Claim, HolonomicSDAE, Scheme, Settings
-from sdaeverify.contracts.finding import Finding, Judgement, Verdict
-from sdaeverify.contracts.measure import Evidence, Snapshot
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify_measures.moments import EDGES, FACTOR, MomentObserver, Moments
-from sdaeverify_measures.moments.semi_stability import Growth
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.measuring import Evidence, Finding, Judgement, Snapshot, Tally, Verdict, packed
 
 SETTINGS = Settings(paths=2048, levels=3)
 BOUNDED = Claim(measure="moments", value="bounded", source="test")

@@ -7,12 +7,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import HalfExplicitEuler, judge_exponent, pendulum, pendulum_tangential, pendulum_velocity_noise
 from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Scheme, SchemeError, Step
-from sdaeverify.contracts.finding import Opinion, Verdict
-from sdaeverify.contracts.tally import packed, unpacked
+from sdaeverify.measuring import Opinion, Verdict, packed, unpacked
 from sdaeverify.numerics import apply
-from sdaeverify.probe.step.states import cloud
-from sdaeverify_measures.multipliers import judge_exponent
+from sdaeverify.probing import cloud
 from sdaeverify_measures.multipliers.multiplier_orders import (
     LEVELS,
     Multipliers,
@@ -20,11 +19,7 @@ from sdaeverify_measures.multipliers.multiplier_orders import (
     multipliers,
     why_not_multipliers,
 )
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.projections._old_normals import onto_constraint
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 NONE = HalfExplicitEuler(truncation="none")
 KAPPA, FREE, NOISE = range(3)

@@ -5,16 +5,9 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify import Claim, Scheme, Settings
-from sdaeverify.contracts.finding import Finding, Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.forms import Problem
-from sdaeverify_measures.multipliers import MultiplierExponents
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import EulerMaruyama, HalfExplicitEuler, MultiplierExponents, ou, pendulum
+from sdaeverify import Claim, Problem, Scheme, Settings
+from sdaeverify.measuring import Evidence, Finding, Tally, Verdict
 
 SETTINGS = Settings(paths=40, levels=3)
 

@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
+from facade import ONE_STEP, UniformDefects, Uniformity, sphere_product
+from facade import uniform_errors_LEVELS as LEVELS
 from paper_measures.stiff_cells import AFFINE, SETTINGS, UNIFORM, Right, replace_claims
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify_measures.uniformity import ONE_STEP, Uniformity
-from sdaeverify_measures.uniformity.uniform_errors import LEVELS, UniformDefects
-from sdaeverify_problems.spheres.sphere_product import sphere_product
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed
 
 CLAIM = Claim(measure="uniformity", quantities=(ONE_STEP,), value=1.5, source="test")
 MOMENTS = 5

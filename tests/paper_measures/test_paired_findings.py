@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from facade import PAIRED, SHARE, PairedErrors, Uniformity, penalised_sphere, torus
 from paper_measures.stiff_cells import Right, replace_claims
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.numerics.statistics import GROUPS
-from sdaeverify_measures.uniformity import PAIRED, Uniformity
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed
+from sdaeverify.numerics import GROUPS
 from sdaeverify_measures.uniformity.paired_findings import PairedMeans
-from sdaeverify_measures.uniformity.paired_members import SHARE, PairedErrors
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_problems.tori.torus import torus
 
 H = 0.1 * 0.5 ** np.arange(4)
 EPS = 10.0 ** np.arange(-8.0, 2.0)

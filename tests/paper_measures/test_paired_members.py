@@ -5,20 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from facade import ALL, FAILED, FINER, SHARE, STIFFEST, UniformlyAccurate, affine_constraint, paired_errors, run_of
 from sdaeverify import Settings
-from sdaeverify.numerics.statistics import GROUPS
-from sdaeverify.probe.linear.moments import moment_errors
-from sdaeverify_measures.uniformity.paired_members import (
-    ALL,
-    FAILED,
-    FINER,
-    SHARE,
-    STIFFEST,
-    paired_errors,
-    run_of,
-)
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify.numerics import GROUPS
+from sdaeverify.probing import moment_errors
 
 PATHS = 1500
 SETTINGS = Settings(paths=SHARE * PATHS, levels=3)

@@ -5,13 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from facade import HalfExplicitEuler, pendulum, pendulum_velocity_noise, where_no_root
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Step
 from sdaeverify.numerics import norm
-from sdaeverify_measures.solvability import where_no_root
 from sdaeverify_measures.solvability.root_scan import SCANNED, root_scan
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 @pytest.mark.parametrize("problem", [pendulum(), pendulum_velocity_noise()])

@@ -6,24 +6,25 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Claim, Settings
-from sdaeverify.contracts.finding import Finding, Judgement, Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.forms import Problem
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify_measures.solvability import PathCount, Solvability
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.levy_area import levy_area
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.quicsort import QUICSORT
+from facade import (
+    QUICSORT,
+    Entry,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    MilsteinAreas,
+    PathCount,
+    Solvability,
+    StochasticTheta,
+    Task,
+    harmonic_langevin,
+    levy_area,
+    ou,
+    pendulum,
+    problem_spec,
+    run_block,
+)
+from sdaeverify import Claim, Problem, Scheme, Settings
+from sdaeverify.measuring import Evidence, Finding, Judgement, Tally, Verdict
 
 SETTINGS = Settings(paths=256, levels=3)
 EVERY_H = Claim(measure="solvability", value="every h", source="test")

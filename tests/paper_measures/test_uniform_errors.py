@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify_measures.uniformity.uniform_errors import UniformErrors, suprema
+from facade import UniformErrors, suprema
 
 H = 0.1 * 0.5 ** np.arange(8)
 EPS = 10.0 ** np.linspace(-8, 1, 19)

@@ -5,16 +5,20 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from facade import (
+    ConstrainedEuler,
+    UniformDefects,
+    UniformExpansion,
+    UniformlyAccurate,
+    exponential_strip,
+    penalised_sphere,
+    sphere_product,
+    tube_torus,
+    uniform_defects,
+    why_not_uniform_defects,
+)
 from paper_measures.stiff_cells import AFFINE
-from sdaeverify.probe.local.orders import last_orders
-from sdaeverify_measures.uniformity.uniform_errors import UniformDefects, uniform_defects, why_not_uniform_defects
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_problems.spheres.sphere_product import sphere_product
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
-from sdaeverify_problems.tori.tube_torus import tube_torus
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify.probing import last_orders
 
 STRIP, SPHERE = exponential_strip(), penalised_sphere(d=3)
 

@@ -3,20 +3,21 @@
 import numpy as np
 import pytest
 
+from facade import (
+    INVARIANT,
+    ConstrainedEuler,
+    EulerMaruyama,
+    UniformErrors,
+    Uniformity,
+    affine_constraint,
+    exponential_strip,
+    ou,
+    penalised_sphere,
+)
 from paper_measures.stiff_cells import AFFINE, SETTINGS, Right, judged, whole
 from sdaeverify import Claim, Increment, Moment
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.probe.operator.transition_errors import invariant_observables
-from sdaeverify_measures.uniformity import INVARIANT, Uniformity
-from sdaeverify_measures.uniformity.uniform_errors import UniformErrors
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed
+from sdaeverify.probing import invariant_observables
 
 MEASURE = Uniformity()
 

@@ -3,16 +3,12 @@
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.scheme import flatten
-from sdaeverify.noise.brownian import Increment
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.states import cloud
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems
+from facade import HalfExplicitEuler, WrongVariance, flatten, load_registry, select_problems
+from sdaeverify import Increment
+from sdaeverify.probing import OneStep, cloud
 from sdaeverify_planted.baoab import WrongBAOAB
 from sdaeverify_planted.ellipse import WrongFixman
 from sdaeverify_planted.euler_arguments import WrongPlaces
-from sdaeverify_planted.euler_noise import WrongVariance
 from sdaeverify_planted.heun_additive import WrongStages
 from sdaeverify_planted.implicit_euler_ggl import WrongImplicitEuler
 from sdaeverify_planted.milstein import ScaledCorrection
@@ -21,7 +17,6 @@ from sdaeverify_planted.pendulum import WrongHalfExplicit
 from sdaeverify_planted.platen import WrongSupport
 from sdaeverify_planted.sra1 import ScaledArea
 from sdaeverify_planted.stability import AlmostHalf
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 H, T = 2.0**-5, 0.25
 RIGHT = [

@@ -2,11 +2,8 @@
 
 import numpy as np
 
-from sdaeverify.forms import Mesh
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, arguments
-from sdaeverify.probe.linear.second_moments import Operator
-from sdaeverify.probe.stability.delay_radius import radius
-from sdaeverify.probe.stability.spectral import SpectralRadius
+from facade import LinearDelayStep, Operator, SpectralRadius, arguments, radius
+from sdaeverify import Mesh
 
 
 def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:

@@ -6,8 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from cells import Formula
-from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Scheme, Step
-from sdaeverify.noise.laws import Law
+from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
 
 

@@ -22,7 +22,7 @@ class WithAreas(Formula):
 class NotSharp(Formula):
     """The same with the waiver."""
 
-    sharp_locally: ClassVar[bool] = False
+    local_order_is_global: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)

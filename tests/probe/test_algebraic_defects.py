@@ -6,14 +6,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Claim, DelaySDAE, Settings
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Evidence
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.forms import Problem
-from sdaeverify.measures.strong import Strong
+from facade import StochasticTheta, Strong
+from sdaeverify import Claim, DelaySDAE, Problem, Settings
+from sdaeverify.measuring import Evidence, Tally, Verdict
 from sdaeverify.probe.local.algebraic_defects import algebraic_defects, algebraic_order
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(coarsest=8, levels=5)
 TIMES = {"between mesh points": 0.3, "at mesh points": 0.25}

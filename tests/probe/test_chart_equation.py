@@ -7,11 +7,10 @@ import pytest
 from scipy.linalg import expm
 from scipy.special import ive
 
+from facade import chart_basis, stationary
 from probe.chart_cells import ANGLE, KT, OU, embed, free_moments, plane_pendulum, read
 from sdaeverify import Angle, Chart, Line, ProblemError
-from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.chart_equation import coefficients, generator, output_rows, require_chart
-from sdaeverify.probe.operator.transition import stationary
 
 POINTS = np.array([[0.1, 1.0, -2.0, 3.0], [0.3, -1.0, 2.0, 0.0]])
 

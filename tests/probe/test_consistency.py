@@ -5,19 +5,11 @@ from typing import ClassVar
 
 import pytest
 
+from facade import EulerMaruyama, HalfExplicitEuler, Milstein, ProjectedEuler, circle, consistency, gbm, ou, pendulum
 from sdaeverify import SDE, HolonomicState, Scheme, Step
-from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.measures.uniform.findings import judge_consistency
+from sdaeverify.measuring import Kind, Verdict
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.consistency import consistency
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 REFUTED, VERIFIED = Verdict.REFUTED, Verdict.VERIFIED
 

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.local.consistency import (
+from facade import (
     DelayConsistency,
+    StochasticTheta,
     consistency_order,
     delay_consistency,
+    delay_ou,
+    delay_test,
+    local_strong,
+    remove_delay,
+    strong_order,
     why_not_delay_consistency,
 )
-from sdaeverify.probe.local.delay_links import remove_delay
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 
 @pytest.mark.parametrize("name", ["I", "II", "IV"])

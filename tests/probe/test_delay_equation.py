@@ -5,8 +5,8 @@ from math import factorial
 import numpy as np
 import pytest
 
+from facade import LinearDelay
 from probe.theta_cells import SETS
-from sdaeverify.probe.linear.delay_equation import LinearDelay
 
 EPS = float(np.finfo(float).eps)
 EQUATIONS = [

@@ -5,15 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facade import (
+    AFFINE,
+    LARGE,
+    SMALL,
+    LaggedAlgebraicTheta,
+    StochasticTheta,
+    at_rest,
+    delay_ou,
+    delay_test,
+    is_autonomous,
+    limits,
+    linear_delay,
+    probe_step,
+)
+from facade import delay_equation_UNIT as UNIT
 from probe.theta_cells import SETS
 from sdaeverify import DelaySDAE
-from sdaeverify.probe.linear.affine import AFFINE
-from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT, at_rest, is_autonomous, linear_delay
-from sdaeverify.probe.linear.delay_step import limits, probe_step
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 # 1/theta-cell inverses of moderate condition, a few operations each.
 ROUNDING = 1e-13

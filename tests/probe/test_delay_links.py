@@ -3,24 +3,27 @@
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Increment, Scheme
-from sdaeverify.arrays import Array
+from facade import (
+    SETS,
+    KeptAlgebraic,
+    LaggedAlgebraicTheta,
+    OldLagAlgebraic,
+    StochasticTheta,
+    WrongLag,
+    delay_linear,
+    delay_martingale,
+    delay_ou,
+    delay_test,
+    gbm,
+    gbm_algebraic,
+    judge_strong,
+    keeps_constraint,
+    local_strong,
+    remove_delay,
+    strong_order,
+)
+from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.forms.delay.linked import linked_equation
-from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify_planted.delay_lag import WrongLag
-from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
-from sdaeverify_problems.delays._coefficients import SETS
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_martingale import delay_martingale
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 S, H, PATHS = 0.3, 1.0 / 16.0, 5
 

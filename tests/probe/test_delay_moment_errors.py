@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.linear.moments import delay_moment_errors, known_moments, moment_orders, why_not_delay_moments
-from sdaeverify.probe.operator.functional_orders import least_order
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from facade import (
+    StochasticTheta,
+    delay_linear,
+    delay_moment_errors,
+    delay_ou,
+    delay_test,
+    known_moments,
+    least_order,
+    moment_orders,
+    why_not_delay_moments,
+)
 
 STEPS = (8, 16, 32, 64, 128)
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from facade import RunMoments, Start, radius, run_moments
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_step import RunMoments, Start, run_moments
-from sdaeverify.probe.stability.delay_radius import radius
 
 
 def from_history(cell: Linear, theta: float, h: float, steps: int) -> RunMoments:

@@ -5,13 +5,10 @@ from time import process_time
 import numpy as np
 import pytest
 
+from facade import LinearDelayStep, as_recursion, delay_radius, outside, radius, spectral_radius
 from probe.delay_queue import mean_radius, queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, companion, is_stable, random_step
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, as_recursion
-from sdaeverify.probe.stability import delay_radius
-from sdaeverify.probe.stability.delay_radius import outside, radius
-from sdaeverify.probe.stability.spectral import spectral_radius
 
 
 def found(cell: Linear, theta: float, h: float) -> float:

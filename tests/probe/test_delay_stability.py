@@ -3,16 +3,21 @@
 import numpy as np
 import pytest
 
+from facade import (
+    LARGE,
+    SMALL,
+    Delayed,
+    LaggedAlgebraicTheta,
+    StochasticTheta,
+    delay_linear,
+    delay_stability,
+    delay_test,
+    gbm,
+    why_not_delay_stability,
+)
+from facade import delay_equation_UNIT as UNIT
+from facade import stability as scanning
 from sdaeverify import Scheme
-from sdaeverify.forms import Delayed
-from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT
-from sdaeverify.probe.stability import stability as scanning
-from sdaeverify.probe.stability.stability import delay_stability, why_not_delay_stability
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 # Set, theta, spectral radius at h = 1/32 and growth rate for l = 0.
 PAPER = [("I", 0.2, 0.96971567, -1.0), ("II", 0.2, 1.02532217, 0.8049), ("III", 0.2, np.nan, -2.71)]

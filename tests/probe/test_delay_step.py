@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from facade import LinearDelayStep, as_recursion
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, companion, random_step, walked
 from sdaeverify import Array, Mesh
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, as_recursion
 
 
 def sizes(F: Array, count: int) -> Array:

@@ -6,25 +6,34 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Settings, Step
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.forms import Problem
-from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
-from sdaeverify.measures.weak.probe import judge_weak, probe_weak
-from sdaeverify.probe.linear.delay_step import why_not_lasting_run, why_not_lasting_step
-from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, why_not_delay_moments
-from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.operator.functional_orders import least_order
-from sdaeverify.probe.stability.stability import why_not_delay_stability
-from sdaeverify.probe.step.times import DIFFERENT
+from facade import (
+    DIFFERENT,
+    FIRST,
+    SECOND,
+    WHOLE,
+    StochasticTheta,
+    delay_linear,
+    delay_moment_errors,
+    delay_test,
+    judge_strong,
+    judge_weak,
+    keeps_constraint,
+    least_order,
+    local_strong,
+    local_weak,
+    moment_orders,
+    probe_weak,
+    remove_delay,
+    strong_order,
+    weak_order,
+    why_not_delay_moments,
+    why_not_delay_stability,
+    why_not_lasting_run,
+    why_not_lasting_step,
+)
+from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Settings, Step
+from sdaeverify.measuring import Verdict
 from sdaeverify_planted.delay_late import LateLag
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 STEPS = (8, 16, 32, 64, 128)
 

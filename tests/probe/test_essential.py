@@ -3,20 +3,22 @@
 import numpy as np
 import pytest
 
+from facade import (
+    HalfExplicitEuler,
+    Operator,
+    StochasticTheta,
+    harmonic_langevin,
+    ou,
+    spectral_radius,
+    step_moments,
+    why_not_stability,
+)
+from facade import stability_stability as stability
 from probe import linear_cells as c
 from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
-from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.linear_map import MemoryStep
 from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, restrict_to_observed
-from sdaeverify.probe.linear.second_moments import Operator
-from sdaeverify.probe.linear.step_moments import step_moments
-from sdaeverify.probe.stability.spectral import spectral_radius
-from sdaeverify.probe.stability.stability import stability, why_not_stability
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.probing import OneStep, linear_equation
 
 
 def on_a_line() -> HolonomicSDAE:

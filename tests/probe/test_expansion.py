@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.operator.functional_orders import lowest_power
+from facade import lowest_power
 
 H = 0.25 / 2.0 ** np.arange(5)
 NONE = np.zeros(len(H))

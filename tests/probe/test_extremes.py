@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
+from facade import SCATTERED, SIZE, SIZES, circle, ou, pendulum
 from sdaeverify import SDE
 from sdaeverify.numerics import norm
-from sdaeverify.probe.step.states import SCATTERED, SIZE, SIZES, cloud, extreme_states
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify.probing import cloud, extreme_states
 
 
 def test_velocities_grow_and_stay_tangent() -> None:

@@ -3,16 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.operator.functional_orders import (
-    error_floors,
-    functional_orders,
-    least_order,
-    order_of,
-    why_not_evidence,
-    widen,
-)
-from sdaeverify.probe.operator.transition_errors import TransitionErrors
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
+from facade import affine_constraint, functional_orders, least_order, order_of, widen
+from sdaeverify.probing import TransitionErrors, error_floors, why_not_evidence
 
 H = 2.0 ** -np.arange(3, 9)
 

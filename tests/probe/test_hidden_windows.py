@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
-from sdaeverify.arrays import Array
-from sdaeverify.probe.linear.delay_equation import UNIT
-from sdaeverify.probe.stability import stability as scanning
-from sdaeverify.probe.stability.stability import delay_stability, refine_scan
-from sdaeverify.probe.stability.windows import (
+from facade import (
     STEEPER,
+    StochasticTheta,
     Window,
     crossings,
+    delay_linear,
+    delay_stability,
     doubtful,
+    refine_scan,
     scan_sizes,
     stable_windows,
 )
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from facade import delay_equation_UNIT as UNIT
+from facade import stability as scanning
+from sdaeverify import Array
 
 
 class Equation(NamedTuple):

@@ -7,17 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from facade import GENERATOR, double_well, forced_ou, gbm, noncommuting, ou, pendulum, smat, svec
 from probe.linear_cells import linear
-from sdaeverify import SDE, Array
-from sdaeverify.forms import Problem
-from sdaeverify.probe.linear.equation import linear_equation, why_not_linear_equation
-from sdaeverify.probe.linear.second_moments import smat, svec
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import GENERATOR, noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
+from sdaeverify import SDE, Array, Problem
+from sdaeverify.probing import linear_equation, why_not_linear_equation
 
 EPS = np.finfo(float).eps
 

@@ -6,11 +6,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import UniformlyAccurate, exponential_strip
 from sdaeverify import SDE, ConstrainedLangevin, Scheme, Step
-from sdaeverify.probe.linear.pair import affine_step, mean_square_distance, why_not_linear_pair
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify.probe.linear.pair import affine_step
+from sdaeverify.probing import OneStep, mean_square_distance, why_not_linear_pair
 
 KAPPA, SIGMA, START, T = 1.3, 0.7, 0.8, 0.5
 

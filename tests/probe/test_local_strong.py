@@ -7,34 +7,36 @@ import numpy as np
 import pytest
 
 from conformance.cells import cells
+from facade import (
+    ACCURACY,
+    SRA1,
+    EulerMaruyama,
+    HalfExplicitEuler,
+    Heun,
+    LocalStrong,
+    MilsteinAreas,
+    ProjectedEuler,
+    SemiImplicitProjectionEuler,
+    StrongOrder,
+    angle_pendulum,
+    circle,
+    double_well,
+    fibre_clamped,
+    gbm,
+    judge_strong,
+    levy_area,
+    load_registry,
+    local_strong,
+    ou,
+    pendulum,
+    pendulum_velocity_noise,
+    sphere,
+    strong_order,
+    why_not_local_order,
+)
 from probe import strong_cells as s
-from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify.contracts.finding import Kind, Opinion, Verdict
-from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.forms import Problem
-from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.noise.laws import THREE_POINT, Law
-from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
-from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
-from sdaeverify.registry.load import load_registry
-from sdaeverify.verdicts.coverage import claim_for
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.levy_area import levy_area
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_problems.spheres.sphere import sphere
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun
-from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
-from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
-from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify import SDE, THREE_POINT, Array, Increment, Law, Problem, Scheme, Step
+from sdaeverify.measuring import Kind, Opinion, Verdict, claim_for, packed, unpacked
 
 INF = float("inf")
 R, V, MU = range(3)
@@ -51,7 +53,7 @@ def found(scheme: Scheme, problem: Problem) -> StrongOrder:
 
 
 def opinion(scheme: Scheme, problem: Problem, claim: float) -> Opinion:
-    return judge_strong(found(scheme, problem), claim, sharp=scheme.sharp_locally)
+    return judge_strong(found(scheme, problem), claim, sharp=scheme.local_order_is_global)
 
 
 def exact_gbm(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -406,7 +408,7 @@ def test_no_registered_claim_is_refuted() -> None:
         few = cell.problem.noise_dim <= 3
         if few and claim is not None and not why_not_local_order(cell.scheme, cell.problem):
             order = strong_order(local_strong(cell.scheme, cell.problem))
-            answers[cell.label] = judge_strong(order, claim.value.least, sharp=cell.scheme.sharp_locally)
+            answers[cell.label] = judge_strong(order, claim.value.least, sharp=cell.scheme.local_order_is_global)
 
     wrong = {label: str(answer.reason) for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
     assert len(answers) > 50

@@ -7,18 +7,22 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    WHEN,
+    HalfExplicitEuler,
+    LocalWeak,
+    WrongVariance,
+    judge_weak,
+    local_weak,
+    pendulum,
+    weak_order,
+    weak_reference,
+    why_not_local_weak,
+)
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
 from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
-from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.measures.weak.probe import judge_weak
+from sdaeverify.measuring import Kind, Verdict, packed, unpacked
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.weak_defects import local_weak, weak_reference, why_not_local_weak
-from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
-from sdaeverify.probe.step.states import WHEN
-from sdaeverify_planted.euler_noise import WrongVariance
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
 
 
 @pytest.mark.parametrize("name", CORRECT)

@@ -4,25 +4,28 @@ import numpy as np
 import pytest
 
 from cells import Rule
+from facade import (
+    BAOAB,
+    SRA1,
+    EulerMaruyama,
+    Heun,
+    HeunAdditive,
+    PlatenWeak2,
+    StochasticTheta,
+    affine_constraint,
+    double_well,
+    forced_ou,
+    gbm,
+    harmonic_langevin,
+    least_order,
+    moment_orders,
+    noncommuting,
+    ou,
+)
 from probe import linear_cells as c
-from sdaeverify import SDE, Array, Increment, Langevin, Scheme
-from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.forms import Problem
-from sdaeverify.probe.linear.moments import MomentErrors, moment_errors, moment_orders, why_not_moments
-from sdaeverify.probe.operator.functional_orders import least_order
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.baoab import BAOAB
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.heun import Heun, HeunAdditive
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
-from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify import SDE, Array, Increment, Langevin, Problem, Scheme
+from sdaeverify.measuring import packed, unpacked
+from sdaeverify.probing import MomentErrors, moment_errors, why_not_moments
 
 STEPS = (8, 16, 32, 64, 128, 256)
 # What is propagated, six finer step sizes included.

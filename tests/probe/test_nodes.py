@@ -9,26 +9,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from joined_noise import aggregate
-from sdaeverify.noise.areas import join_areas, outer
-from sdaeverify.noise.brownian import LevelNoise
-from sdaeverify.noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
-from sdaeverify.probe.step.nodes import (
-    FEWEST,
+from facade import (
     LARGEST,
     MOST_NODES,
     POINTS,
-    Nodes,
     Rule,
     fifth_degree_rule,
     gauss_hermite,
     half_steps,
+    join_areas,
     law_nodes,
     normal_rule,
     orthogonal_rule,
-    step_nodes,
+    outer,
     tensor_rule,
 )
+from joined_noise import aggregate
+from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Law
+from sdaeverify.measuring import FEWEST
+from sdaeverify.probing import LevelNoise, Nodes, step_nodes
 
 GAUSSIAN_MOMENTS = {0: 1.0, 1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0, 7: 0.0, 8: 105.0, 9: 0.0, 10: 945.0}
 

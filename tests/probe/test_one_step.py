@@ -6,17 +6,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from facade import EulerMaruyama, HalfExplicitEuler, gbm, pendulum
 from probe import strong_cells as s
-from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify.errors import SchemeError
-from sdaeverify.forms import Problem
-from sdaeverify.probe.step.nodes import step_nodes
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.states import cloud
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify import SDE, Array, Increment, Problem, Scheme, SchemeError, Step
+from sdaeverify.probing import OneStep, cloud, step_nodes
 
 H, T = 0.01, 0.1
 

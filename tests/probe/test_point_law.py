@@ -9,20 +9,9 @@ import numpy as np
 import pytest
 import scipy
 
+from facade import EulerMaruyama, PlatenWeak2, delay_ou, double_well, gbm, noncommuting, pendulum
 from sdaeverify import TWO_POINT, Increment, Law
-from sdaeverify.probe.operator.point_law import (
-    PointLaw,
-    largest_errors_order,
-    point_law,
-    why_not_point_law,
-)
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify.probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
 
 
 @dataclass(frozen=True)

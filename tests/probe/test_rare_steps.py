@@ -7,22 +7,23 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from facade import (
+    DIFFERENT,
+    EulerMaruyama,
+    double_well,
+    forced_ou,
+    judge_strong,
+    judge_weak,
+    local_strong,
+    local_weak,
+    odd_step,
+    ou,
+    strong_order,
+    weak_order,
+)
 from sdaeverify import SDE, Array, Increment, Step
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.measures.weak.probe import judge_weak
-from sdaeverify.probe.linear.moments import why_not_moments
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.operator.transition import why_not_operator
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.times import DIFFERENT, odd_step
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify.measuring import Verdict
+from sdaeverify.probing import OneStep, why_not_moments, why_not_operator
 
 WELL, FORCED = double_well(), forced_ou()
 # Whether a step n of size h at time t of a run up to T is wrong.

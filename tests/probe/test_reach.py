@@ -7,20 +7,12 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from facade import EulerMaruyama, HalfExplicitEuler, judge_strong, local_strong, ou, pendulum, strong_order, violation
 from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify.conformance import violation
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measuring import Verdict
 from sdaeverify.numerics import apply
 from sdaeverify.probe.local.reach import core, reach
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.states import cloud
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.probing import OneStep, cloud
 
 Coupling = Callable[[float, Array], Array]
 NAMES = {"a": slice(0, 1), "b": slice(1, 2)}

@@ -6,16 +6,24 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from cells import Rule
+from facade import (
+    AFFINE,
+    B_1,
+    B_2,
+    A,
+    Operator,
+    PlatenWeak2,
+    StepMoments,
+    disagreement,
+    noncommuting,
+    on_symmetric,
+    smat,
+    step_moments,
+    svec,
+)
 from probe import linear_cells as c
-from sdaeverify import SDE, Array, Increment, Scheme
-from sdaeverify.noise.laws import GAUSSIAN
-from sdaeverify.probe.linear.affine import AFFINE
-from sdaeverify.probe.linear.second_moments import Operator, on_symmetric, smat, svec
-from sdaeverify.probe.linear.step_moments import StepMoments, disagreement, step_moments
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.step_noise import StepNoise
-from sdaeverify_problems.noncommuting import B_1, B_2, A, noncommuting
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify import GAUSSIAN, SDE, Array, Increment, Scheme
+from sdaeverify.probing import OneStep, StepNoise
 
 EPS = np.finfo(float).eps
 SCALAR = c.linear(-2.0, [1.0])

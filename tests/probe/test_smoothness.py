@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 
 from contradictions import bent_drift, kinked, squared_motion, waves
-from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
-from sdaeverify.registry.load import load_registry
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from facade import (
+    EulerMaruyama,
+    Roughness,
+    Smoothness,
+    circle,
+    delay_ou,
+    gbm,
+    load_registry,
+    noncommuting,
+    pendulum,
+    rough_coefficient,
+    smoothness,
+)
 
 JUMPS = {
     "indicator": lambda x: 1.0 * (x > 1.0),

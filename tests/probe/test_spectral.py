@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigs
 
+from facade import Operator, are_below, spectral, spectral_radius, step_moments
 from probe import linear_cells as c
 from sdaeverify import Array
-from sdaeverify.probe.linear.second_moments import Operator
-from sdaeverify.probe.linear.step_moments import step_moments
-from sdaeverify.probe.stability import spectral
-from sdaeverify.probe.stability.spectral import are_below, spectral_radius
-from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probing import OneStep
 
 
 def operator(*factors: Array) -> Operator:

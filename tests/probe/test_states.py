@@ -5,14 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sdaeverify import SDE
-from sdaeverify.forms import Problem
-from sdaeverify.probe.step.states import MOST_STEPS, SIZE, cloud
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.spheres.sphere import sphere
+from facade import MOST_STEPS, SIZE, circle, fibre_clamped, gbm, pendulum, sphere
+from sdaeverify import SDE, Problem
+from sdaeverify.probing import cloud
 
 
 def states(problem: Problem) -> np.ndarray:

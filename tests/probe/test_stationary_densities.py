@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.operator.transition_errors import Densities, stationary_densities
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from facade import Densities, EulerMaruyama, angle_pendulum, ou, stationary_densities
 
 
 def normal(x, deviation):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import test_functions as phi
 from sdaeverify.numerics import jacobian
-from sdaeverify.probe.step import test_functions as phi
 
 SPECIAL = {
     "sin(sum x)": lambda x: np.sin(x.sum(axis=0)),

@@ -6,18 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from facade import (
+    judge_strong,
+    judge_weak,
+    local_strong,
+    local_weak,
+    same_in_a_row,
+    strata,
+    strong_order,
+    times,
+    weak_order,
+)
 from probe.weak_cells import equation, euler, scheme
 from sdaeverify import SDE, Array, Increment
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.measures.weak.probe import judge_weak
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.states import cloud
-from sdaeverify.probe.step.times import same_in_a_row, strata, times
+from sdaeverify.measuring import Verdict
+from sdaeverify.probing import OneStep, cloud
 
 STILL = equation(lambda t, x: 0.5 * x, lambda t, x: 0.6 * x[:, None], [1.0])
 MOVING = equation(lambda t, x: 0.5 * x + np.sin(t), lambda t, x: 0.6 * x[:, None], [1.0])

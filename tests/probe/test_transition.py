@@ -6,14 +6,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import HalfExplicitEuler, chart_basis, stationary, transition
 from probe.chart_cells import ANGLE, OU, AdditiveHeun, Euler, identity, plane_pendulum
 from sdaeverify import SDE, TWO_POINT, Angle, Chart, HolonomicSDAE, HolonomicState, Law, Line, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.operator.basis import chart_basis
-from sdaeverify.probe.operator.transition import stationary, transition, why_not_operator
-from sdaeverify.probe.step.nodes import step_nodes
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.probing import OneStep, step_nodes, why_not_operator
 
 SIGMA, H = 0.7, 0.125
 BASIS = chart_basis(OU.chart, line=8)

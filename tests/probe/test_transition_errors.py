@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from facade import HalfExplicitEuler, chart_observables, functional_orders, least_order, weak_errors
 from probe.chart_cells import (
     ANGLE,
     AdditiveHeun,
@@ -12,14 +13,7 @@ from probe.chart_cells import (
     plane_pendulum,
     with_moments,
 )
-from sdaeverify.probe.operator.functional_orders import error_floors, functional_orders, least_order
-from sdaeverify.probe.operator.transition_errors import (
-    chart_observables,
-    invariant_errors,
-    invariant_observables,
-    weak_errors,
-)
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from sdaeverify.probing import error_floors, invariant_errors, invariant_observables
 
 SIZES = [1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64]
 UNTRUNCATED = HalfExplicitEuler(truncation="none")

@@ -2,15 +2,21 @@
 
 import numpy as np
 
+from facade import (
+    TRUNCATED,
+    DriftTruncatedEuler,
+    EulerMaruyama,
+    hyperbolic_pair,
+    local_strong,
+    local_weak,
+    strong_order,
+    weak_order,
+    why_not_local_order,
+    why_not_local_weak,
+)
+from facade import strong_defects_LEVELS as LEVELS
 from sdaeverify import SDE
-from sdaeverify.probe.local.strong_defects import LEVELS, local_strong, why_not_local_order
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak, why_not_local_weak
-from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.step.one_step import TRUNCATED, OneStep
-from sdaeverify.probe.step.states import cloud
-from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
-from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
+from sdaeverify.probing import OneStep, cloud
 
 
 def with_drift(size: float) -> SDE:

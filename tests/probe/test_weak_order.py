@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.measures.weak.probe import judge_weak
-from sdaeverify.probe.local.weak_defects import LEVELS
-from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
-from sdaeverify.probe.step import test_functions as phi
+from facade import LocalWeak, judge_weak, weak_order
+from facade import test_functions as phi
+from facade import weak_defects_LEVELS as LEVELS
+from sdaeverify.measuring import Kind, Verdict
 
 H = LEVELS
 FUNCTIONS, STATES = len(phi.names(1)), 13

@@ -3,25 +3,27 @@
 import numpy as np
 import pytest
 
-from probe import linear_cells as c
-from sdaeverify import SDE, Array, Increment, Scheme
-from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.probe.stability.stability import StabilityRecord, stability, why_not_stability
-from sdaeverify.probe.stability.windows import (
+from facade import (
+    EulerMaruyama,
+    Milstein,
+    StabilityRecord,
+    StochasticTheta,
     brackets,
     crossings,
     describe_windows,
     find_undecided,
+    linear_test,
+    noncommuting,
     scan_sizes,
     signs,
     smallest_boundary,
     stable_windows,
+    why_not_stability,
 )
-from sdaeverify_problems.gbm import linear_test
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
+from facade import stability_stability as stability
+from probe import linear_cells as c
+from sdaeverify import SDE, Array, Increment, Scheme
+from sdaeverify.measuring import packed, unpacked
 
 INF = float("inf")
 EQUATIONS = ((-10.0, 2.0), (-2.0, 1.0), (-1.0, 0.5), (-4.0, 2.5))

@@ -4,11 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from facade import WIDTHS, Lagged, LinearDelay, LinearDelayStep, as_recursion, side_of
 from sdaeverify import Array, Dissipation, Mesh
-from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep, as_recursion
-from sdaeverify.probe.stability.delay_radius import side_of
-from sdaeverify.probe.stability.spectral import WIDTHS
 
 MESHES = [Mesh(0, 0.0), Mesh(1, 0.0), Mesh(1, 0.3), Mesh(2, 0.0), Mesh(2, 0.7), Mesh(3, 0.4), Mesh(6, 0.1)]
 

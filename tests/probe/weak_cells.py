@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from facade import SemigroupReference, WeakOrder, local_weak, weak_order, weak_reference
 from sdaeverify import GAUSSIAN, SDE, THREE_POINT, TWO_POINT, Array, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.weak_defects import SemigroupReference, local_weak, weak_reference
-from sdaeverify.probe.local.weak_order import WeakOrder, weak_order
 
 Formula = Callable[..., Array]
 A, B = 0.5, 0.6

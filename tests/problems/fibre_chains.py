@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sdaeverify.arrays import Array
-from sdaeverify_problems.fibres._chain import Chain, clamped_chain, free_chain
+from facade import Chain, clamped_chain, free_chain
+from sdaeverify import Array
 
 CHAINS = {
     f"{make.__name__} N={N} d={d}": make(N, d)

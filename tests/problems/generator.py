@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify.arrays import Array
-from sdaeverify.forms import Problem
+from sdaeverify import Array, Problem
 from sdaeverify.testing.checks.differences import first, second
 
 Function = Callable[[Array], Array]

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import HolonomicSDAE
-from sdaeverify.arrays import Array
+from sdaeverify import Array, HolonomicSDAE
 
 
 class Law(NamedTuple):

@@ -7,17 +7,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sdaeverify import Moment, Scheme
-from sdaeverify.arrays import Array
-from sdaeverify.probe.linear.second_moments import smat, svec
-from sdaeverify.probe.linear.step_moments import step_moments
-from sdaeverify.probe.step.one_step import OneStep
+from facade import (
+    ConstrainedEuler,
+    PenalisedEuler,
+    UniformExpansion,
+    UniformlyAccurate,
+    affine_constraint,
+    affine_langevin,
+    smat,
+    step_moments,
+    svec,
+)
+from sdaeverify import Array, Moment, Scheme
+from sdaeverify.probing import OneStep
 from sdaeverify_problems.affine._langevin import AffineLangevin
-from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
-from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
 EPS = np.finfo(float).eps
 SIZES = [(2, 1), (3, 1), (3, 2), (5, 3)]

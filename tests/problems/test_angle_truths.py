@@ -6,15 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE, Increment
-from sdaeverify.arrays import Array
-from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
-from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
-from sdaeverify_problems.curves import _circle as circle
+from facade import _circle as circle
+from facade import damped_pendulum, pendulum, pendulum_tangential
+from sdaeverify import Array, HolonomicSDAE, Increment
+from sdaeverify.measuring import Estimate, group_sums, jackknife
+from sdaeverify.numerics import log_norms, slope_weights
+from sdaeverify.probing import LevelNoise, Source, brownian_steps
 from sdaeverify_problems.pendulums import pendulum_velocity_noise as velocity_noise
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
 
 PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 10, 0.5
 # Halfway between order 3/2 and order 1, which is what any one missing term of the step would leave.

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from facade import load_registry
 from sdaeverify import ParameterError
-from sdaeverify.registry.load import load_registry
 from sdaeverify_problems import Fibre, clamped_chain
 
 NOT_NEGATIVE = "eps must be finite and not negative, got"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sdaeverify.errors import SdaeverifyError
+from sdaeverify import SdaeverifyError
 from sdaeverify_problems import Bath, Fibre, clamped_chain, constrained_langevin, fibre_problem, free_chain, rotation
 
 NUMBERS = [-1, -1.5, 0, float("nan"), float("inf"), float("-inf"), 1e300, 10**30, 2.5, True, 1e-320, 1j]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify_problems.curves import _circle as circle
+from facade import _circle as circle
 
 EPS = np.finfo(float).eps
 

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from facade import _unit_sphere as unit_sphere
 from problems.tangent_law import Law, canonical_nodes, images, monomials
-from sdaeverify import HolonomicSDAE, ParameterError, ProblemError
-from sdaeverify.arrays import Array
+from sdaeverify import Array, HolonomicSDAE, ParameterError, ProblemError
 from sdaeverify.numerics import product_transposed
 from sdaeverify_problems.langevin._bath import Bath
 from sdaeverify_problems.langevin._canonical_law import Canonical, circle_nodes, invariant_means, sphere_nodes
 from sdaeverify_problems.langevin._constrained_langevin import constrained_langevin
-from sdaeverify_problems.spheres import _unit_sphere as unit_sphere
 
 EPS = np.finfo(float).eps
 KT = 0.7

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify.arrays import Array
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from facade import damped_pendulum
+from sdaeverify import Array
 
 
 def inertia(theta: Array, mass: float) -> Array:

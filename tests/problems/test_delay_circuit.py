@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from sdaeverify import SDE, InvariantMean
-from sdaeverify.arrays import Array
+from facade import BOLTZMANN, noisy_circuit
+from sdaeverify import SDE, Array, InvariantMean
 from sdaeverify.numerics import jacobian
-from sdaeverify_problems.noisy_circuit import BOLTZMANN, noisy_circuit
 
 UNEQUAL = {"R_1": 2.0, "R_a": 0.3, "R_b": 0.9, "C_1": 0.5, "C_2": 3.0, "U": 0.2, "temperature": 400.0}
 

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import LinearDelay, ScalarDelay, delay_linear, delay_ou
+from facade import _equilibrium as equilibrium
 from sdaeverify import InvariantMean, MeanSquareStability
-from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify_problems.delays import _equilibrium as equilibrium
-from sdaeverify_problems.delays._scalar_delay import ScalarDelay
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_ou import delay_ou
 
 
 def equation(A: float, B: float, tau: float) -> ScalarDelay:

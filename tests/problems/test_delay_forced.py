@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import delay_forced
 from sdaeverify import DelaySDAE, Moment
-from sdaeverify_problems.delays.delay_forced import delay_forced
 
 OTHER = {"a": -0.3, "B": 0.4, "q": -0.7, "amplitude": 1.3, "omega": 1.7, "sigma": 0.4, "tau": 0.6}
 

@@ -15,12 +15,9 @@ d^4 r^2/2.
 import numpy as np
 import pytest
 
-from sdaeverify import DelaySDAE, Mesh
-from sdaeverify.arrays import Array
-from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.simulate.tracks import Track
-from sdaeverify_problems.delays.delay_martingale import delay_martingale
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from facade import StochasticTheta, Track, delay_martingale
+from sdaeverify import Array, DelaySDAE, Mesh
+from sdaeverify.probing import Source, brownian_steps
 
 D, PATHS, FINEST = 0.8, 4000, 6
 

@@ -7,17 +7,20 @@ from math import factorial
 import numpy as np
 import pytest
 
-from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
-from sdaeverify.arrays import Array
-from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_step import probe_step, run_moments, run_start
-from sdaeverify_problems.delays import _equilibrium as equilibrium
+from facade import (
+    LinearDelay,
+    ScalarDelay,
+    StochasticTheta,
+    delay_linear,
+    delay_ou,
+    delay_test,
+    probe_step,
+    run_moments,
+    run_start,
+)
+from facade import _equilibrium as equilibrium
+from sdaeverify import Array, DelaySDAE, InvariantMean, MeanSquareStability, Moment
 from sdaeverify_problems.delays._renewal_equation import mean, second, size
-from sdaeverify_problems.delays._scalar_delay import ScalarDelay
-from sdaeverify_problems.delays.delay_linear import delay_linear
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 
 # A, B, c, d, s, tau, x_0 and slope: all terms at once, and each of them missing.
 EQUATIONS = {

@@ -5,7 +5,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from sdaeverify_problems.ou import exponential_integral
+from facade import exponential_integral
 
 EPS = np.finfo(float).eps
 

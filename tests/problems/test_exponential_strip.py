@@ -2,8 +2,8 @@
 
 import pytest
 
+from facade import exponential_strip
 from sdaeverify import InvariantMean
-from sdaeverify_problems.strips.exponential_strip import exponential_strip
 
 # (q, eps): E t and E |n|^2 for alpha = kappa = sigma = 1, c = 1/2.
 PRINTED = {

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import load_registry
 from sdaeverify import InvariantMean, Moment
-from sdaeverify.registry.load import load_registry
 
 FAMILIES = ("affine-constraint", "exponential-strip", "orthogonal-group", "penalised-sphere", "stiefel", "tube-torus")
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import clamped_chain, free_chain
 from problems.fibre_chains import CHAINS, curved, defects, derivative
 from sdaeverify_problems.fibres import _inextensible as inextensible
-from sdaeverify_problems.fibres._chain import clamped_chain, free_chain
 
 EPS = np.finfo(float).eps
 PATHS = 4

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import Fibre, clamped_chain, free_chain
 from problems.fibre_chains import CHAINS, curved
-from sdaeverify_problems.fibres._chain import clamped_chain, free_chain
-from sdaeverify_problems.fibres._fibre import Fibre
 from sdaeverify_problems.fibres._noise import FibreNoise
 
 EPS = np.finfo(float).eps

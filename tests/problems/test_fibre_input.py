@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify.errors import ProblemError
-from sdaeverify_problems.fibres._chain import clamped_chain, free_chain
-from sdaeverify_problems.fibres._fibre import Fibre
-from sdaeverify_problems.fibres._problem import fibre_problem
+from facade import Fibre, clamped_chain, fibre_problem, free_chain
+from sdaeverify import ProblemError
 
 CHAIN = clamped_chain(3, 2)
 

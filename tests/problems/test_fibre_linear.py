@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify_problems._gaussian_step import gaussian_step
-from sdaeverify_problems.fibres._chain import clamped_chain
-from sdaeverify_problems.fibres._fibre import Fibre
-from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
+from facade import Fibre, clamped_chain, gaussian_step, hanging_fibre
 
 N = 3
 

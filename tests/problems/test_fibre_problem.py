@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from sdaeverify_problems.fibres._chain import clamped_chain
-from sdaeverify_problems.fibres._fibre import Fibre
-from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
-from sdaeverify_problems.fibres._problem import is_resolved
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
+from facade import Fibre, clamped_chain, fibre_clamped, hanging_fibre, is_resolved
 
 
 def reference_growth(alpha, horizon):

@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facade import Fibre, clamped_chain, fibre_problem
 from problems.fibre_chains import CHAINS, curved, defects, derivative
-from sdaeverify.forms import Structure
-from sdaeverify_problems.fibres._chain import clamped_chain
-from sdaeverify_problems.fibres._fibre import Fibre
-from sdaeverify_problems.fibres._problem import fibre_problem
+from sdaeverify import Structure
 
 EPS = np.finfo(float).eps
 PATHS = 2

@@ -6,17 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Increment, Pathwise
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.forms import Problem
-from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
-from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.curves.ellipse import ellipse
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_schemes.sra1 import SRA1
+from facade import SRA1, angle_pendulum, circle, double_well, ellipse
+from sdaeverify import SDE, Array, Increment, Pathwise, Problem, Scheme
+from sdaeverify.measuring import Estimate, group_sums, jackknife
+from sdaeverify.numerics import log_norms, slope_weights
+from sdaeverify.probing import LevelNoise, Source, brownian_steps
 
 PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 8, 0.5
 # Halfway between the order of a right solution and the next lower one, or none.

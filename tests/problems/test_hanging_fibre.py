@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from facade import (
+    ExplicitProjectionEuler,
+    Fibre,
+    HalfExplicitEuler,
+    SemiImplicitProjectionEuler,
+    clamped_chain,
+    fibre_problem,
+    hanging_fibre,
+    rotation,
+)
 from problems.fibre_chains import derivative
-from sdaeverify.forms import SDE, HolonomicState
-from sdaeverify.noise.brownian import Increment
-from sdaeverify_problems.fibres._chain import clamped_chain
-from sdaeverify_problems.fibres._fibre import Fibre, rotation
-from sdaeverify_problems.fibres._hanging_fibre import hanging_fibre
-from sdaeverify_problems.fibres._problem import fibre_problem
-from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
+from sdaeverify import SDE, HolonomicState, Increment
 
 N = 7
 

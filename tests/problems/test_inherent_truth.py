@@ -7,16 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE, Increment, ProblemError
-from sdaeverify.arrays import Array
-from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
-from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
+from facade import _circle as circle
+from facade import damped_pendulum, pendulum, pendulum_tangential, pendulum_velocity_noise
+from sdaeverify import Array, HolonomicSDAE, Increment, ProblemError
+from sdaeverify.measuring import Estimate, group_sums, jackknife
+from sdaeverify.numerics import log_norms, slope_weights
+from sdaeverify.probing import LevelNoise, Source, brownian_steps
 from sdaeverify_problems._inherent_truth import inherent_truth, with_inherent_truth
-from sdaeverify_problems.curves import _circle as circle
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
 
 PATHS, HORIZON, FITTED, FINE, FINEST = 240, 0.5, range(2, 6), 9, 11
 # Halfway between order 3/2 and order 1, which is what a noise coefficient taken once a step would leave.

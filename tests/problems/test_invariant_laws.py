@@ -10,16 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from facade import angle_pendulum, circle, damped_pendulum, double_well, ellipse, ou, sphere
 from problems.generator import generator
-from sdaeverify.arrays import Array
-from sdaeverify.forms import Problem
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.curves.ellipse import ellipse
-from sdaeverify_problems.double_well import double_well
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
-from sdaeverify_problems.spheres.sphere import sphere
+from sdaeverify import Array, Problem
 
 TURN = 2 * np.pi * np.arange(128) / 128
 

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.numerics.statistics import group_sums, jackknife, slope_weights
-from sdaeverify_problems.affine.affine_constraint import affine_constraint
+from facade import affine_constraint
+from sdaeverify.measuring import group_sums, jackknife
+from sdaeverify.numerics import slope_weights
+from sdaeverify.probing import Source, brownian_steps
 
 PATHS, STEPS = 1000, 2048
 T = 0.125

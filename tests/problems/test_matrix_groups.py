@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from facade import orthogonal_group
 from sdaeverify_problems.matrices import _lyapunov
 from sdaeverify_problems.matrices._eigenangle_law import mean_trace
 from sdaeverify_problems.matrices._lyapunov import Lyapunov, dense
 from sdaeverify_problems.matrices._polar_law import PolarLaw
-from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
 
 ROOT = 2.0**0.5
 # E tr x under the invariant law, kappa = 100: printed values and half of a unit of their last digits, or as stated.

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sdaeverify.arrays import Array, Mask
+from facade import OldNormals
+from sdaeverify import Array, Mask
 from sdaeverify_problems.matrices._root import MatrixLevel
 from sdaeverify_problems.matrices.stiefel import stiefel
-from sdaeverify_schemes.penalised._multiplier import OldNormals
 
 EPS = float(np.finfo(float).eps)
 SIZES = [(2, 2), (3, 3), (5, 5), (3, 2), (4, 1), (6, 3)]

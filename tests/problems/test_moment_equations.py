@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from facade import circle, noncommuting, sphere, spiral
 from problems.generator import generator, observed
-from sdaeverify.arrays import Array
-from sdaeverify.forms import Problem
-from sdaeverify.forms.truths import Moment
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.noncommuting import noncommuting
-from sdaeverify_problems.spheres.sphere import sphere
-from sdaeverify_problems.spiral import spiral
+from sdaeverify import Array, Moment, Problem
 
 CASES: dict[str, Callable[[], Problem]] = {
     "circle": lambda: circle(2.0),

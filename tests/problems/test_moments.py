@@ -5,14 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sdaeverify.arrays import Array
-from sdaeverify.forms import HolonomicSDAE, Problem
-from sdaeverify.forms.truths import MeanSquareStability, Moment
-from sdaeverify_problems.gbm import gbm, linear_test
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
-from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise
+from facade import gbm, linear_test, ou, pendulum, pendulum_tangential, pendulum_velocity_noise
+from sdaeverify import Array, HolonomicSDAE, MeanSquareStability, Moment, Problem
 
 EPS = np.finfo(float).eps
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import sphere_langevin
 from problems.tangent_law import canonical_nodes, images, monomials, value
-from sdaeverify import HolonomicSDAE
-from sdaeverify.arrays import Array
-from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
+from sdaeverify import Array, HolonomicSDAE
 
 
 def gap(problem: HolonomicSDAE, mass: Array, kT: float, c_g: float) -> float:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify_problems.spheres.penalised_sphere import penalised_sphere
-from sdaeverify_problems.spheres.sphere_product import sphere_product
+from facade import penalised_sphere, sphere_product
 
 
 @pytest.mark.parametrize("spheres", [2, 3])

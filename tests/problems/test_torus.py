@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sdaeverify.forms.truths import InvariantMean
+from facade import TABLE, torus, tube_torus
+from sdaeverify import InvariantMean
 from sdaeverify_problems.tori._law import surface_means
-from sdaeverify_problems.tori.torus import TABLE, torus
-from sdaeverify_problems.tori.tube_torus import tube_torus
 
 TUBE = {1e-4: 4.12185292876, 1e-3: 4.11666192383, 5e-3: 4.09698964507, 1e-2: 4.07825595135}
 TUBE |= {0.1: 3.99560411632, 1.0: 3.96986196332, 10.0: 3.96695018393}

@@ -1,8 +1,6 @@
 """Rows of tables as texts, as a folder of a run holds them."""
 
-from sdaeverify.report.cells import names
-from sdaeverify.report.folders import SavedTables
-from sdaeverify.report.verdict_row import VERDICTS, VerdictRow
+from facade import VERDICTS, SavedTables, VerdictRow, names
 
 VERDICT = {
     **dict.fromkeys(names(VERDICTS), ""),

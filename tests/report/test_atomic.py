@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.report.files import UNFINISHED, write_whole
+from facade import UNFINISHED, write_whole
 
 
 def test_a_file_is_replaced_at_the_end(tmp_path):

@@ -7,10 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_measures
-from sdaeverify.report.cells import names
-from sdaeverify.report.tables.columns import MEAN, VERDICTS, dictionary
+from facade import MEAN, VERDICTS, dictionary, load_registry, names, select_measures
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 FILES = [file.relative_to(REFERENCE).as_posix() for file in REFERENCE.rglob("*.csv") if file.name != "columns.csv"]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.report.files import FORMULA, harmless, write_table
+from facade import FORMULA, harmless, write_table
 
 ANY = st.text(st.characters(), max_size=12)
 # What is looked for is rare in texts made of all letters.

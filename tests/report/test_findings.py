@@ -5,13 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from facade import Cell, CellResult, EulerMaruyama, Interval, VerdictRow, gbm, problem_spec
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Finding, Kind, Method, Reason, Verdict
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.report.verdict_row import Interval, VerdictRow
-from sdaeverify.study import Cell, CellResult
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify.measuring import Finding, Kind, Method, Reason, Verdict
 
 CLAIM = Claim(measure="strong", value=0.5, source="a book")
 WEAK = {"slope": -14.05, "slope_low": -22.17, "slope_high": -5.93, "local_order": 0.9988}

@@ -4,7 +4,9 @@ import json
 
 import pandas as pd
 
-from sdaeverify.report.folders import LEVELS, RUN, VERDICTS, save_tables
+from facade import RUN, save_tables
+from facade import folders_LEVELS as LEVELS
+from facade import folders_VERDICTS as VERDICTS
 
 
 def test_tables_of_another_run_are_replaced(tmp_path):

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from browser import browser, needs_chromium
+from facade import read_tables
 from report.rows import level, tables, verdict, weak
-from sdaeverify.errors import UsageError
-from sdaeverify.report.folders import read_tables
+from sdaeverify import UsageError
 from sdaeverify.report.html import PAGE, page_text, payload, remove_page, write_page
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.report.plain import escape
+from facade import escape
 
 
 @pytest.mark.parametrize(

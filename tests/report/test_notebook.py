@@ -3,7 +3,7 @@
 import pytest
 
 from report.rows import read, verdict, weak
-from sdaeverify.errors import UsageError
+from sdaeverify import UsageError
 from sdaeverify.report.notebook import CellView, result_html, result_text
 
 HOSTILE = "<script>alert(1)</script>\x1b[31m"

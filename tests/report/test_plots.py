@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from report.rows import level, read, verdict, weak
-from sdaeverify.errors import UsageError
+from sdaeverify import UsageError
 from sdaeverify.report.plots import Plots
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs the extra plot")

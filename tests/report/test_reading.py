@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from facade import Interval, VerdictRow, read_tables
 from report.rows import verdict, weak
-from sdaeverify.errors import UsageError
-from sdaeverify.report.folders import read_tables
-from sdaeverify.report.verdict_row import Interval, VerdictRow
+from sdaeverify import UsageError
 
 read_row = VerdictRow.from_row
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdaeverify import Settings
-from sdaeverify.errors import UsageError
-from sdaeverify.report.folders import RUN
+from facade import RUN
+from sdaeverify import Settings, UsageError
 from sdaeverify.report.saved import SavedRun, read_run
 
 NUMBERS = {name: getattr(Settings(), name) for name in Settings.__dataclass_fields__}
@@ -39,7 +38,7 @@ def test_what_a_run_was_about(folder):
 
 def test_runs_of_earlier_versions_had_all_paths_on_all_levels(folder):
     """What a run without guards has saved is read as one that had as many levels for them as for the rest."""
-    earlier = {name: value for name, value in NUMBERS.items() if name != "guard_levels"}
+    earlier = {name: value for name, value in NUMBERS.items() if name != "first_levels"}
 
     settings = read(folder, {**SAVED, "settings": earlier}).settings
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from facade import read_verdicts
 from report.rows import read, verdict, weak
-from sdaeverify.report.folders import read_verdicts
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"

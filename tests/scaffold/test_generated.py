@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.registry.contributions import collect
-from sdaeverify.registry.discovery import Origin, load_file
+from facade import ExitCode, Origin, collect, load_file, names_of, write_plugin
 from sdaeverify.testing import check_problem, check_scheme
-from sdaeverify_lab.scaffold import names_of, write_plugin
 
 NAMES = names_of(Path(), "rodeo")
 # What is right, what is wrong, and the problem on which it shows.

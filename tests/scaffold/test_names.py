@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify_lab.scaffold import names_of
+from facade import names_of
+from sdaeverify import UsageError
 
 
 @pytest.mark.parametrize("given", ["my-schemes", "My_Schemes", "my.schemes", "MY--schemes"])

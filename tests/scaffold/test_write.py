@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems
-from sdaeverify_lab import scaffold
-from sdaeverify_lab.scaffold import names_of, write_plugin
+from facade import load_registry, names_of, scaffold, select_problems, write_plugin
+from sdaeverify import UsageError
 
 NAMES = names_of(Path(), "rodeo")
 

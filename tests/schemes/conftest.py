@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE, HolonomicState
-from sdaeverify.arrays import Array
+from sdaeverify import Array, HolonomicSDAE, HolonomicState
 
 
 class Body(NamedTuple):

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from sdaeverify import DelaySDAE, DelayState, Increment
-from sdaeverify.arrays import Array
+from sdaeverify import Array, DelaySDAE, DelayState, Increment
 
 PATHS, T = 6, 0.4
 # tau/h by kind of mesh.

@@ -4,12 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.forms import Problem
-from sdaeverify.probe.step.nodes import half_steps
-from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify.probe.step.states import cloud
+from facade import half_steps
+from sdaeverify import Array, Problem, Scheme
+from sdaeverify.probing import OneStep, cloud
 
 STEPS = 4.0 ** -np.arange(3, 8)
 FLOOR = 6e-14

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import ConstrainedLangevin
-from sdaeverify.arrays import Array
+from sdaeverify import Array, ConstrainedLangevin
 
 D, SIGMA = 4, 0.8
 

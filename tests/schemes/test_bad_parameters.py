@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from facade import load_registry
 from sdaeverify import ParameterError
-from sdaeverify.registry.load import load_registry
 
 THETA, TOLERANCE = r"theta .*must be (between 0 and 1|finite), got", r"tolerance .*must be"
 PROJECTIONS = ("explicit-projection-euler", "semi-implicit-projection-euler")

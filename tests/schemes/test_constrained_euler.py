@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from facade import ConstrainedEuler, OldNormals
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import ConstrainedLangevin, Increment
-from sdaeverify.arrays import Array
+from sdaeverify import Array, ConstrainedLangevin, Increment
 from sdaeverify.numerics import norm
-from sdaeverify_schemes.penalised._multiplier import OldNormals
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, root
 
+from facade import SETS, LaggedAlgebraicTheta, StochasticTheta, delay_ou, delay_test, gbm, match
 from schemes.delay_cells import MESHES, PATHS, H, T, given, nonlinear
-from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Step
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.matching import match
-from sdaeverify_problems.delays._coefficients import SETS
-from sdaeverify_problems.delays.delay_ou import delay_ou
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
+from sdaeverify import Array, DelaySDAE, DelayState, Increment, Scheme, Step
 
 THETAS = (0.0, 0.3, 0.5, 1.0)
 # Newton's last update is below 1e-9 of the state, its error about the square; the rest is rounding.

@@ -4,11 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from sdaeverify import SDE, Increment
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Scheme, Step
-from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler
-from sdaeverify_schemes.milstein import Milstein
+from facade import DriftTruncatedEuler, Milstein
+from sdaeverify import SDE, Array, Increment, Scheme, Step
 
 EPS = np.finfo(float).eps
 T, H = 0.3, 0.25

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify import Increment
-from sdaeverify.forms import ConstrainedLangevin
-from sdaeverify.registry.load import load_registry
-from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
+from facade import PenalisedEuler, load_registry
+from sdaeverify import ConstrainedLangevin, Increment
 
 STEPS, PATHS, PARTS = 3, 4, 512
 REGISTRY = load_registry(environ={})

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import HalfExplicitEuler
 
 
 @pytest.mark.parametrize(

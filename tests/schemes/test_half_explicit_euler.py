@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment
-from sdaeverify.arrays import Array, Mask
-from sdaeverify.contracts.scheme import Step
-from sdaeverify_problems.curves import _circle as circle
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import HalfExplicitEuler, pendulum
+from facade import _circle as circle
+from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Mask, Step
 
 EPS = np.finfo(float).eps
 NONE = HalfExplicitEuler(truncation="none")

@@ -7,16 +7,11 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Step
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.fibres.fibre_free import fibre_free
-from sdaeverify_problems.pendulums.pendulum import pendulum
+from facade import ImplicitEulerGGL, fibre_clamped, fibre_free, pendulum
+from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Step
 from sdaeverify_schemes.ggl._equations import Equations, Unknowns
 from sdaeverify_schemes.ggl._line_search import Iterate, bound, search_line
 from sdaeverify_schemes.ggl._linearised import linearise
-from sdaeverify_schemes.ggl.implicit_euler_ggl import ImplicitEulerGGL
 
 EPS = np.finfo(float).eps
 T, H = 0.3, 0.05

@@ -7,9 +7,8 @@ projection show its sign.
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE
-from sdaeverify.arrays import Array
-from sdaeverify_problems.spheres import _unit_sphere as unit_sphere
+from facade import _unit_sphere as unit_sphere
+from sdaeverify import Array, HolonomicSDAE
 
 EPS = np.finfo(float).eps
 

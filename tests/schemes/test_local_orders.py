@@ -2,10 +2,10 @@
 
 import pytest
 
+from facade import load_registry
 from schemes.local_order import strong_order
-from sdaeverify.forms import SDE
-from sdaeverify.registry.load import load_registry
-from sdaeverify.verdicts.coverage import claim_for
+from sdaeverify import SDE
+from sdaeverify.measuring import claim_for
 
 STRONG = [
     ("balanced-euler", "gbm", 0.5),

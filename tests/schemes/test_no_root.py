@@ -7,12 +7,8 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment, verify
-from sdaeverify.arrays import Array
-from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
-from sdaeverify_problems.pendulums.pendulum import pendulum
-from sdaeverify_problems.spheres.sphere_langevin import sphere_langevin
-from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+from facade import HalfExplicitEuler, damped_pendulum, pendulum, sphere_langevin
+from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, verify
 
 THEORY, NONE = HalfExplicitEuler(), HalfExplicitEuler(truncation="none")
 PROBLEMS: dict[str, Callable[[], HolonomicSDAE]] = {

@@ -6,16 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from sdaeverify import SDE, Increment
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Scheme, Step
-from sdaeverify_schemes.balanced_euler import BalancedEuler
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
-from sdaeverify_schemes.heun import Heun, HeunAdditive
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from facade import SRA1, BalancedEuler, EulerMaruyama, Heun, HeunAdditive, PlatenWeak2, StochasticTheta, TamedEuler
+from sdaeverify import SDE, Array, Increment, Scheme, Step
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
-from sdaeverify_schemes.sra1 import SRA1
 
 EPS = np.finfo(float).eps
 T, H, PATHS = 0.3, 0.25, 5

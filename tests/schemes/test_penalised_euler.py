@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from facade import EulerMaruyama, PenalisedEuler
 from schemes.rough_constraints import langevin, points
 from sdaeverify import SDE, Increment
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.penalised.penalised_euler import PenalisedEuler
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from facade import ProjectedEuler, circle, ellipse, gbm
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.numerics import apply
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.curves.ellipse import ellipse
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 
 EPS = np.finfo(float).eps
 H = 0.1

@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme
-from sdaeverify.arrays import Array
-from sdaeverify.contracts.scheme import Step
-from sdaeverify_problems.curves import _circle as circle
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.fibres.fibre_free import fibre_free
-from sdaeverify_problems.pendulums.pendulum import pendulum
+from facade import ExplicitProjectionEuler, SemiImplicitProjectionEuler, fibre_clamped, fibre_free, pendulum
+from facade import _circle as circle
+from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify_schemes.projections._new_normals import NORMALS
-from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
-from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
 EPS = np.finfo(float).eps
 T = 0.3

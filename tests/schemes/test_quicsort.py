@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.stability.stability import why_not_stability
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
-from sdaeverify_schemes.quicsort import QUICSORT
+from facade import QUICSORT, harmonic_langevin, weights, why_not_stability
 
 
 @pytest.mark.parametrize("h", [1.0, 0.125])

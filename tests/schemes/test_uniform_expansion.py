@@ -5,12 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from facade import UniformExpansion, UniformlyAccurate
 from schemes.rough_constraints import D, langevin, points
-from sdaeverify import ConstraintGeometry
-from sdaeverify.arrays import Array
-from sdaeverify.probe.step.nodes import step_nodes
-from sdaeverify_schemes.penalised.uniform_expansion import UniformExpansion
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify import Array, ConstraintGeometry
+from sdaeverify.probing import step_nodes
 
 EXPANSION, INTEGRATOR = UniformExpansion(xi="three-point"), UniformlyAccurate(xi="three-point")
 STIFF = 10.0 ** np.arange(-9.0, 2.0)

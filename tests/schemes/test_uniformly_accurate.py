@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from facade import ConstrainedEuler, UniformlyAccurate
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import ConstraintGeometry, Increment, Step
-from sdaeverify.arrays import Array
-from sdaeverify.forms import ConstrainedLangevin
-from sdaeverify_schemes.penalised.constrained_euler import ConstrainedEuler
-from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
+from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, Increment, Step
 
 EPS = float(np.finfo(float).eps)
 H = 0.02

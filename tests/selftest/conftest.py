@@ -5,15 +5,9 @@ from typing import ClassVar
 
 import pytest
 
+from facade import Cell, CellResult, Origin, Planted, ProblemEntry, Registered, Registry, SchemeEntry, problem_spec
 from sdaeverify import SDE, Claim, Scheme
-from sdaeverify.contracts.finding import Finding, Reason, Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
-from sdaeverify.registry.discovery import Origin
-from sdaeverify.registry.load import Registry
-from sdaeverify.study import Cell, CellResult
-from sdaeverify_lab import Planted
+from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
 HERE = Origin("test", "", "", __file__)
 CLAIM = Claim(measure="sharp", value=1.0, source="made up")

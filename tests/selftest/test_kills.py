@@ -2,8 +2,8 @@
 
 import pytest
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify_lab.selftest import Refuter, kill_matrix, selftest_trial
+from facade import Refuter, kill_matrix, selftest_trial
+from sdaeverify.measuring import Verdict
 
 from .conftest import Bad, Blunt, Good, bug, curve
 

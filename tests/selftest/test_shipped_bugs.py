@@ -2,11 +2,9 @@
 
 import pytest
 
+from facade import Study, kill_matrix, load_registry, selftest_trial
 from sdaeverify import Settings
-from sdaeverify.registry.load import load_registry
 from sdaeverify.simulate import ensemble
-from sdaeverify.study import Study
-from sdaeverify_lab.selftest import kill_matrix, selftest_trial
 
 SETTINGS = Settings(paths=1024, looks=3)
 # Of these, only the contract and exactness tell.

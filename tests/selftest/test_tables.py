@@ -5,8 +5,8 @@ import io
 import pytest
 from rich.console import Console
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify_lab.selftest import kill_matrix, selftest_trial
+from facade import kill_matrix, selftest_trial
+from sdaeverify.measuring import Verdict
 from sdaeverify_lab.selftest.kills import counts, in_words, kill_table, terminal_table
 
 from .conftest import Bad, Good, bug

@@ -2,8 +2,8 @@
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify_lab.selftest import selftest_trial
+from facade import selftest_trial
+from sdaeverify import UsageError
 
 from .conftest import Bad, Good, bug
 

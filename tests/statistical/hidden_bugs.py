@@ -7,12 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from facade import EulerMaruyama, LaggedAlgebraicTheta, Milstein, MilsteinAreas, StochasticTheta
 from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from wrong.faults import Fault, Region, RememberedDrift, Window, faulty
 
 SCALAR: dict[str, Any] = {"noise_dim": 1, "horizon": 1.0, "source": "an equation with rough coefficients"}

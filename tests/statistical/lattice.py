@@ -6,9 +6,8 @@ from typing import ClassVar
 import numpy as np
 import scipy
 
+from facade import PlatenWeak2, gbm
 from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Law, Moment, Step
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 
 ABOVE = "x > 1"
 OF_PLATEN = Claim(measure="weak", value=2.0, quantities=(ABOVE,), source="wrong: of smooth functions alone")

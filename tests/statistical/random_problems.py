@@ -17,20 +17,25 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sdaeverify.api import plan_of, result_of
-from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.settings import Settings
-from sdaeverify.contracts.specs import ProblemSpec, function_parameters, problem_spec
-from sdaeverify.errors import ProblemError, UsageError
-from sdaeverify.registry.load import Registry, load_registry
-from sdaeverify.registry.selection import select_schemes
-from sdaeverify.study import Study
-from sdaeverify.study.plan import Plan, claims_of
-from sdaeverify.workers.limits import Limits
-from sdaeverify.workers.pool import worker_pool
+from facade import (
+    SETS,
+    Limits,
+    Plan,
+    ProblemSpec,
+    Registry,
+    Study,
+    claims_of,
+    function_parameters,
+    load_registry,
+    match,
+    plan_of,
+    problem_spec,
+    result_of,
+    select_schemes,
+    worker_pool,
+)
+from sdaeverify import ProblemError, Scheme, Settings, UsageError
 from sdaeverify_problems.curves._curve_shapes import SHAPES
-from sdaeverify_problems.delays._coefficients import SETS
 
 SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
 # Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.

@@ -2,11 +2,7 @@
 
 import pytest
 
-from sdaeverify.registry.load import load_registry
-from sdaeverify.workers.pool import available_cores, worker_pool
-from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify_lab.calibration.rate_tables import summary
-from sdaeverify_lab.calibration.rates import offending
+from facade import Calibration, available_cores, calibration_plan, load_registry, offending, summary, worker_pool
 
 SEED = 2
 

@@ -4,17 +4,22 @@ from collections.abc import Iterator
 
 import pytest
 
+from facade import (
+    Calibration,
+    Rate,
+    Strong,
+    Study,
+    available_cores,
+    calibration_plan,
+    load_registry,
+    plan,
+    select_problems,
+    select_schemes,
+    with_claims,
+    worker_pool,
+)
 from sdaeverify import Claim, Settings
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.scheme import with_claims
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.strong import Strong
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems, select_schemes
-from sdaeverify.study import Study, plan
-from sdaeverify.workers.pool import available_cores, worker_pool
-from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify_lab.calibration.rates import Rate
+from sdaeverify.measuring import Tally, Verdict
 
 # A case with half a share has this many sequences, the others twice as many.
 SEQUENCES = 200

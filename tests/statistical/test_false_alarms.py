@@ -11,10 +11,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from sdaeverify import verify
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.errors import UsageError
-from sdaeverify.study.blocks import LATE
+from facade import LATE, problem_spec
+from sdaeverify import UsageError, verify
 from statistical import random_problems
 from statistical.random_problems import FACTOR, TIMEOUT, collected, drawn, shipped, verdicts
 

@@ -11,16 +11,20 @@ from typing import Any
 
 import pytest
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.outcomes import Status, outcomes
-from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.tiers import TIERS
-from sdaeverify.registry.load import Registry, load_registry
-from sdaeverify.study import Plan, Study
-from sdaeverify.workers.pool import available_cores
-from sdaeverify_lab.selftest import selftest_trial
+from facade import (
+    TIERS,
+    Plan,
+    Policy,
+    Registry,
+    Status,
+    Study,
+    available_cores,
+    gate_plan,
+    load_registry,
+    outcomes,
+    selftest_trial,
+)
+from sdaeverify.measuring import Measure, Verdict
 
 pytestmark = pytest.mark.slow
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from facade import EulerMaruyama, gbm
 from sdaeverify import Settings
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from wrong.draws import GROUNDS, Drawn, _problem, drawn
 from wrong.faults import PARTS, Fault, Region, RememberedDrift, Window, faulty
 from wrong.search import ABOVE, BELOW, UNTOLD, judged, outcome

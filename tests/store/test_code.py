@@ -11,10 +11,7 @@ import pluggy
 import pytest
 
 import sdaeverify
-from sdaeverify.contracts.opened import home_of
-from sdaeverify.registry.discovery import load_file
-from sdaeverify.store import code
-from sdaeverify.store.code import MEASURING, SAYING, code_of, framework_code
+from facade import MEASURING, SAYING, code, code_of, framework_code, home_of, load_file
 
 ROOT = Path(sdaeverify.__file__).parent
 SCHEME = (

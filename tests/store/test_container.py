@@ -11,10 +11,9 @@ from contextlib import closing
 
 import pytest
 
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.simulate.ensemble import Behaviour
-from sdaeverify.store.container import TABLE, Container, containers
-from sdaeverify.store.lanes import StoredLane
+from facade import Behaviour, Container, StoredLane, containers
+from facade import container_TABLE as TABLE
+from sdaeverify.measuring import Tally
 
 
 def lane(seconds=0.5):

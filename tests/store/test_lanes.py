@@ -11,10 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.simulate.ensemble import Behaviour
-from sdaeverify.store import lanes
-from sdaeverify.store.lanes import MeasureRecord, StoredLane, pack_lane, unpack_lane
+from facade import Behaviour, MeasureRecord, StoredLane, lanes, pack_lane, unpack_lane
+from sdaeverify.measuring import Tally
 
 ARRAYS = npst.arrays(dtype=np.float64, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))
 # Half of a surrogate pair is no text that any file can hold.

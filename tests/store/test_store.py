@@ -11,27 +11,39 @@ import numpy as np
 import pytest
 
 from evidence import damage_lanes, files_in, lanes_in
-from sdaeverify import Settings
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.errors import UsageError
-from sdaeverify.measures.drift import Drift
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import Entry, SchemeEvidence, Task, run_block, without_evidence
-from sdaeverify.store import keys as keys_module
-from sdaeverify.store.behaviour import behaviours
-from sdaeverify.store.code import arithmetic
-from sdaeverify.store.container import Container
-from sdaeverify.store.files import digest_of_file
-from sdaeverify.store.keys import asked_for, differences, key, made_with, measure_ingredients
-from sdaeverify.store.lanes import join_parts
-from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from facade import (
+    DAMAGED,
+    NEW,
+    SOURCELESS,
+    Container,
+    Drift,
+    Entry,
+    EulerMaruyama,
+    SchemeEvidence,
+    StochasticTheta,
+    Store,
+    Strong,
+    Task,
+    Weak,
+    arithmetic,
+    asked_for,
+    behaviours,
+    differences,
+    digest_of_file,
+    gbm,
+    join_parts,
+    keep,
+    key,
+    made_with,
+    measure_ingredients,
+    ou,
+    problem_spec,
+    run_block,
+    without_evidence,
+)
+from facade import keys as keys_module
+from sdaeverify import Settings, UsageError
+from sdaeverify.measuring import Measure, Tally
 
 SETTINGS = Settings(paths=120, block=40, levels=3)
 ONE = (Strong(),)

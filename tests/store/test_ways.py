@@ -6,16 +6,9 @@ from importlib import import_module, invalidate_caches
 
 import pytest
 
+from facade import Entry, Task, behaviours, code, home_of, homes_of, made_with, opened_by, problem_spec
 from sdaeverify import Settings
-from sdaeverify.contracts.opened import home_of
-from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
-from sdaeverify.simulate.ensemble import Entry, Task
-from sdaeverify.store import code
-from sdaeverify.store.behaviour import behaviours
-from sdaeverify.store.code import homes_of
-from sdaeverify.store.files import opened_by
-from sdaeverify.store.keys import made_with
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
 
 SETTINGS = Settings(paths=40, block=40, levels=3)

@@ -5,22 +5,24 @@ from dataclasses import replace
 import pytest
 
 from contradictions import TooMuchNoise
+from facade import (
+    Cell,
+    CellResult,
+    EulerMaruyama,
+    Milstein,
+    Strong,
+    Study,
+    Weak,
+    family_wise,
+    forbid,
+    gbm,
+    harmonic_langevin,
+    plan,
+    problem_spec,
+)
 from sdaeverify import Claim, Settings
-from sdaeverify.contracts.finding import Finding, Kind, Reason, Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.study import Study, plan
+from sdaeverify.measuring import Finding, Kind, Measure, Reason, Verdict
 from sdaeverify.study.agreement import agreeing, components_of
-from sdaeverify.study.holm import family_wise
-from sdaeverify.study.judging import CellResult
-from sdaeverify.study.plan import Cell
-from sdaeverify.verdicts.way import forbid
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 PROBLEM = replace(
     harmonic_langevin(),

@@ -10,20 +10,28 @@ from typing import NamedTuple
 import pytest
 from pebble import ProcessExpired
 
+from facade import (
+    DIED,
+    FORMAT,
+    NO_MEASURE,
+    NOBODY,
+    PROBLEM,
+    Blocks,
+    Entry,
+    EulerMaruyama,
+    Limits,
+    Milstein,
+    Processes,
+    StochasticTheta,
+    Strong,
+    Task,
+    Weak,
+    Workers,
+    gbm,
+    problem_spec,
+    run_block,
+)
 from sdaeverify import Settings
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Task, run_block
-from sdaeverify.study.blocks import Blocks
-from sdaeverify.workers.calls import DIED
-from sdaeverify.workers.executors import Workers
-from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
-from sdaeverify.workers.pool import Processes
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 SETTINGS = Settings(paths=40, block=40, levels=3, coarsest=2)
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())

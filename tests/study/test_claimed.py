@@ -6,12 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import Cell, claims_of, problem_spec, promises_of
 from sdaeverify import SDE, Claim, Scheme
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.study import Cell
-from sdaeverify.study.plan import claims_of, promises_of
+from sdaeverify.measuring import Measure, Verdict
 
 EVERYWHERE = Claim(measure="sharp", value=0.5, source="made up")
 ADDITIVE = Claim(measure="sharp", value=1.0, source="made up", when=frozenset({"additive-noise"}))

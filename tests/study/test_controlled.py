@@ -4,12 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from facade import Cell, ControlEvidence, ControlPlan, ControlVerdicts, Objection, send
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
-from sdaeverify.contracts.finding import Finding, Judgement, Reason, Verdict
-from sdaeverify.contracts.measure import Evidence, Measure
-from sdaeverify.study.judging import ControlEvidence, ControlVerdicts
-from sdaeverify.study.plan import Cell, ControlPlan
-from sdaeverify.verdicts.way import Objection, send
+from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Reason, Verdict
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
 VERIFIED = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, reason=Reason("order 1.0"), p_verified=1e-9)

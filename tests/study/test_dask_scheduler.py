@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from evidence import lanes_in
-from sdaeverify.cli.program import execute
+from facade import execute
 
 from .test_executors import mortal
 

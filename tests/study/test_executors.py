@@ -9,10 +9,8 @@ import pytest
 
 import sdaeverify
 from evidence import lanes_in
+from facade import LostExecutorError, RemoteCall, Serial, Workers, execute
 from sdaeverify import UsageError
-from sdaeverify.cli.program import execute
-from sdaeverify.workers.calls import RemoteCall
-from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 
 ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
 SMALL = {"paths": 512, "levels": 3}

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facade import CellResult, family_wise, holm
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Finding, Reason, Verdict
-from sdaeverify.study.holm import family_wise, holm
-from sdaeverify.study.judging import CellResult
+from sdaeverify.measuring import Finding, Reason, Verdict
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
 OPEN = Finding(

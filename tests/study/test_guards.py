@@ -6,24 +6,14 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import DisplacedEuler, EulerMaruyama, Milstein, Strong, Study, gbm, plan, problem_spec, settings_from
+from facade import way_FINER as FINER
 from sdaeverify import Claim, Settings, verify
-from sdaeverify.api import settings_from
-from sdaeverify.contracts.finding import Finding, Judgement, Kind, LevelFinding, Reason, Verdict
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.strong import Strong
-from sdaeverify.numerics.statistics import group_sums
-from sdaeverify.study import Study, plan
-from sdaeverify.verdicts.way import FINER
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.displaced_euler import DisplacedEuler
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
+from sdaeverify.measuring import Finding, Judgement, Kind, LevelFinding, Measure, Reason, Tally, Verdict, group_sums
 from study.test_sequence import Remembering, small_noise
 
 SETTINGS = Settings(paths=2048, looks=3)
-FEW, ALL = SETTINGS.guard_levels, SETTINGS.levels
+FEW, ALL = SETTINGS.first_levels, SETTINGS.levels
 ORDER, EXACT = (
     Claim(measure="told", value=1.0, source="test"),
     Claim(measure="told", value="round-off", source="test"),
@@ -179,13 +169,13 @@ def test_who_says_which_levels_sees_them():
     assert settings_from().guards.levels == FEW
     assert settings_from(levels=5).guards.levels == 5
     assert settings_from(levels="8..256").guards.levels == 6
-    assert settings_from(levels=5, guard_levels=3).guards.levels == 3
+    assert settings_from(levels=5, first_levels=3).guards.levels == 3
 
 
 def test_the_levels_of_guards_are_those_of_all_paths():
     """What is noted of the coarse levels has the same bits, whether finer ones were drawn beside them or not."""
     few, every = (
-        verify("milstein", "gbm", "strong", paths=256, guard_levels=n).levels.set_index(["quantity", "steps"])
+        verify("milstein", "gbm", "strong", paths=256, first_levels=n).levels.set_index(["quantity", "steps"])
         for n in (FEW, ALL)
     )
 

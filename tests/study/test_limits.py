@@ -9,9 +9,8 @@ from math import inf
 
 import pytest
 
-from sdaeverify.errors import FAULTS, UsageError
-from sdaeverify.simulate.ensemble import NO_MEASURE, PROBLEM, Marker
-from sdaeverify.workers.limits import NOBODY, Limits, Mark, StopError, Watchdog, read_mark
+from facade import FAULTS, NO_MEASURE, NOBODY, PROBLEM, Limits, Mark, Marker, StopError, Watchdog, read_mark
+from sdaeverify import UsageError
 
 BEGIN = """
 import os, sys, time

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.errors import UsageError
-from sdaeverify.workers.calls import DIED, Call, Lost, pickle_argument, unpickle_argument
-from sdaeverify.workers.limits import Limits
-from sdaeverify.workers.pool import worker_pool
+from facade import DIED, Call, Limits, Lost, pickle_argument, unpickle_argument, worker_pool
+from sdaeverify import UsageError
 from sdaeverify.workers.room import NoWorkersError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="processes that fork are a matter of POSIX")

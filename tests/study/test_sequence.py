@@ -6,27 +6,31 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import (
+    Advanced,
+    BalancedEuler,
+    CellResult,
+    DisplacedEuler,
+    EulerMaruyama,
+    Finished,
+    Milstein,
+    PlatenWeak2,
+    Stability,
+    StochasticTheta,
+    Strong,
+    Study,
+    Weak,
+    forbid,
+    gbm,
+    ou,
+    plan,
+    problem_spec,
+    with_claims,
+    withhold,
+)
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
-from sdaeverify.contracts.finding import Finding, Judgement, Verdict
-from sdaeverify.contracts.measure import Evidence, Measure
-from sdaeverify.contracts.scheme import with_claims
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.stability import Stability
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.numerics.statistics import group_sums
-from sdaeverify.study import Advanced, CellResult, Finished, Study, plan
+from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Tally, Verdict, group_sums
 from sdaeverify.study.sequence import ProblemRun
-from sdaeverify.verdicts.way import forbid, withhold
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.balanced_euler import BalancedEuler
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.displaced_euler import DisplacedEuler
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
-from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 
 SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
 CLAIM = Claim(measure="patient", value=1.0, source="test")

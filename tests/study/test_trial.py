@@ -7,20 +7,25 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import pytest
 from pebble import ProcessExpired
 
-from sdaeverify.contracts.finding import Verdict
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import NO_MEASURE, PROBLEM
-from sdaeverify.study.plan import plan
+from facade import (
+    DIED,
+    FORMAT,
+    NO_MEASURE,
+    NOBODY,
+    PROBLEM,
+    EulerMaruyama,
+    Limits,
+    Milstein,
+    Processes,
+    StochasticTheta,
+    Strong,
+    Weak,
+    gbm,
+    plan,
+    problem_spec,
+)
+from sdaeverify.measuring import Verdict
 from sdaeverify.study.trial import trial_of
-from sdaeverify.workers.calls import DIED
-from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
-from sdaeverify.workers.pool import Processes
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())
 MEASURES = (Strong(), Weak())

@@ -2,15 +2,21 @@
 
 import pytest
 
-from sdaeverify.contracts.measure import Measure
-from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.forms.controls import Control
-from sdaeverify.study.plan import Cell, ControlPlan, Plan, ProblemPlan, union
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
-from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
-from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
+from facade import (
+    Cell,
+    ControlPlan,
+    EulerMaruyama,
+    Milstein,
+    Plan,
+    ProblemPlan,
+    StochasticTheta,
+    gbm,
+    ou,
+    problem_spec,
+    union,
+)
+from sdaeverify import Control
+from sdaeverify.measuring import Measure
 
 
 class Strong(Measure):

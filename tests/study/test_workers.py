@@ -5,8 +5,7 @@ from functools import partial
 
 import pytest
 
-from sdaeverify.workers.limits import Limits
-from sdaeverify.workers.pool import Processes, executor_for, in_turn
+from facade import Limits, Processes, executor_for, in_turn
 
 
 class Backwards(Executor):

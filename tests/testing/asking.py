@@ -1,7 +1,6 @@
 """One check of the kit put to one subject."""
 
-from sdaeverify.testing.questions import problem_questions, scheme_questions
-from sdaeverify.testing.subjects import ProblemSubject, SchemeSubject, load_plugins, problem_of
+from facade import ProblemSubject, SchemeSubject, load_plugins, problem_of, problem_questions, scheme_questions
 
 
 def of_scheme(scheme, check, problem):

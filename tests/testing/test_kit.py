@@ -7,13 +7,10 @@ from typing import ClassVar
 import pytest
 
 import sdaeverify.testing
+from facade import Question, cells_of, load_plugins, ou
 from sdaeverify import SDE, Scheme, Step, UsageError
 from sdaeverify.numerics import apply
-from sdaeverify.testing import LEVEL, check_problem, check_scheme, checks
-from sdaeverify.testing.check import Check
-from sdaeverify.testing.questions import Question
-from sdaeverify.testing.subjects import cells_of, load_plugins
-from sdaeverify_problems.ou import ou
+from sdaeverify.testing import LEVEL, Check, check_problem, check_scheme, checks
 
 KEYS = {"subject", "kind", "check", "category", "level", "problem", "status", "reason", "seconds"}
 STATUSES = {"passed", "failed", "skipped", "xfailed", "xpassed"}

@@ -5,11 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from facade import delay_forced, delay_test, ou, pendulum
 from sdaeverify import Moment
-from sdaeverify_problems.delays.delay_forced import delay_forced
-from sdaeverify_problems.delays.delay_test import delay_test
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
 from testing.asking import of_problem
 
 RATE = "moments-rate"

@@ -5,12 +5,10 @@ from typing import ClassVar
 
 import pytest
 
+from facade import Plan, Policy, load_plugins
 from sdaeverify import SDE, Claim, Scheme, Step, UsageError
-from sdaeverify.gate.policy import Policy
-from sdaeverify.study import Plan
 from sdaeverify.testing import parametrize_with_claims
 from sdaeverify.testing.claims import ClaimRun, claim_run
-from sdaeverify.testing.subjects import load_plugins
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from facade import ProblemSpec, circle, fibre_clamped, gbm, gbm_algebraic, ou, pendulum
 from sdaeverify import (
     SDE,
     ConstrainedLangevin,
@@ -19,14 +20,7 @@ from sdaeverify import (
     in_matrix,
     on_request,
 )
-from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing import check_problem, checks
-from sdaeverify_problems.curves.circle import circle
-from sdaeverify_problems.fibres.fibre_clamped import fibre_clamped
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
-from sdaeverify_problems.ou import ou
-from sdaeverify_problems.pendulums.pendulum import pendulum
 from testing.asking import of_problem
 
 NAMES = [check.name for check in checks("problem")]

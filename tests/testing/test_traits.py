@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import EVIDENCE, ProblemSpec, ProblemSubject, load_plugins
 from sdaeverify import SDE, DelaySDAE, Dissipation, ProblemError
-from sdaeverify.contracts.specs import ProblemSpec
-from sdaeverify.testing.checks.problem_declarations import EVIDENCE
-from sdaeverify.testing.subjects import ProblemSubject, load_plugins
 
 
 def against(trait, build):

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
+from facade import Inapplicable, delay_martingale, gbm, ou
 from sdaeverify import Problem
-from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.testing.check import Inapplicable
+from sdaeverify.probing import Source, brownian_steps
 from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, walk_together
-from sdaeverify_problems.delays.delay_martingale import delay_martingale
-from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.ou import ou
 
 
 def test_euler_walks_on_the_named_noise():

@@ -7,11 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
+from facade import ProblemSpec, gaussian_step, load_registry, select_problems, select_schemes
 from sdaeverify import SDE, Array, Increment, Moment, Pathwise, Problem, Scheme
-from sdaeverify.contracts.specs import ProblemSpec
-from sdaeverify.registry.load import load_registry
-from sdaeverify.registry.selection import select_problems, select_schemes
-from sdaeverify_problems._gaussian_step import gaussian_step
 
 from .faults import Fault, Region, RememberedDrift, Window, faulty, rows_of
 

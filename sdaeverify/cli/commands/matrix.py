@@ -49,10 +49,10 @@ NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
     f"[default: {levels_text(DEFAULTS)}]",
 )
 @once(
-    "--guard-levels",
+    "--first-levels",
     type=int,
     help="Levels that paths begin with, enough to guard what one step decides.  "
-    f"[default: {DEFAULTS.guard_levels}; all that --levels gives]",
+    f"[default: {DEFAULTS.first_levels}; all that --levels gives]",
 )
 @seed
 @once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
@@ -113,10 +113,10 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _settings(options: dict[str, Any]) -> Settings:
-    given = {name: options[name] for name in ("guard_levels", *NUMBERS) if options[name] is not None}
+    given = {name: options[name] for name in ("first_levels", *NUMBERS) if options[name] is not None}
     if options["levels"] is not None:
         coarsest, levels = read_levels(options["levels"])
-        given = {"guard_levels": levels, "coarsest": coarsest, "levels": levels, **given}
+        given = {"first_levels": levels, "coarsest": coarsest, "levels": levels, **given}
     return Settings(**given)
 
 

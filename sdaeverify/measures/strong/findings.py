@@ -192,7 +192,7 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     if order is None or claim is None or not isinstance(claim.value, Order):
         return None
     least = claim.value.least
-    found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.sharp_locally)
+    found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.local_order_is_global)
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 

@@ -32,7 +32,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     words += ["--out", "reports/reproduced"]
     words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
     if settings.guards is not settings:
-        words += ["--guard-levels", str(settings.guard_levels)]
+        words += ["--first-levels", str(settings.first_levels)]
     words += ["--seed", str(settings.seed)]
     for name in ("confidence", "block", "looks", "family"):
         if getattr(settings, name) != getattr(default, name):
