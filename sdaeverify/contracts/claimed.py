@@ -75,7 +75,8 @@ class Bound:
             raise SchemeError(f"a bound is positive and finite, its share positive and at most 1; got {given}")
 
     def __str__(self) -> str:
-        words = f"{self.text} within {str(float(self.most)).removesuffix('.0')}"
+        most = str(float(self.most)).removesuffix(".0")
+        words = f"{UNBIASED} within {most}" if self.text == UNBIASED else f"at most {most} {self.text}"
         return words if self.share == 1 else f"{words} in {100 * self.share:g} per cent of the steps"
 
 
