@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from rich.text import Text
@@ -14,13 +14,12 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...report.plain import empty_table, visible
+from ...testing.questions import Question, problem_questions, scheme_questions
+from ...testing.subjects import ProblemSubject, SchemeSubject
 from ..console import output, output_to_stderr
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
-
-if TYPE_CHECKING:
-    from ...testing.questions import Question
 
 WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
 Row = dict[str, object]
@@ -53,11 +52,7 @@ def check(**options: Any) -> ExitCode:
 
 def _questions(
     registry: Registry, names: Sequence[str], problems: Sequence[str] | None, level: int | None
-) -> Iterable["Question"]:
-    # The kit has simulations and studies, which no other command needs to load.
-    from ...testing.questions import problem_questions, scheme_questions  # noqa: PLC0415
-    from ...testing.subjects import ProblemSubject, SchemeSubject  # noqa: PLC0415
-
+) -> Iterable[Question]:
     patterns = [each for name in names for each in split_list(name)]
     if not patterns:
         raise UsageError(f"empty selection of schemes and problems: {' '.join(names)!r}")

@@ -6,8 +6,10 @@ from typing import Any
 
 import click
 
+from ...api import plan_of
 from ...contracts.settings import Settings
 from ...registry.load import Registry
+from ...report.files import require_writable
 from ...report.plain import in_columns, visible, wrap_text
 from ...report.sentences import PlainLine, claim_in_brief, counts_of, interval, mark
 from ...report.verdict_row import VerdictRow
@@ -16,6 +18,7 @@ from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
 from ..loading import load_and_warn
 from ..options import PLACE, once
+from ..running import Run, advance, workers
 
 FOLDER = Path("reports", "demo")
 # Names among what is shipped: a scheme of order 1/2, one of order 1, and one for mechanics with a constraint.
@@ -32,10 +35,6 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
 
     Takes a few seconds, and ends with the path of a page to look at.
     """
-    # What runs cells and writes tables takes as long to load as other commands need in all.
-    from ...report.files import require_writable  # noqa: PLC0415
-    from ..running import advance, workers  # noqa: PLC0415
-
     require_writable(out)
     registry = load_and_warn(())
     with workers(*read_limits(0.0, "0", 1), registry) as crew:
@@ -47,9 +46,6 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
 
 
 def _run(registry: Registry, words: tuple[str, ...], out: Path) -> Any:
-    from ...api import plan_of  # noqa: PLC0415
-    from ..running import Run  # noqa: PLC0415
-
     with output_to_stderr():
         todo = plan_of(registry, SCHEMES, PROBLEMS, MEASURES)
     return Run(todo, SETTINGS, registry, words, out)

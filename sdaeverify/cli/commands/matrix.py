@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ...api import plan_of
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
@@ -31,6 +32,7 @@ from ..options import (
     seed,
     selection,
 )
+from ..running import Run, carry_out, choose_output, workers
 
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
@@ -87,10 +89,6 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
     With no options: everything that is registered, at a small budget.
     """
-    # What runs cells and writes tables takes as long to load as other commands need in all.
-    from ...api import plan_of  # noqa: PLC0415
-    from ..running import Run, carry_out, choose_output, workers  # noqa: PLC0415
-
     settings = _settings(options)
     registry = load_and_warn(options["plugins"])
     if not registry.plugins:

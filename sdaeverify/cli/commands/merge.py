@@ -1,27 +1,28 @@
 """``merge``: runs of several machines as one."""
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from ...api import plan_of
 from ...contracts.settings import Settings
 from ...errors import SdaeverifyError, UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_measures, select_problems, select_schemes
+from ...report.files import require_writable
+from ...report.saved import SavedRun, read_run
+from ...store.store import Copied, copy_evidence
+from ...study.plan import union
 from ...workers.requested import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode
 from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from ...report.saved import SavedRun
-    from ...store.store import Copied
+from ..running import Run, carry_out, workers
 
 FOLDER = Path("reports", "merged")
 
@@ -37,12 +38,6 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     Nothing is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
     settings, but for the number of paths. matrix with the same --out computes what is missing.
     """
-    # What runs cells and writes tables takes as long to load as other commands need in all.
-    from ...report.files import require_writable  # noqa: PLC0415
-    from ...report.saved import read_run  # noqa: PLC0415
-    from ...store.store import copy_evidence  # noqa: PLC0415
-    from ..running import Run, carry_out, workers  # noqa: PLC0415
-
     saved = [read_run(folder) for folder in runs]
     _require_same(saved)
     settings = replace(saved[0].settings, paths=max(run.settings.paths for run in saved))
@@ -56,7 +51,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
         return carry_out(merged, crew, "none")
 
 
-def _report_copies(folder: Path, copied: "Copied") -> None:
+def _report_copies(folder: Path, copied: Copied) -> None:
     complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
     if copied.other:
         complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
@@ -71,16 +66,13 @@ def _require_same(saved: "Sequence[SavedRun]") -> None:
             raise UsageError(f"{saved[0].folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
 
 
-def _first_difference(one: "SavedRun", other: "SavedRun") -> str | None:
+def _first_difference(one: SavedRun, other: SavedRun) -> str | None:
     """Return the first setting in which two runs differ that must be the same."""
     names = (field.name for field in fields(Settings) if field.name != "paths")
     return next((name for name in names if getattr(one.settings, name) != getattr(other.settings, name)), None)
 
 
 def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor | None") -> Any:
-    from ...api import plan_of  # noqa: PLC0415
-    from ...study.plan import union  # noqa: PLC0415
-
     select: dict[str, Any] = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
     chosen = [{kind: _select_registered(registry, run, kind, select[kind]) for kind in select} for run in saved]
     chosen = [known for known in chosen if all(known.values())]
@@ -95,7 +87,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     return union(plans, schemes, problems)
 
 
-def _select_registered(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
+def _select_registered(registry: Registry, run: SavedRun, kind: str, select: Any) -> list[str]:
     """Return the labels that mean something here; the others are told."""
     known = []
     for label in getattr(run, kind):
