@@ -34,9 +34,8 @@ from .store.store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.trial import trial_of
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
-from .workers.limits import Limits
+from .workers.limits import Limits, read_limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
-from .workers.requested import read_limits
 
 Schemes = str | Scheme | Sequence[str | Scheme]
 Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]

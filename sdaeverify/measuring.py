@@ -34,6 +34,7 @@ from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
 from .verdicts.coverage import Coverage, claim_for, coverage, why_not_claimed
+from .verdicts.fitted_levels import FEWEST, FITTED, sound_levels
 from .verdicts.opinions import (
     NOT_PROBED,
     decide,
@@ -44,8 +45,7 @@ from .verdicts.opinions import (
     local_opinion,
     no_fit,
 )
-from .verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests, with_sample
-from .verdicts.sound_levels import sound_levels
+from .verdicts.path_tests import PathTests, order_tests, with_sample
 
 __all__ = [
     "FEWEST",

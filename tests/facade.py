@@ -236,13 +236,13 @@ from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubje
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.opinions import beside, of_smooth
 from sdaeverify.verdicts.path_tests import hold_back, unlike
-from sdaeverify.verdicts.way import FINER as way_FINER
-from sdaeverify.verdicts.way import Objection, forbid, send, withhold
+from sdaeverify.verdicts.rules import FINER as way_FINER
+from sdaeverify.verdicts.rules import Objection, forbid, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
-from sdaeverify.workers.limits import FORMAT, NOBODY, Limits, Mark, StopError, Watchdog, read_mark
-from sdaeverify.workers.pool import Processes, available_cores, executor_for, in_turn, worker_pool
-from sdaeverify.workers.requested import read_limits, read_memory
+from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory
+from sdaeverify.workers.marks import FORMAT, NOBODY, Mark, StopError, Watchdog, read_mark
+from sdaeverify.workers.pool import Processes, executor_for, in_turn, worker_pool
 from sdaeverify_lab import CalibrationCase, scaffold
 from sdaeverify_lab.calibration import studies
 from sdaeverify_lab.calibration.calibration_plan import STUDIES, Calibration, calibration_plan

@@ -5,7 +5,8 @@ from typing import Any
 
 from ..registry.load import Registry
 from ..report.progress import progress
-from ..workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
+from ..workers.limits import available_cores
+from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .console import complain
 from .exit_codes import ExitCode
 

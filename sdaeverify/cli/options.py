@@ -11,6 +11,7 @@ from ..contracts.settings import Settings
 from ..contracts.settings import read_levels as levels_from
 from ..errors import UsageError, is_blank
 from ..report.progress import KINDS
+from ..workers.limits import SHARE, TIMEOUT, Limits, read_limits
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -109,3 +110,24 @@ def read_levels(text: str) -> tuple[int, int]:
     if _COUNT.fullmatch(text):
         return Settings().coarsest, int(text)
     return levels_from("--levels", text)
+
+
+# How the code of plugins is held to limits.
+limits = combine_options(
+    once(
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        help=f"What a scheme may take on a block of paths; 0 for no limit.  [default: {TIMEOUT:.0f}]",
+    ),
+    once(
+        "--memory",
+        metavar="SIZE",
+        help=f"Memory of each worker, such as 2G; 0 for no limit.  [default: {SHARE:.0%} of all, shared]",
+    ),
+)
+
+
+def options_of(options: dict[str, Any]) -> tuple[int, Limits | None]:
+    """Return `read_limits` of a command's options."""
+    return read_limits(options["timeout"], options["memory"], options["jobs"])

@@ -161,6 +161,10 @@ class Opinion(NamedTuple):
         return self._replace(reason=self.reason.then(further)) if further else self
 
 
+# Tiers of methods: the contract of a step, one step, all steps at once, paths that are drawn.
+CONTRACT, ONE_STEP, AT_ONCE, SAMPLED = 0, 1, 2, 3
+
+
 class Method(NamedTuple):
     """How a quantity was measured.
 

@@ -13,7 +13,7 @@ from ..errors import UsageError
 
 FEWEST_PATHS, MOST_PATHS = 40, 10**9
 # Paths of the first block: what a cell that is easy to decide costs; and how many times as many there are with the
-# second: from 800 on (`judge.DEEP_PATHS`) paths alone decide, so that a look with fewer would hardly settle anything.
+# second: from 800 on (`DEEP_PATHS`) paths alone decide, so that a look with fewer would hardly settle anything.
 FIRST_BLOCK, SECOND_TOTAL = 256, 4
 FINEST_STEPS = 2**20
 LARGEST_BLOCK = 2**20

@@ -11,7 +11,7 @@ from ..contracts.scheme import Claim
 from ..registry.load import Registry
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
-from ..verdicts.way import Case, send
+from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
 

@@ -17,7 +17,7 @@ from ..contracts.settings import Settings, require
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..workers.requested import read_memory
+from ..workers.limits import read_memory
 from .expected import FailingClaim, Text, validate
 from .tiers import TIERS, Tier
 

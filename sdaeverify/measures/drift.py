@@ -55,9 +55,9 @@ from ..numerics.statistics import (
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
 from ..verdicts.coverage import Coverage, coverage
+from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ..verdicts.opinions import finding, guard, no_fit
-from ..verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
-from ..verdicts.sound_levels import sound_levels_of
+from ..verdicts.path_tests import SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .path_errors.errors import STATE
 from .slopes import Slopes, once
 from .strong.findings import judge_order, local_orders, probe_strong

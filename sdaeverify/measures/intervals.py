@@ -28,9 +28,9 @@ from ..probe.local.consistency import (
 from ..probe.local.delay_links import why_not_algebraic
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
+from ..verdicts.fitted_levels import FITTED
 from ..verdicts.opinions import finding, local_doubt, local_opinion
-from ..verdicts.path_tests import FITTED
-from ..verdicts.way import withhold_in_doubt
+from ..verdicts.rules import withhold_in_doubt
 from .path_errors.errors import ErrorObserver
 from .path_errors.order import usable_levels
 from .path_errors.quantity import ERROR_COLUMNS, level_rows, quantities_of

@@ -11,18 +11,16 @@ from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.claimed import Order
+from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding
+from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 
 if TYPE_CHECKING:
-    from ..contracts.finding import Finding
     from ..study import CellResult
 
 ORDER, AT_END = "order", "weak order at T by moments"
 # Of verdicts that something decides.
 DECIDED = {"verified", "refuted"}
-# Standard errors from which on a mean difference tells something.
-RESOLVED = 3.0
-SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
 
 
 class Interval(NamedTuple):

@@ -12,12 +12,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..arrays import Array
-from ..contracts.finding import Finding, Kind, Verdict
+from ..contracts.finding import SAMPLED, Finding, Kind, Verdict
 from ..contracts.scheme import AT_T
 from ..errors import FAULTS
 from ..forms import Problem
 from ..measures.path_errors.errors import STATE
-from ..verdicts.way import SAMPLED, Case, send
+from ..verdicts.rules import Case, send
 from .judging import CellResult
 from .plan import Cell
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from math import isnan
 
 from ..contracts.finding import Verdict
-from ..verdicts.way import Case, send
+from ..verdicts.rules import Case, send
 from .judging import CellResult
 
 Place = tuple[int, int]

@@ -13,7 +13,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contracts.claimed import Order
-from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
+from ..contracts.finding import (
+    SAMPLED,
+    UNMEASURED,
+    Finding,
+    Judgement,
+    Kind,
+    LevelFinding,
+    Method,
+    Opinion,
+    Reason,
+    Verdict,
+)
 from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
@@ -22,8 +33,8 @@ from ..errors import FAULTS, one_line
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
-from ..verdicts.sound_levels import lost_index
-from ..verdicts.way import SAMPLED, Case, Objection, send
+from ..verdicts.fitted_levels import lost_index
+from ..verdicts.rules import Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
 
 CONTRACT = Method("contract and exactness", 0)

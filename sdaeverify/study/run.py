@@ -10,10 +10,10 @@ from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Workers
 from .blocks import Blocks
-from .cost import breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
+from .problem_order import longest_first, widest_first
 from .sequence import ProblemRun
 
 HALTED = "no further evidence is in the folder; matrix with the same --out computes it"
@@ -102,16 +102,14 @@ class Study:
 
     def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Find what needs no paths, of the problems with the most of it first."""
-        widest = sorted(waiting, key=lambda problem: -breadth(problem.plan))
-        for job, found in blocks.results(deque(_screening(problem) for problem in widest), window):
+        for job, found in blocks.results(deque(_screening(problem) for problem in widest_first(waiting)), window):
             job.problem.absorb(job.task, found)
             job.problem.screened = True
             yield self._advanced(job)
 
     def _look(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Draw paths, of the problems that take longest first."""
-        longest = sorted(waiting, key=lambda problem: -weight(problem.plan, self.settings))
-        jobs = deque(job for problem in longest for job in _jobs(problem))
+        jobs = deque(job for problem in longest_first(waiting, self.settings) for job in _jobs(problem))
         for job, found in blocks.results(jobs, window):
             job.problem.absorb(job.task, found)
             if job.block == job.last:

@@ -9,13 +9,13 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..contracts.claimed import Exact, Order
-from ..contracts.finding import Finding, Kind, Verdict
+from ..contracts.finding import SAMPLED, Finding, Kind, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, SchemeEvidence, Task
-from ..verdicts.way import SAMPLED, Case, send
+from ..verdicts.rules import Case, send
 from .agreement import agreeing
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan

@@ -12,7 +12,7 @@ from ..simulate.ensemble import PROBLEM, Entry, Marker
 from ..workers.batches import Batches, Sent
 from ..workers.calls import Lost
 from ..workers.executors import Workers
-from ..workers.limits import Mark, StopError
+from ..workers.marks import Mark, StopError
 from ..workers.pool import Processes
 from .plan import Trial, scheme_cells
 

@@ -10,7 +10,8 @@ from ..contracts.measure import Evidence
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from .coverage import Coverage
-from .path_tests import CALIBRATED_PATHS, FEWEST, SUSPECT, PathTests, unknown_value
+from .fitted_levels import FEWEST
+from .path_tests import CALIBRATED_PATHS, SUSPECT, PathTests, unknown_value
 
 # For which no coefficient needs derivatives.
 LIPSCHITZ_ORDER = 0.5

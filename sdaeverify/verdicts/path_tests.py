@@ -11,11 +11,8 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim
 from ..numerics.statistics import Estimate
 from ..probe.step.one_step import why_not_resolved
-from .sound_levels import at_levels
+from .fitted_levels import FITTED, at_levels
 
-# A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
-FITTED = 4
-FEWEST = 3
 # A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
 RESOLVED = 3.0
 # No order shows on steps whose error is more than this part of what the solution does.

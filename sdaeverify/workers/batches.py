@@ -7,7 +7,7 @@ from typing import Generic, NamedTuple, Protocol, Self, TypeVar
 from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker
 from .calls import Call, Function, Lost, RemoteCall, pickle_argument
 from .executors import Workers
-from .limits import NOBODY, Mark
+from .marks import NOBODY, Mark
 from .pool import Processes
 
 Answer = TypeVar("Answer")

@@ -14,7 +14,8 @@ from ..errors import FAULTS, UsageError, one_line
 from ..registry.discovery import FILE_PREFIX
 from ..simulate.ensemble import Marker
 from .executors import LostExecutorError, Plugins, Workers
-from .limits import Limits, Mark, Watchdog, limited_memory, read_mark
+from .limits import Limits, limited_memory
+from .marks import Mark, Watchdog, read_mark
 from .pool import ENDED, Processes
 
 Value = TypeVar("Value")

@@ -1,28 +1,29 @@
-"""What a scheme may take on one block of paths, and how a worker process marks whose code it runs."""
+"""What a scheme may take on one block of paths: limits of a worker process, asked for or by default."""
 
-import mmap
 import os
-import struct
-import time
-from collections import defaultdict
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import NamedTuple
 
-from ..errors import FAULTS, SdaeverifyError, UsageError
-from ..simulate.ensemble import NO_MEASURE, PROBLEM, Marker, alone
+from ..errors import UsageError
 
 try:
     import resource
 except ImportError:  # not on every platform
     resource = None  # type: ignore[assignment]
 
-NOBODY = PROBLEM - 1
-FORMAT = struct.Struct("<qqd")
+TIMEOUT = 600.0
+# Of the memory of the machine or of its container, for all workers together.
+SHARE = 0.8
+CONTAINER = Path("/sys/fs/cgroup/memory.max")
+UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
+# Measured: libraries that a worker loads as it begins, and gbm and the pendulum on all measures, take 50M to 100M.
+LEAST = 2**28
+_AMOUNT = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([KMGT]?)i?B?")
 
 
 @dataclass(frozen=True)
@@ -52,92 +53,76 @@ class Limits:
             raise UsageError("this platform cannot limit the memory of a process; leave out --memory")
 
 
-class Mark(NamedTuple):
-    """Whose code a worker runs: what is left of it when it dies.
-
-    Attributes
-    ----------
-    scheme : int
-        Index of the scheme, `PROBLEM`, or `NOBODY`.
-    measure : int
-        Index of the measure or `NO_MEASURE`.
-    deadline : float
-        Of the monotonic clock, from which on the process may be ended.
-    """
-
-    scheme: int = NOBODY
-    measure: int = NO_MEASURE
-    deadline: float = inf
-
-
-class StopError(SdaeverifyError):
-    """Code that is watched raised what is meant to end a program, such as KeyboardInterrupt."""
-
-
-def read_mark(path: Path) -> Mark:
-    """Return the mark in a file; nobody's if there is none."""
-    data = path.read_bytes() if path.is_file() else b""
-    return Mark(*FORMAT.unpack(data)) if len(data) == FORMAT.size else Mark()
-
-
-class Watchdog(Marker):
-    """Marks in a file whose code runs, and until when it may: who waits for the call ends the process after that.
-
-    Nothing here keeps the time: code that never comes back, ignores signals or turns off alarms would not let it.
+def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> tuple[int, Limits | None]:
+    """Return the number of workers and what they are held to.
 
     Parameters
     ----------
-    path : Path
-        Of the mark.
-    timeout : float
-        Seconds for each scheme, and for the problem.
+    timeout : float or None
+        Seconds; 0 for no limit, None for the default.
+    memory : str or None
+        Size; ``0`` for no limit, None for the default.
+    jobs : int or None
+        Workers that were asked for.
+
+    Returns
+    -------
+    int
+    Limits or None
+        None where one job is asked for and all limits are taken away: it runs in this process, which nothing can end
+        but itself.
+
+    Raises
+    ------
+    UsageError
+        If one is no limit, or the platform has none.
     """
+    if timeout is not None and not 0.0 <= timeout < inf:
+        raise UsageError(f"--timeout expects a number of seconds, or 0 for no limit, got {timeout:g}")
+    if jobs == 1 and timeout == 0.0 and memory == "0":
+        return 1, None
+    workers = jobs or available_cores()
+    size = _default_memory(workers) if memory is None else 0 if memory == "0" else read_memory("--memory", memory)
+    return workers, Limits(TIMEOUT if timeout is None else timeout or inf, size)
 
-    def __init__(self, path: Path, timeout: float) -> None:
-        path.write_bytes(FORMAT.pack(*Mark()))
-        with path.open("r+b") as file:
-            self.memory = mmap.mmap(file.fileno(), FORMAT.size)
-        self.timeout, self.mark = timeout, Mark()
-        self.spent: dict[int, float] = defaultdict(float)
 
-    @contextmanager
-    def of(self, scheme: int) -> Iterator[None]:
-        """Run code of a scheme or of the problem against its time."""
-        begun = time.monotonic()
-        left = max(self.timeout - self.spent[scheme], 1e-3)
-        self._write(Mark(scheme, NO_MEASURE, begun + left))
-        try:
-            with self._alive():
-                yield
-        finally:
-            self.spent[scheme] += time.monotonic() - begun
-            self._write(Mark())
+def read_memory(name: str, text: str) -> int:
+    """Return the number of bytes that a worker may have.
 
-    @contextmanager
-    def measure(self, index: int) -> Iterator[None]:
-        """Note that it is a measure that runs."""
-        before = self.mark
-        self._write(before._replace(measure=index))
-        try:
-            with self._alive():
-                yield
-        finally:
-            self._write(before)
+    Parameters
+    ----------
+    name : str
+        Of the option or key, for the message.
+    text : str
+        A number with K, M, G or T behind it, for powers of 1024: ``2G``.
 
-    @contextmanager
-    def _alive(self) -> Iterator[None]:
-        try:
-            with alone():
-                yield
-        except FAULTS:
-            raise
-        except BaseException as error:
-            # Workers hear no interrupt of the user's: whatever ends a program is the plugin's own.
-            raise StopError(f"{type(error).__name__}: raised by the plugin") from error
+    Raises
+    ------
+    UsageError
+        If it is no such amount, or less than a worker needs whatever it runs.
+    """
+    match = _AMOUNT.fullmatch(text.strip())
+    size = int(float(match[1]) * UNITS[match[2]]) if match else 0
+    if size < 1:
+        raise UsageError(f"{name} expects an amount of memory such as 500M or 2G, got {text!r}")
+    if size < LEAST:
+        raise UsageError(f"{name} expects at least {LEAST >> 20}M, since a worker needs some itself, got {text!r}")
+    return size
 
-    def _write(self, mark: Mark) -> None:
-        self.mark = mark
-        self.memory[:] = FORMAT.pack(*mark)
+
+def _default_memory(workers: int) -> int:
+    if not (hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names):
+        return 0
+    installed = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    allowed = CONTAINER.read_text().strip() if CONTAINER.is_file() else ""
+    return int(SHARE * min(installed, int(allowed) if allowed.isdigit() else installed) / workers)
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @contextmanager

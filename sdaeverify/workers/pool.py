@@ -21,7 +21,8 @@ from pebble import ProcessPool
 
 from ..registry.discovery import load_file
 from ..registry.foreign_code import MOST_PRINTED, BoundedText
-from .limits import Limits, address_space, read_mark
+from .limits import Limits, address_space
+from .marks import read_mark
 from .room import NoWorkersError, why_no_room
 
 Key = TypeVar("Key")
@@ -121,13 +122,6 @@ class Processes(Executor):
         for worker in self._context.made:
             if SpawnProcess.is_alive(worker):
                 worker.terminate()
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

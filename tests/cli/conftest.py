@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from facade import Limits, execute
-from sdaeverify.cli.limits import options_of
+from sdaeverify.cli.options import options_of
 from sdaeverify.registry import load
 
 HEADER = """

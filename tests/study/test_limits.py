@@ -16,7 +16,8 @@ BEGIN = """
 import os, sys, time
 from pathlib import Path
 from sdaeverify.simulate.ensemble import Marker
-from sdaeverify.workers.limits import Watchdog, limited_memory
+from sdaeverify.workers.limits import limited_memory
+from sdaeverify.workers.marks import Watchdog
 """
 PATIENCE = 200.0
 

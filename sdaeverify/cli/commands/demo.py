@@ -13,7 +13,7 @@ from ...report.files import require_writable
 from ...report.plain import in_columns, visible, wrap_text
 from ...report.sentences import PlainLine, claim_in_brief, counts_of, interval, mark
 from ...report.verdict_row import VerdictRow
-from ...workers.requested import read_limits
+from ...workers.limits import read_limits
 from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
 from ..loading import load_and_warn

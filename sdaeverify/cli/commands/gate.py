@@ -16,13 +16,12 @@ from ...gate.tiers import TIERS, seed_of
 from ...gate.writers.github import annotations, fence, markdown_report
 from ...registry.discovery import absolute
 from ...registry.load import Registry
-from ...workers.requested import read_limits
+from ...workers.limits import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
 from ..gating import Request, carry_out_gate
-from ..limits import limits
 from ..loading import load_and_warn
-from ..options import PLACE, jobs, once, plugins, progress_of_cells, selection
+from ..options import PLACE, jobs, limits, once, plugins, progress_of_cells, selection
 
 FOLDER = Path("reports", "gate")
 # What GitHub's runner sets.

@@ -18,14 +18,15 @@ from ...study import Plan
 from ...study.plan import shard
 from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
-from ..limits import limits, options_of
 from ..loading import load_and_warn
 from ..options import (
     PLACE,
     jobs,
     levels_text,
+    limits,
     loudness,
     once,
+    options_of,
     plugins,
     progress_of_cells,
     read_levels,

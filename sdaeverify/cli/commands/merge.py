@@ -17,7 +17,7 @@ from ...report.files import require_writable
 from ...report.saved import SavedRun, read_run
 from ...store.store import Copied, copy_evidence
 from ...study.plan import union
-from ...workers.requested import read_limits
+from ...workers.limits import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode
 from ..loading import load_and_warn

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from math import isfinite, isnan
 
-from ...contracts.finding import Finding
+from ...contracts.finding import SAMPLED, Finding
 from ...contracts.settings import Settings
 from ...report.plain import visible
 from ...report.tables.command import reproduce
 from ..outcomes import Outcome, Status
 
-SAMPLED = 3
 WORDS = {
     Status.PASSED: "verified",
     Status.FAILED: "refuted",

@@ -12,10 +12,10 @@ from ...contracts.measure import Evidence
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
 from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.fitted_levels import FEWEST, at_levels, sound_levels
 from ...verdicts.opinions import finding, judge_claim
-from ...verdicts.path_tests import FEWEST, RESOLVED, order_in
-from ...verdicts.sound_levels import at_levels, sound_levels
-from ...verdicts.way import withhold_in_doubt
+from ...verdicts.path_tests import RESOLVED, order_in
+from ...verdicts.rules import withhold_in_doubt
 from ..resolution import stationary_resolution
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples

@@ -17,8 +17,8 @@ from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
-from ...verdicts.path_tests import COARSE, FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
-from ...verdicts.sound_levels import at_levels, sound_levels_of
+from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels, sound_levels_of
+from ...verdicts.path_tests import COARSE, SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .quantity import Quantity, quantities_of
 
 

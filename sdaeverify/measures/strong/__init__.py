@@ -17,8 +17,8 @@ from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import coverage
-from ...verdicts.path_tests import FITTED
-from ...verdicts.way import withhold_in_doubt
+from ...verdicts.fitted_levels import FITTED
+from ...verdicts.rules import withhold_in_doubt
 from ..path_errors.errors import ErrorObserver
 from ..path_errors.order import usable_levels
 from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of

@@ -21,8 +21,9 @@ from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_loc
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.fitted_levels import FEWEST, FITTED
 from ...verdicts.opinions import finding, guard, leave_open, local_doubt, local_opinion, no_fit, of_smooth
-from ...verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, unlike
+from ...verdicts.path_tests import SUSPECT, PathTests, unlike
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,

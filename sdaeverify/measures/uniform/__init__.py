@@ -34,7 +34,7 @@ from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import coverage, why_not_claimed
 from ...verdicts.opinions import finding, leave_open
-from ...verdicts.way import withhold_in_doubt
+from ...verdicts.rules import withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
 from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair

@@ -14,9 +14,9 @@ from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
 from ...probe.local.consistency import Consistency, consistency_orders
 from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels
 from ...verdicts.opinions import beside, decide, finding, local_doubt, local_opinion, no_fit
-from ...verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests
-from ...verdicts.sound_levels import at_levels
+from ...verdicts.path_tests import PathTests, order_tests
 from ..path_errors.order import (
     EXACT,
     RIGHT_LIMIT,

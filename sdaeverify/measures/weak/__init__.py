@@ -26,21 +26,10 @@ from ...forms import Problem
 from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ...verdicts.opinions import finding, guard, leave_open
-from ...verdicts.path_tests import (
-    COARSE,
-    FEWEST,
-    FITTED,
-    RESOLVED,
-    SUSPECT,
-    PathTests,
-    hold_back,
-    order_tests,
-    unlike,
-    with_sample,
-)
-from ...verdicts.sound_levels import sound_levels_of
-from ...verdicts.way import withhold
+from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
+from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import probe_resolution, weak_resolution
 from .probe import WeakProbe, judge_probe, probe_weak, weak_probe

@@ -17,7 +17,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...numerics.statistics import Estimate, estimates, slope_weights
-from ...verdicts.path_tests import CALIBRATED_PATHS, FITTED
+from ...verdicts.fitted_levels import FITTED
+from ...verdicts.path_tests import CALIBRATED_PATHS
 from .level_errors import LevelErrors
 
 WAS_EXACT, IS_EXACT, ORDER_ALONE = "it was exact", "it is exact now", "its order alone is known"

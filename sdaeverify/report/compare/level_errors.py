@@ -12,18 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contracts.finding import Finding, Judgement, LevelFinding
+from ...contracts.finding import SAMPLED, Finding, Judgement, LevelFinding
 from ...contracts.measure import Evidence
 from ...contracts.tally import Tally
 from ...numerics.statistics import EPS, GROUPS
+from ...verdicts.fitted_levels import sound_levels_of
 from ...verdicts.path_tests import RESOLVED
-from ...verdicts.sound_levels import sound_levels_of
 
 # Columns of levels: whether a slope was fitted to it, what an error has to exceed, the size of what cancels in it.
 FITTED, FLOOR, SCALE = "fitted", "error_floor", "scale"
 ROUNDING = 64.0 * EPS
-# The tier of what is sampled along paths.
-SAMPLED = 3
 
 Judge = Callable[[Evidence], Judgement]
 

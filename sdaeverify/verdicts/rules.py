@@ -14,9 +14,8 @@ from functools import reduce
 from math import inf, isnan
 from typing import Any, NamedTuple
 
-from ..contracts.finding import Finding, Kind, Reason, Verdict
+from ..contracts.finding import SAMPLED, Finding, Kind, Reason, Verdict
 
-SAMPLED = 3
 FINER = "finer levels decide"
 
 

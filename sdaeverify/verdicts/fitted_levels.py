@@ -1,4 +1,4 @@
-"""Which levels of a cell can be used, and what went wrong on the others."""
+"""Which levels of a cell a slope is fitted to, and what went wrong on the others."""
 
 from collections.abc import Mapping
 
@@ -7,6 +7,10 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
+
+# A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
+FITTED = 4
+FEWEST = 3
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
