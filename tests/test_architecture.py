@@ -322,7 +322,7 @@ def test_a_finding_is_changed_by_the_rules_of_its_way_alone():
     """Whoever knows more of a finding than its measure says so in a case; no study, gate or report decides."""
     users = [FRAMEWORK / room for room in ("study", "gate", "report", "cli", "testing", "simulate")]
     assert guilty(changed_fates, *users) == {}
-    assert changed_fates(FRAMEWORK / "verdicts" / "way.py")
+    assert changed_fates(FRAMEWORK / "verdicts" / "rules.py")
 
 
 def test_modules_import_each_other_in_no_circle():
