@@ -144,28 +144,18 @@ def api(room: str, title: str) -> str:
     """Return the public names of a room, each with its docstring."""
     module = import_module(room)
     names = sorted((name for name in module.__all__ if not name.startswith("_")), key=str.lower)
-    elsewhere = {name: home for name in names if (home := _first_room(name, getattr(module, name))) != room}
     lines = [title, "=" * len(title), ""]
     if room != "sdaeverify":
         lines += [f".. automodule:: {room}", "   :no-members:", ""]
     return "\n".join(
-        [
-            *lines,
-            f".. currentmodule:: {room}",
-            "",
-            *(
-                f"{name}\n{'-' * len(name)}\n\nSee :doc:`{elsewhere[name]}`.\n"
-                if name in elsewhere
-                else _entry(name, getattr(module, name))
-                for name in names
-            ),
-        ]
+        [*lines, f".. currentmodule:: {room}", "", *(_entry_in(room, name, getattr(module, name)) for name in names)]
     )
 
 
-def _first_room(name: str, thing: Any) -> str:
-    """Return the first room that has a public name: there it is told."""
-    return next(room for room in ROOMS if getattr(import_module(room), name, None) is thing)
+def _entry_in(room: str, name: str, thing: Any) -> str:
+    """Return what is told of a public name: all in the first room that has it, in others where that is."""
+    first = next(each for each in ROOMS if getattr(import_module(each), name, None) is thing)
+    return _entry(name, thing) if first == room else f"{name}\n{'-' * len(name)}\n\nSee :doc:`{first}`.\n"
 
 
 def _entry(name: str, thing: Any) -> str:

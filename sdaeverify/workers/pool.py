@@ -76,7 +76,6 @@ class Processes(Executor):
                 # Broken since a worker died while none had a call, or never made.
                 self.shutdown()
                 printed = MOST_PRINTED // self.jobs
-                self._context = _Context()
                 self._pool = ProcessPool(
                     self.jobs, initializer=_begin, initargs=(self._plugins, printed), context=self._context
                 )
