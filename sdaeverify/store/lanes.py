@@ -11,7 +11,7 @@ from functools import reduce
 from io import BytesIO
 from math import prod
 from typing import Any, NamedTuple
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 
 import numpy as np
 
@@ -101,9 +101,13 @@ def pack_lane(lane: StoredLane) -> bytes:
     numbers = np.concatenate([np.zeros(0), *(array.ravel() for array in arrays)])
     if header.nbytes + numbers.nbytes > LARGEST - 2**12:
         raise OSError(f"evidence of {numbers.nbytes:,} bytes on {lane.scheme}, at most {LARGEST:,}")
-    packed = BytesIO()
-    np.savez_compressed(packed, header=header, numbers=numbers)
-    return packed.getvalue()
+    content = BytesIO()
+    # As `numpy.savez_compressed` writes them, which takes the sixth level: three times as long for 5 % less.
+    with ZipFile(content, "w", ZIP_DEFLATED, compresslevel=1) as packed:
+        for name, array in {"header": header, "numbers": numbers}.items():
+            with packed.open(f"{name}.npy", "w") as part:
+                np.lib.format.write_array(part, array, allow_pickle=False)
+    return content.getvalue()
 
 
 def unpack_lane(content: bytes) -> StoredLane | None:

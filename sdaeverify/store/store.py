@@ -204,14 +204,16 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
 
 def with_opened(lanes: Iterable[SchemeEvidence], task: Task) -> tuple[SchemeEvidence, ...]:
     """Return the evidence on the entries of a task with the files that their code has opened in this process."""
-    pairs = zip(lanes, task.entries, strict=True)
-    return tuple(lane._replace(opened=opened_by(_homes(entry, task))) for lane, entry in pairs)
+    homes = [_homes(entry, task) for entry in task.entries]
+    # Most schemes of a task come from one package.
+    opened = {each: opened_by(each) for each in set(homes)}
+    return tuple(lane._replace(opened=opened[each]) for lane, each in zip(lanes, homes, strict=True))
 
 
-def _homes(entry: Entry, task: Task) -> set[Path]:
+def _homes(entry: Entry, task: Task) -> frozenset[Path]:
     """Return the top-level packages and files that the code of a scheme, its problem and its measures is in."""
     things = type(entry.scheme), task.spec.function, *map(type, entry.measures)
-    return {home for thing in things for home in homes_of(thing) if home is not None}
+    return frozenset(home for thing in things for home in homes_of(thing) if home is not None)
 
 
 def _write(place: Place, lane: StoredLane) -> None:

@@ -169,13 +169,15 @@ class _Lines(NamedTuple):
         length, left = 1.0 / self.cuts, np.repeat(np.arange(self.cuts)[:, None] / self.cuts, count, axis=1)
         values = self._values(q, left)
         span, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
-        followed = []
+        followed = list[Array]()
         for _ in range(HALVINGS[order] + 1):
             at = left + length * np.linspace(0.0, 1.0, order + 1)[:, None, None]
             found = np.abs(np.diff(self._values(q, at), order, axis=0)[0]) / length ** (order - 1)
             found = np.nan_to_num(found, nan=0.0, posinf=0.0)
             steepest = found.argmax(axis=0)
             followed.append(found.max(axis=0))
+            if len(followed) > LAST and not (followed[-1] > SMALL * span).any():
+                break
             left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
             length *= 0.5
         before, last = followed[-1 - LAST], followed[-1]

@@ -139,7 +139,8 @@ def law_departure(scheme: Scheme, view: Problem) -> str:
     return "" if early is None else early.departure
 
 
-@lru_cache(maxsize=4)
+# All schemes of a problem are compared before the first one is measured.
+@lru_cache(maxsize=64)
 def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
     """Compare the law of short steps with the equation at states that solutions reach, in all parts of the run.
 

@@ -46,6 +46,8 @@ def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
     """
     x = chart.embed(z)
     idle = np.logical_not(x.any(axis=1))
+    if not idle.any():
+        return idle
     moved = x + np.where(idle, 1.0, 0.0)[:, None]
     same = all(np.array_equal(f(0.0, x), f(0.0, moved)) for f in (ito.drift, ito.diffusion))
     return idle if same else np.zeros_like(idle)

@@ -293,6 +293,8 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     return Densities(np.array(h), at, *found)
 
 
+# The same for all schemes of a form, and for all step sizes.
+@lru_cache(maxsize=4)
 def _invariant(view: Problem, basis: Basis) -> Array:
     """Return pi with pi G = 0 and pi(1) = 1."""
     G = generator(*require_chart(view), basis)

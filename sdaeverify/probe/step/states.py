@@ -172,8 +172,9 @@ def _simulate_pilot(ito: Equation, h: float, normals: Array, kept: Array, *, imp
     for step, xi in enumerate(normals):
         t = step * h
         drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
-        size = norm(x)
-        stiff = stiff or bool(((size > 0.0) & (norm(drift) > size)).any())
+        if not (implicit or stiff):
+            size = norm(x)
+            stiff = bool(((size > 0.0) & (norm(drift) > size)).any())
         x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
         points[kept == step + 1] = x
     return points, stiff
