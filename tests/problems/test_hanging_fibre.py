@@ -10,6 +10,7 @@ from facade import (
     SemiImplicitProjectionEuler,
     clamped_chain,
     fibre_problem,
+    gaussian_step,
     hanging_fibre,
     rotation,
 )
@@ -57,6 +58,17 @@ def test_mean_and_covariance_solve_their_equations(alpha):
     np.testing.assert_allclose(fibre.mean(0.05), m, rtol=1e-7)
     difference = (fibre.covariance(0.05) - C) / np.outer(scale, scale)
     assert np.abs(difference).max() < 1e-7
+
+
+@pytest.mark.parametrize("h", [1e-7, 1e-4, 1e-2])
+def test_exact_steps_have_the_covariance_of_the_solution(h):
+    """The parts made of dW, H and further normals add up to C(h), in every component."""
+    linear = hanging(0.5, N=3)
+    step, expected = gaussian_step(linear.generator, linear.noise, h), linear.covariance(h)
+    parts = h * step.of_dW @ step.of_dW.T + h / 12 * step.of_H @ step.of_H.T + step.of_xi @ step.of_xi.T
+    scale = np.sqrt(np.diag(expected))
+
+    assert np.abs((parts - expected) / np.outer(scale, scale)).max() < 1e-11
 
 
 def step_matrix(fibre, h, semi_implicit):
