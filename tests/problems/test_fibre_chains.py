@@ -1,4 +1,4 @@
-"""Chains: the inextensibility constraint against its definition, blocks of derivatives, and where the reference is."""
+"""Chains: the inextensibility constraint against its definition, blocks of derivatives, where a reference is."""
 
 from dataclasses import replace
 

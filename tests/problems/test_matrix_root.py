@@ -1,10 +1,12 @@
-"""Steps of matrices onto a level set of x^T x: against a closed form and the general search, and what is sure."""
+"""Steps of matrices onto a level set of x^T x, against the general search and dense systems, and what is sure."""
 
 import numpy as np
 import pytest
 
 from facade import OldNormals
 from sdaeverify import Array, Mask
+from sdaeverify_problems.matrices import _lyapunov
+from sdaeverify_problems.matrices._lyapunov import Lyapunov, dense
 from sdaeverify_problems.matrices._root import MatrixLevel
 from sdaeverify_problems.matrices.stiefel import stiefel
 
@@ -87,3 +89,16 @@ def test_without_root_there_is_no_warning() -> None:
     y = x + np.array([0.1, 30.0, 1e150]) * np.cos(np.arange(6.0))[:, None]
 
     assert problem.near(x).root(y, np.zeros((3, 3))).converged.tolist() == [True, False, False]
+
+
+def test_the_equation_is_solved_where_its_series_does_not_converge():
+    """Beside paths on which it does: eigenvalues with negative real parts, or far from 1, need the dense matrix."""
+    M = np.stack([np.eye(3), np.diag([1.0, -0.5, 2.0]), np.diag([1e-6, 1.0, 1.0]), -np.eye(3) + 0.1], axis=-1)
+    b = np.random.default_rng(0).standard_normal((6, 4))
+    system = Lyapunov.of(M)
+
+    assert system.poor.tolist() == [False, True, True, True]
+    residual = np.einsum("ijp,jp->ip", dense(M), system.solve(b)) - b
+    assert np.abs(residual).max() < 1e-9
+    assert np.array_equal(system.positive(), np.linalg.det(np.moveaxis(dense(M), -1, 0)) > 0.0)
+    assert len(system.powers) == _lyapunov.MOST

@@ -94,7 +94,7 @@ def rotor_gap(c_g: float, gamma: float, kT: float, mass: float) -> float:
 @pytest.mark.parametrize("c", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("gamma", [0.3, 1.0, 5.0])
 def test_relaxation_of_a_pendulum_is_estimated_to_its_size(gamma: float, c: float, mass: float) -> None:
-    """Estimates are between 2/3, or without masses 3/4, of and 5, or 3, times the reciprocal of the generator's gap."""
+    """Estimates are 2/3, or without masses 3/4, to 5, or 3, times the reciprocal of the generator's gap."""
     gap = rotor_gap(c, gamma, 0.5, mass)
 
     assert 2 / 3 <= damped_pendulum(c_g=c, gamma=gamma, mass=mass).relaxation * gap <= 5.0

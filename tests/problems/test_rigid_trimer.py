@@ -7,17 +7,15 @@ from scipy.linalg import expm
 from sdaeverify import InvariantMean, Moment
 from sdaeverify_problems.rigid_trimer import angle_diffusion, rigid_trimer
 
-CELLS = 800
+CELLS = 400
 
 
 def test_the_mean_square_is_that_of_the_surface_measure() -> None:
-    """E c^2 = (2 pi/3 - sqrt(3)/2)/(2 pi/3 + sqrt(3)) = 0.3210210, and not the 1/3 of uniform bonds."""
+    """E c^2 = (2 pi/3 - sqrt(3)/2)/(2 pi/3 + sqrt(3)), and not the 1/3 of uniform bonds."""
     (truth,) = [truth for truth in rigid_trimer().truths if isinstance(truth, InvariantMean)]
     value = (2 * np.pi / 3 - np.sqrt(3) / 2) / (2 * np.pi / 3 + np.sqrt(3))
 
     assert truth.value == pytest.approx(value, rel=1e-13)
-    assert truth.value == pytest.approx(0.3210210, abs=6e-8)
-    assert abs(truth.value - 1.0 / 3.0) > 0.01
 
 
 def by_cells(start: float, t: float) -> dict[str, float]:
@@ -33,7 +31,7 @@ def by_cells(start: float, t: float) -> dict[str, float]:
 
 @pytest.mark.parametrize("t", [0.05, 0.25])
 def test_moments_are_those_of_finite_volumes(t: float) -> None:
-    """Expectations at a time agree with an independent discretisation, whose error is about the width squared."""
+    """Expectations at a time agree with another discretisation, whose error is about the width squared, 3e-5."""
     known = {truth.observable: truth.value(t) for truth in rigid_trimer().truths if isinstance(truth, Moment)}
     for name, value in by_cells(float(np.cos(1.2)), t).items():
         assert known[name] == pytest.approx(value, abs=1e-4)
