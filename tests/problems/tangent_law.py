@@ -16,10 +16,8 @@ class Law(NamedTuple):
     weights: Array
 
 
-def canonical_nodes(
-    mass: Array, kT: float, potential: Callable[[Array], Array], power: float = 0.5, count: int = 40
-) -> Law:
-    """Return nodes of exp(-V/kT) (r^T M^{-1} r)^power on the sphere, velocities being normal: 1/2 is the right power.
+def canonical_nodes(mass: Array, kT: float, potential: Callable[[Array], Array], count: int = 40) -> Law:
+    """Return nodes of exp(-V/kT) sqrt(r^T M^{-1} r) on the sphere, velocities being normal.
 
     In a basis T of the tangent plane, v = T s and s ~ N(0, kT (T^T M T)^{-1}). Gauss' rules have `count` nodes in r_3
     and 5 in each component of s, the trapezoidal rule 2 `count` in the longitude.
@@ -39,7 +37,7 @@ def canonical_nodes(
     s = np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1)
     v = np.einsum("iap,pab,bq->ipq", T, root, s)
     pushed = np.linalg.solve(mass, r)
-    density = np.repeat(weights, 2 * count) * (r * pushed).sum(axis=0) ** power * np.exp(-potential(r) / kT)
+    density = np.repeat(weights, 2 * count) * np.sqrt((r * pushed).sum(axis=0)) * np.exp(-potential(r) / kT)
     full = np.outer(density, np.outer(normal, normal)).ravel()
     x = np.concatenate([np.broadcast_to(r[..., None], v.shape), v]).reshape(6, -1)
     return Law(x, full / full.sum())

@@ -1,16 +1,15 @@
-"""Constrained Langevin dynamics for any mass matrix and friction: balance, invariant law, constants and refusals."""
+"""Constrained Langevin dynamics for any mass matrix and friction: its invariant law and its constants."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from facade import _circle as circle
 from facade import _unit_sphere as unit_sphere
-from problems.tangent_law import Law, canonical_nodes, images, monomials
-from sdaeverify import Array, HolonomicSDAE, ParameterError, ProblemError
-from sdaeverify.numerics import product_transposed
+from problems.tangent_law import canonical_nodes, images, monomials
+from sdaeverify import Array, HolonomicSDAE, ParameterError
 from sdaeverify_problems.langevin._bath import Bath
 from sdaeverify_problems.langevin._canonical_law import Canonical, circle_nodes, invariant_means, sphere_nodes
 from sdaeverify_problems.langevin._constrained_langevin import constrained_langevin
@@ -50,54 +49,28 @@ BATHS: dict[str, Bath] = {
 }
 
 
-def langevin(bath: Bath, mass: Any = MASS, **more: Any) -> HolonomicSDAE:
+def langevin(bath: Bath) -> HolonomicSDAE:
     """Return the dynamics on the sphere."""
     return constrained_langevin(
         gradient,
         bath,
         constraint=unit_sphere.constraint,
-        mass=mass,
+        mass=MASS,
         position=[0.6, 0.0, -0.8],
         velocity=[0.0, 0.5, 0.0],
         horizon=1.0,
-        **more,
     )
 
 
-def points(count: int = 20) -> Array:
-    r = np.random.default_rng(1).standard_normal((3, count))
-    return r / np.linalg.norm(r, axis=0)
-
-
 @pytest.mark.parametrize("name", BATHS)
-def test_noise_and_friction_are_in_balance(name: str) -> None:
-    """Sigma sigma^T = 2 kT gamma at every position, gamma being what the force takes away from v."""
-    problem, r, v = langevin(BATHS[name]), points(), points()[::-1]
-    sigma = np.broadcast_to(problem.diffusion(0.0, r, v), (3, problem.noise_dim, 20))
-    drag = problem.force(0.0, r, 0.0 * v) - problem.force(0.0, r, v)
-
-    balance = np.einsum("ijp,jp->ip", product_transposed(sigma, sigma), v)
-
-    assert np.abs(balance - 2.0 * KT * drag).max() <= 32 * EPS
-    assert np.abs(problem.force(0.0, r, 0.0 * v) + gradient(r)).max() == 0.0
-
-
-@pytest.fixture(scope="module")
-def law() -> Law:
-    return canonical_nodes(MASS, KT, potential)
-
-
-def drift_of_means(problem: HolonomicSDAE, law: Law) -> float:
-    """Return the largest mean of L q over monomials, in units of what rounding can do to it."""
+def test_the_invariant_law_does_not_depend_on_friction(name: str) -> None:
+    """Under the law with the factor sqrt(r^T M^{-1} r), means of L q vanish for monomials q of degree (1, 2)."""
+    law, problem = canonical_nodes(MASS, KT, potential), langevin(BATHS[name])
     image = images(problem, law.x, monomials(1, 2))
+
     # Each value is made up of some thirty products, whose inputs have been solved for and projected.
-    return float(np.max(np.abs(image.values @ law.weights) / (64 * EPS * (image.sizes @ law.weights + EPS))))
-
-
-@pytest.mark.parametrize("name", BATHS)
-def test_the_invariant_law_does_not_depend_on_friction(law: Law, name: str) -> None:
-    """Under the law with the factor sqrt(r^T M^{-1} r), means of monomials of degree (1, 2) stay as they are."""
-    assert drift_of_means(langevin(BATHS[name]), law) <= 1.0
+    rounding = 64 * EPS * (image.sizes @ law.weights + EPS)
+    assert np.all(np.abs(image.values @ law.weights) <= rounding)
 
 
 def test_means_on_the_sphere_agree_with_adaptive_quadrature() -> None:
@@ -129,51 +102,11 @@ def test_a_law_that_is_too_narrow_is_refused() -> None:
 def test_the_bound_of_the_sphere_is_the_largest_of_its_norms(mass: Array) -> None:
     """C_g is no less than any of the norms in (2.7) on the neighbourhood, and is one of them, or 1."""
     eps, inverse = 0.2, np.linalg.inv(mass)
-    ends = np.linalg.eigh(mass)[1]
-    x = np.concatenate([(1.0 + s) * np.concatenate([ends, points(200)], axis=1) for s in (-eps, 0.0, eps)], axis=1)
+    r = np.random.default_rng(1).standard_normal((3, 200))
+    r = np.concatenate([np.linalg.eigh(mass)[1], r / np.linalg.norm(r, axis=0)], axis=1)
+    x = np.concatenate([(1.0 + s) * r for s in (-eps, 0.0, eps)], axis=1)
     gram = np.einsum("ip,ij,jp->p", x, inverse, x)
     norms = np.concatenate([np.linalg.norm(inverse @ x, axis=0), gram, 1.0 / gram, [1.0]])
 
-    bound = unit_sphere.constraint_bound(mass, eps)
-
-    assert norms.max() == pytest.approx(bound, rel=16 * EPS)
-
-
-BAD: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
-    "no friction": ({"friction": 0.0}, ParameterError, "friction must be a positive number"),
-    "negative friction": ({"friction": -1.0}, ParameterError, "friction must be a positive number"),
-    "no number": ({"friction": float("nan")}, ParameterError, "friction must be a positive number"),
-    "not symmetric": ({"friction": MATRIX + np.eye(3, k=1)}, ParameterError, "symmetric positive definite"),
-    "not definite": ({"friction": np.diag([1.0, 1.0, -0.1])}, ParameterError, "symmetric positive definite"),
-    "negative at the start": ({"friction": lambda r: r[2]}, ParameterError, "friction must be a positive number"),
-    "wrong size": ({"friction": np.eye(2)}, ParameterError, r"of shape \(3, 3\)"),
-    "no temperature": ({"kT": 0.0}, ParameterError, "temperature kT must be positive"),
-    "infinite temperature": ({"kT": float("inf")}, ParameterError, "temperature kT must be positive"),
-    "no balance": ({"noise": lambda r: np.eye(3)[..., None]}, ProblemError, "must be 2 kT gamma"),
-}
-
-
-@pytest.mark.parametrize("fault", BAD)
-def test_a_bath_that_makes_no_sense_is_refused(fault: str) -> None:
-    """Friction, temperature and noise that cannot be are refused in one line that says what was given."""
-    fields, error, message = BAD[fault]
-
-    with pytest.raises(error, match=message) as caught:
-        langevin(Bath(**{"friction": 0.9, "kT": KT, **fields}))
-
-    assert "\n" not in str(caught.value)
-
-
-def test_a_singular_mass_matrix_is_refused() -> None:
-    """The line names the eigenvalues."""
-    with pytest.raises(ProblemError, match="mass must be positive definite beyond rounding, its eigenvalues are"):
-        langevin(BATHS["number"], mass=np.diag([1.0, 1.0, 0.0]))
-
-
-def test_a_start_or_a_gradient_that_is_not_there_is_refused() -> None:
-    """What is missing is one line."""
-    bath = Bath(friction=0.9, kT=KT)
-    with pytest.raises(ProblemError, match=r"^constrained Langevin dynamics need the position they start from$"):
-        constrained_langevin(lambda r: r, bath)
-    with pytest.raises(ProblemError, match=r"^grad V returned shape \(1,\) for positions of shape \(3, 1\)$"):
-        constrained_langevin(lambda r: r[0], bath, position=[1.0, 0.0, 0.0])
+    assert norms.max() == pytest.approx(unit_sphere.constraint_bound(mass, eps), rel=16 * EPS)
+    assert unit_sphere.constraint_bound(np.eye(2), circle.EPS) == pytest.approx(circle.CONSTRAINT_BOUND, rel=4 * EPS)
