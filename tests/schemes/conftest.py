@@ -31,7 +31,7 @@ def force(t: float, r: Array, v: Array) -> Array:
 
 
 def diffusion(t: float, r: Array, v: Array) -> Array:
-    return np.stack([0.5 + 0.3 * r, 0.2 * v + np.cos(r[::-1])], axis=1)
+    return (1.0 + 0.5 * t) * np.stack([0.5 + 0.3 * r, 0.2 * v + np.cos(r[::-1])], axis=1)
 
 
 def velocities(problem: HolonomicSDAE, r: Array) -> Array:

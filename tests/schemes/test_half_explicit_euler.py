@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 
 from facade import HalfExplicitEuler, pendulum
 from facade import _circle as circle
@@ -175,40 +174,6 @@ def test_roots_beyond_the_bound_of_the_theory_are_not_accepted(C_g: float, s: fl
     assert not unchecked.any()
 
 
-def wave_problem() -> HolonomicSDAE:
-    """Return a problem on the curve y = 3 sin(x), which a normal line meets in several points."""
-    return HolonomicSDAE(
-        force=lambda t, r, v: 0.0 * r,
-        diffusion=lambda t, r, v: np.eye(2)[..., None],
-        constraint=lambda r: (r[1] - 3.0 * np.sin(r[0]))[None],
-        position=[0.0, 0.0],
-        velocity=[1.0, 3.0],
-        horizon=1.0,
-        noise_dim=2,
-        source="made up",
-    )
-
-
-def test_far_intersections_are_not_accepted() -> None:
-    """A point that Newton's method reaches on the far side, where Dg(r+) M^{-1} grad g(r) < 0, is no root.
-
-    From the origin the velocity (c, 3 c) leads to (c h, 3 c h), and the normal is (-3, 1).
-    """
-    problem, c = wave_problem(), np.linspace(0.0, 6.0, 241)
-    state = HolonomicState(np.zeros((2, c.size)), np.stack([c, 3.0 * c]), np.zeros((1, c.size)))
-
-    step = move(NONE, problem, state, 1.0, np.zeros((2, c.size)))
-
-    kappa = step.outputs["kappa"][0]
-    x, y = c - 3.0 * kappa, 3.0 * c + kappa
-    reached = np.abs(y - 3.0 * np.sin(x)) < 1e-9
-    far = reached & (1.0 + 9.0 * np.cos(x) < 0.0)
-    assert step.failed is not None
-    assert far.any()
-    assert step.failed[far].all()
-    assert not step.failed[reached & ~far].any()
-
-
 def test_the_near_root_is_taken_on_the_sphere(sphere: Any) -> None:
     """With a mass matrix kappa is the root c / (b + sqrt(b^2 - A c)) of smaller modulus, as long as there is one.
 
@@ -238,55 +203,6 @@ def test_the_near_root_is_taken_on_the_sphere(sphere: Any) -> None:
 
     assert any(outcomes)
     assert not all(outcomes)
-
-
-def residual(body: Any, path: int, h: float, dW: Array, eta: float, z: Array) -> Array:
-    """Return the defects of (3.10) in all unknowns (r+, v+, kappa, lambda) of one path at once."""
-    n, m = len(body.mass), len(body.state.mu)
-    r, v = body.state.r[:, path], body.state.v[:, path]
-    new_r, new_v, kappa, lam = np.split(z, [n, 2 * n, 2 * n + m])
-    a = body.problem.force(0.3, r[:, None], v[:, None])[:, 0]
-    B = body.problem.diffusion(0.3, r[:, None], v[:, None])[..., 0]
-    Dg = body.jacobian(r)
-    return np.concatenate(
-        [
-            body.mass @ (new_r - r - eta * h * v) - Dg.T @ kappa,
-            body.mass @ (new_v - v) - eta * h * a - B @ dW[:, path] - Dg.T @ lam,
-            body.constraint(new_r[:, None])[:, 0],
-            body.jacobian(new_r) @ new_v,
-        ]
-    )
-
-
-def truncation_factor(body: Any, h: float, C_eta: float) -> Array:
-    r, v, _ = body.state
-    a = body.problem.force(0.3, r, v)
-    speed = np.linalg.norm(v, axis=0)
-    return np.minimum(1.0, C_eta / (h * np.max([speed, speed**2, np.linalg.norm(a, axis=0)], axis=0)))
-
-
-@pytest.mark.parametrize(("truncation", "C_eta"), [("none", np.inf), (0.04, 0.04)])
-def test_a_step_solves_the_coupled_system(body: Any, truncation: str | float, C_eta: float) -> None:
-    """Positions, velocities and both multipliers are the solution of all equations at once by another solver."""
-    h = 0.05
-    dW = np.sqrt(h) * np.random.default_rng(2).standard_normal((2, 6))
-    eta = truncation_factor(body, h, C_eta)
-
-    step = move(HalfExplicitEuler(truncation=truncation), body.problem, body.state, h, dW)
-
-    assert step.failed is not None
-    assert not step.failed.any()
-    assert np.isinf(C_eta) or (eta < 1.0).any()
-    found = np.concatenate([step.state.r, step.state.v, step.outputs["kappa"], step.outputs["lambda"]])
-    for p in range(6):
-        # Rounding of the terms, of size max |M| |v|.
-        size = np.linalg.norm(body.mass, 2) * (1.0 + np.abs(found[:, p]).max())
-        assert np.abs(residual(body, p, h, dW, eta[p], found[:, p])).max() <= 16 * EPS * size
-
-        start = np.concatenate([body.state.r[:, p], body.state.v[:, p], np.zeros(2 * len(body.state.mu))])
-        other = root(lambda z, p=p: residual(body, p, h, dW, eta[p], z), start, tol=1e-13)
-        # Powell's method stops where its last two iterates, converging superlinearly, agree in 13 digits.
-        assert np.abs(other.x - found[:, p]).max() <= 1e-11 * size
 
 
 def test_the_theory_needs_its_constant() -> None:

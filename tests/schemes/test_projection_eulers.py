@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 
 from facade import ExplicitProjectionEuler, SemiImplicitProjectionEuler, fibre_clamped, fibre_free, pendulum
 from facade import _circle as circle
@@ -22,67 +21,6 @@ def move(scheme: Scheme, problem: HolonomicSDAE, state: HolonomicState, h: float
     """Make one step from time T; paths without root may divide by zero, as they may in a run."""
     with np.errstate(all="ignore"):
         return scheme.prepare(problem, h)(scheme.enter(problem, state, T, h), T, Increment(dW, None))
-
-
-def residual(scheme: Scheme, body: Any, path: int, h: float, dW: Array, z: Array) -> Array:
-    """Return the defects of a step in all unknowns (r+, v+, eta, l^, l) of one path at once."""
-    n, m, M = len(body.mass), len(body.state.mu), body.mass
-    r, v = body.state.r[:, path], body.state.v[:, path]
-    r_new, v_new, eta, first, second = np.split(z, [n, 2 * n, 2 * n + m, 2 * n + 2 * m])
-    D, D_new = body.jacobian(r), body.jacobian(r_new)
-    kick = body.problem.diffusion(T, r[:, None], v[:, None])[..., 0] @ dW[:, path]
-    early, late = (body.problem.force(t, x[:, None], v[:, None])[:, 0] for t, x in ((T, r), (T + h, r_new)))
-    impulse, pushed = h * late + kick, D.T @ first
-    leading = first
-    if scheme == EXPLICIT:
-        impulse = h * early + kick
-        leading = D @ np.linalg.solve(M, impulse + pushed) + h * body.curvature(v, v)
-    elif scheme == OLD:
-        leading = D @ np.linalg.solve(M, kick + pushed)
-    return np.concatenate(
-        [
-            M @ (r_new - r - h * v) - D_new.T @ eta,
-            M @ (v_new - v) - impulse - pushed - D_new.T @ second,
-            body.constraint(r_new[:, None])[:, 0],
-            leading,
-            D_new @ v_new,
-        ]
-    )
-
-
-@ALL
-def test_a_step_solves_the_coupled_system(body: Any, scheme: Scheme) -> None:
-    """With a full mass matrix and explicit time, all unknowns are the solution of all equations by another solver."""
-    h, m = 0.02, len(body.state.mu)
-    dW = np.sqrt(h) * np.random.default_rng(2).standard_normal((2, 6))
-
-    step = move(scheme, body.problem, body.state, h, dW)
-
-    assert not step.failed.any()
-    for p in range(6):
-        start = np.concatenate([body.state.r[:, p], body.state.v[:, p], np.zeros(3 * m)])
-        solved = root(lambda z, p=p: residual(scheme, body, p, h, dW, z), start, tol=1e-13)
-        r, v, eta, first, second = np.split(solved.x, np.cumsum([len(body.mass), len(body.mass), m, m]))
-        size = np.linalg.norm(body.mass, 2) * (1.0 + np.abs(solved.x).max())
-        assert np.abs(residual(scheme, body, p, h, dW, solved.x)).max() <= 1e-12 * size
-        assert np.abs(step.state.r[:, p] - r).max() <= 1e-12 * size
-        assert np.abs(step.state.v[:, p] - v).max() <= 1e-12 * size
-        assert np.abs(step.outputs["eta"][:, p] - eta).max() <= 1e-11 * size
-        assert np.abs(step.state.mu[:, p] - first - second).max() <= 1e-12 * size
-
-
-def newton(body: Any, y: Array) -> Array:
-    """Return the root of one path by Newton's method with all of its matrix, as the source has it."""
-    n, m, M, units = len(y), len(body.state.mu), body.mass, np.eye(len(y))
-    r, eta = y, np.zeros(m)
-    for _ in range(40):
-        D = body.jacobian(r)
-        H = np.array([[eta @ body.curvature(a, b) for b in units] for a in units])
-        matrix = np.block([[M - H, -D.T], [D, np.zeros((m, m))]])
-        F = np.concatenate([M @ (r - y) - D.T @ eta, body.constraint(r[:, None])[:, 0]])
-        update = np.linalg.solve(matrix, F)
-        r, eta = r - update[:n], eta - update[n:]
-    return r
 
 
 @ALL
