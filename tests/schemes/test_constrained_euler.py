@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from facade import ConstrainedEuler, OldNormals
+from facade import ConstrainedEuler, EulerMaruyama, OldNormals, PenalisedEuler
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import Array, ConstrainedLangevin, Increment
+from sdaeverify import SDE, Array, ConstrainedLangevin, Increment
 from sdaeverify.numerics import norm
 
 EPS = float(np.finfo(float).eps)
@@ -116,9 +116,9 @@ def followed(equation: OldNormals) -> tuple[Array, Array]:
 @pytest.mark.parametrize("q", [1, 2, 3])
 def test_the_root_is_connected_to_the_small_multipliers(q: int) -> None:
     """On long steps, the accepted root is the one that a continuation in the level leads to."""
-    problem, h, count = langevin(q, 0.0), 0.08, 2000
-    x = points(q, 0.0, count=count)
-    y = x + SIGMA * increments(x, h).dW
+    problem, h, count = langevin(q, 0.0), 0.08, 500
+    x = points(q, 0.0, count=2000)
+    x, y = (each[:, :count] for each in (x, x + SIGMA * increments(x, h).dW))
     equation = OldNormals(problem.near(x), y, np.zeros((q, count)))
 
     with np.errstate(all="ignore"):
@@ -129,3 +129,16 @@ def test_the_root_is_connected_to_the_small_multipliers(q: int) -> None:
     assert connected.all() == (q < 3)
     assert not (reached.found & ~(connected & same)).any()
     assert np.mean(connected & ~reached.found) <= 1e-3
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_the_penalised_step_is_that_of_euler_maruyama(q: int) -> None:
+    """It is Euler-Maruyama for (1.4), which the form offers to schemes for SDEs; the limit has no such step."""
+    problem, x = langevin(q, 0.1), points(q, 0.2)
+
+    result = PenalisedEuler().step(problem, x, 0.0, H, increments(x)).state
+
+    expected = EulerMaruyama().step(problem.view(SDE), x, 0.0, H, increments(x)).state
+    assert np.abs(result - expected).max() < 16 * EPS
+    assert "eps = 0" in PenalisedEuler().refuses(langevin(q, 0.0))
+    assert not PenalisedEuler().refuses(langevin(q, 1e-6))

@@ -106,6 +106,9 @@ def test_a_step_solves_the_coupled_system(body: Any, name: str) -> None:
             solved = np.concatenate([*rest, first + second])
         else:
             # Rounding of the terms, of size max |M| |v|.
-            assert np.abs(np.concatenate(defects(path, found[:, p]))).max() <= (64 if outputs == GGL else 16) * EPS * size
+            assert (
+                np.abs(np.concatenate(defects(path, found[:, p]))).max()
+                <= (64 if outputs == GGL else 16) * EPS * size
+            )
         # Powell's method stops where its last two iterates, converging superlinearly, agree in 13 digits.
         assert np.abs(solved - found[:, p]).max() <= (1e-12 if several else 1e-11) * size

@@ -80,12 +80,6 @@ def test_a_tolerance_ends_the_iteration() -> None:
     assert 64 * EPS < left[1] <= 1e-6
 
 
-def test_only_the_strict_scheme_claims_exact_constraints() -> None:
-    """With a tolerance the constraint is kept to the tolerance only, and nothing is claimed of it."""
-    assert any(claim.measure == "drift" for claim in ImplicitEulerGGL().promises)
-    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(tolerance=1e-8).promises)
-
-
 def coarse() -> tuple[HolonomicSDAE, Array, float]:
     """Return a fibre in strong turbulence with coarse steps, and the noise of the first."""
     h = 1e-2

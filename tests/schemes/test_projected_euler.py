@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from facade import ProjectedEuler, circle, ellipse, gbm
+from facade import ProjectedEuler, ellipse
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.numerics import apply
 
@@ -60,9 +60,3 @@ def test_a_path_without_root_keeps_its_state() -> None:
     assert step.failed.tolist() == [True, False]
     assert np.array_equal(step.state[:, 0], x[:, 0])
     assert np.abs(step.state[:, 1] - np.array([-1.0, 1.0]) / np.sqrt(2)).max() <= 8 * EPS
-
-
-def test_problems_without_constraint_are_refused() -> None:
-    """There is nothing to project onto."""
-    assert ProjectedEuler().refuses(gbm()) == "the problem has no constraint to project onto"
-    assert not ProjectedEuler().refuses(circle())
