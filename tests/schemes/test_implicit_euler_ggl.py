@@ -51,7 +51,6 @@ def test_a_tolerance_below_rounding_can_be_met() -> None:
     state = stiff.initial(3)
     for k in range(3):
         step = move(ImplicitEulerGGL(tolerance=1e-14, stages=1), stiff, state, h, noise(stiff, 3, h, seed=k))
-        assert step.failed is not None
         assert not step.failed.any()
         assert step.costs["newton_iterations"].max() <= 5
         state = step.state
@@ -112,8 +111,6 @@ def test_noise_in_parts_leads_paths_to_their_roots() -> None:
     fibre, dW, h = coarse()
     at_once = move(ImplicitEulerGGL(stages=1), fibre, fibre.initial(PATHS), h, dW)
     led = move(ImplicitEulerGGL(), fibre, fibre.initial(PATHS), h, dW)
-    assert at_once.failed is not None
-    assert led.failed is not None
 
     assert at_once.failed.any()
     assert not led.failed.any()
@@ -132,7 +129,6 @@ def test_paths_without_root_keep_their_state() -> None:
 
     step = move(ImplicitEulerGGL(max_iterations=1), fibre, state, h, dW)
 
-    assert step.failed is not None
     assert step.failed.all()
     for new, old in zip(step.state, state, strict=True):
         assert np.array_equal(new, old)

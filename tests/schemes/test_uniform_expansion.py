@@ -11,7 +11,7 @@ from sdaeverify import Array, ConstraintGeometry
 from sdaeverify.probing import step_nodes
 
 EXPANSION, INTEGRATOR = UniformExpansion(xi="three-point"), UniformlyAccurate(xi="three-point")
-STIFF = 10.0 ** np.arange(-9.0, 2.0)
+STIFF = 10.0 ** np.arange(-9.0, 2.0, 2.0)
 
 
 def means(x: Array, x0: Array, weights: Array) -> Array:
