@@ -5,30 +5,31 @@
 so that x has in the long run mean (U, U) and covariance kT C^{-1}: the fluctuation-dissipation relation.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from sdaeverify import Array, Chart, InvariantMean, Line, Moment, Parts, Truth
+from sdaeverify import Array, Chart, Line, Truth
+
+from ._known import normal_truths
 
 SOURCE = "variation of constants, and the fluctuation-dissipation relation"
 
 
-class Observed(NamedTuple):
-    """An observable, and its expectation as a function of mean and covariance."""
-
-    value: Callable[[float, Parts], Array]
-    mean: Callable[[Array, Array], float]
-
-
-OBSERVED = {
-    "e_1": Observed(lambda t, s: s["x"][0], lambda m, P: m[0]),
-    "e_2": Observed(lambda t, s: s["x"][1], lambda m, P: m[1]),
-    "e_1^2": Observed(lambda t, s: s["x"][0] ** 2, lambda m, P: m[0] ** 2 + P[0, 0]),
-    "e_1 e_2": Observed(lambda t, s: s["x"][0] * s["x"][1], lambda m, P: m[0] * m[1] + P[0, 1]),
-    "e_2^2": Observed(lambda t, s: s["x"][1] ** 2, lambda m, P: m[1] ** 2 + P[1, 1]),
+OBSERVABLES = {
+    "e_1": lambda t, s: s["x"][0],
+    "e_2": lambda t, s: s["x"][1],
+    "e_1^2": lambda t, s: s["x"][0] ** 2,
+    "e_1 e_2": lambda t, s: s["x"][0] * s["x"][1],
+    "e_2^2": lambda t, s: s["x"][1] ** 2,
+}
+MEANS = {
+    "e_1": lambda m, P: m[0],
+    "e_2": lambda m, P: m[1],
+    "e_1^2": lambda m, P: m[0] ** 2 + P[0, 0],
+    "e_1 e_2": lambda m, P: m[0] * m[1] + P[0, 1],
+    "e_2^2": lambda m, P: m[1] ** 2 + P[1, 1],
 }
 
 
@@ -77,14 +78,4 @@ class Ladder(NamedTuple):
 
 def truths(ladder: Ladder) -> tuple[Truth, ...]:
     """Return the expectations of all observables, at every time and in the long run."""
-
-    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
-        return lambda t: float(mean(*ladder.law(t)))
-
-    return (
-        *(Moment(observable=name, value=at(each.mean), source=SOURCE) for name, each in OBSERVED.items()),
-        *(
-            InvariantMean(observable=name, value=float(each.mean(*ladder.limit)), source=SOURCE)
-            for name, each in OBSERVED.items()
-        ),
-    )
+    return normal_truths(MEANS, ladder.law, ladder.limit, SOURCE)

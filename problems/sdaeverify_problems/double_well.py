@@ -3,16 +3,12 @@
 import numpy as np
 import scipy
 
-from sdaeverify import SDE, Array, Chart, Increment, InvariantMean, Line, ParameterError, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Chart, Increment, Line, ParameterError, hookimpl
 
 from . import _controls as controls
+from ._known import limits, monomials, solution
 
-OBSERVABLES = {
-    "x": lambda t, s: s["x"][0],
-    "x^2": lambda t, s: s["x"][0] ** 2,
-    "x^4": lambda t, s: s["x"][0] ** 4,
-    "cos x": lambda t, s: np.cos(s["x"][0]),
-}
+OBSERVABLES = {**monomials("x", "x^2", "x^4"), "cos x": lambda t, s: np.cos(s["x"][0])}
 
 
 def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> SDE:
@@ -52,14 +48,8 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
         traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=OBSERVABLES,
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), x_0),
-                advance=advance,
-                parts=lambda t, x: {"x": x},
-                order=1.5,
-                source="order 3/2 Ito-Taylor step",
-            ),
-            *(InvariantMean(observable=name, value=v, source="quadrature") for name, v in means.items()),
+            solution(x_0, advance, "order 3/2 Ito-Taylor step", order=1.5),
+            *limits(means, "quadrature"),
         ),
         # The law falls off faster than a normal one: half its width keeps the expansion near the wells.
         chart=Chart(axes=(Line(0.0, 0.5 * means["x^2"] ** 0.5),), embed=lambda z: z, read=lambda x: x),

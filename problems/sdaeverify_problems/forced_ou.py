@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, ParameterError, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, ParameterError, hookimpl
 
 from . import _controls as controls
 from . import _normal_law as normal
+from ._known import solution
 from .ou import exponential_integral
 
 
@@ -62,14 +63,8 @@ def forced_ou(
         traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=normal.OBSERVABLES,
         truths=(
-            Pathwise(
-                start=lambda paths: np.ones((1, paths)),
-                advance=advance,
-                parts=lambda t, x: {"x": x},
-                extra_normals=1,
-                source=source,
-            ),
-            *normal.moments(law, source),
+            solution(1.0, advance, source, extra_normals=1),
+            *normal.normal_moments(law, source),
         ),
         units="x in units of its choice, time in the unit of 1/a",
         source="Kloeden & Platen 1992, section 4.4",

@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials, solution
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6)"
 
@@ -39,19 +40,10 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
         noise=frozenset({"dW"}),
-        observables={
-            "x": lambda t, s: s["x"][0],
-            "x^2": lambda t, s: s["x"][0] ** 2,
-            "x^3": lambda t, s: s["x"][0] ** 3,
-        },
+        observables=monomials("x", "x^2", "x^3"),
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), x_0),
-                advance=exponential(a, b),
-                parts=lambda t, x: {"x": x},
-                source=SOURCE,
-            ),
-            *(power(name, n, x_0, a, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
+            solution(x_0, exponential(a, b), SOURCE),
+            *powers(x_0, a, b),
             MeanSquareStability(stable=2 * a + b * b < 0, source=SOURCE),
         ),
         units="x dimensionless, time in the unit of 1/a",
@@ -102,21 +94,22 @@ def exponential(a: float, b: float) -> Callable[[Array, float, float, Increment]
     return lambda x, t, h, noise: x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
 
 
-def power(name: str, n: int, x_0: float, a: float, b: float) -> Moment:
-    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t).
+def powers(x_0: float, a: float, b: float) -> tuple[Moment, ...]:
+    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t) for n = 1, 2, 3.
 
     Parameters
     ----------
-    name : str
-        Of the observable x^n.
-    n : int
     x_0 : float
         Start.
     a, b : float
         Rates of drift and noise: dx = a x dt + b x dW.
     """
-    rate = n * a + 0.5 * n * (n - 1) * b * b
-    return Moment(observable=name, value=lambda t: x_0**n * np.exp(rate * t), source=SOURCE)
+
+    def power(n: int) -> Callable[[float], float]:
+        rate = n * a + 0.5 * n * (n - 1) * b * b
+        return lambda t: x_0**n * np.exp(rate * t)
+
+    return moments({"x": power(1), "x^2": power(2), "x^3": power(3)}, SOURCE)
 
 
 @hookimpl

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, MeanSquareStability, Partials, Parts, Pathwise, hookimpl
+from sdaeverify import Array, DelaySDAE, MeanSquareStability, Partials, Parts, hookimpl
 
-from .gbm import exponential, power
+from ._known import monomials, solution
+from .gbm import exponential, powers
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6), with y = q x"
 
@@ -54,16 +55,10 @@ def gbm_algebraic(
         noise_dim=1,
         noise=frozenset({"dW"}),
         horizon=horizon,
-        observables={
-            "x": lambda t, s: s["x"][0],
-            "x^2": lambda t, s: s["x"][0] ** 2,
-            "x^3": lambda t, s: s["x"][0] ** 3,
-        },
+        observables=monomials("x", "x^2", "x^3"),
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), x_0), advance=exponential(A, b), parts=parts_of, source=SOURCE
-            ),
-            *(power(name, n, x_0, A, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
+            solution(x_0, exponential(A, b), SOURCE, parts=parts_of),
+            *powers(x_0, A, b),
             MeanSquareStability(stable=2.0 * A + b * b < 0.0, source=SOURCE),
         ),
         units="x dimensionless, time in the unit of 1/|a|",

@@ -1,10 +1,13 @@
 """Geometric Brownian motion whose volatility grows linearly in time."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials, solution
 
 SOURCE = "Kloeden & Platen 1992, (4.2.12): linear equations with coefficients that depend on time"
 
@@ -46,11 +49,8 @@ def growing_volatility(
         integral = volatility(t + h) * noise.dW - b * growth * noise.time_integral(h)
         return x * np.exp(a * h - 0.5 * variance(t, h) + integral)
 
-    def power(n: int) -> Moment:
-        def value(t: float) -> float:
-            return float(x_0**n * np.exp(n * a * t + 0.5 * n * (n - 1) * variance(0.0, t)))
-
-        return Moment(observable="x" if n == 1 else f"x^{n}", value=value, source=SOURCE)
+    def power(n: int) -> Callable[[float], float]:
+        return lambda t: float(x_0**n * np.exp(n * a * t + 0.5 * n * (n - 1) * variance(0.0, t)))
 
     return SDE(
         controls=controls.WITH_AREAS,
@@ -61,17 +61,8 @@ def growing_volatility(
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
-        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
-        truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), x_0),
-                advance=advance,
-                parts=lambda t, x: {"x": x},
-                source=SOURCE,
-            ),
-            power(1),
-            power(2),
-        ),
+        observables=monomials("x", "x^2"),
+        truths=(solution(x_0, advance, SOURCE), *moments({"x": power(1), "x^2": power(2)}, SOURCE)),
         units="x dimensionless, time in the unit of 1/a",
         source=SOURCE,
     )

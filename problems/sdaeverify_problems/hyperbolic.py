@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials, solution
 from ._sines import SOURCE, mean_sine, mean_square, slope
 
 
@@ -30,6 +31,13 @@ def hyperbolic(a: float = 0.5, b: float = 0.6, x_0: float = 0.5, horizon: float 
     def mean(t: float) -> float:
         return float(np.arcsinh(x_0) + a * t)
 
+    def advance(y: Array, t: float, h: float, noise: Increment) -> Array:
+        return y + a * h + b * noise.dW
+
+    values = {
+        "x": lambda t: mean_sine(mean(t), b * b * t),
+        "x^2": lambda t: mean_square(mean(t), b * b * t),
+    }
     return SDE(
         controls=controls.WITH_AREAS,
         drift=lambda t, x: a * slope(x) + 0.5 * b * b * x,
@@ -39,16 +47,10 @@ def hyperbolic(a: float = 0.5, b: float = 0.6, x_0: float = 0.5, horizon: float 
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
-        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
+        observables=monomials("x", "x^2"),
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), np.arcsinh(x_0)),
-                advance=lambda y, t, h, noise: y + a * h + b * noise.dW,
-                parts=lambda t, y: {"x": np.sinh(y)},
-                source=SOURCE,
-            ),
-            Moment(observable="x", value=lambda t: mean_sine(mean(t), b * b * t), source=SOURCE),
-            Moment(observable="x^2", value=lambda t: mean_square(mean(t), b * b * t), source=SOURCE),
+            solution(np.arcsinh(x_0), advance, SOURCE, parts=lambda t, y: {"x": np.sinh(y)}),
+            *moments(values, SOURCE),
         ),
         units="x dimensionless, time in the unit of 1/a",
         source=SOURCE,

@@ -1,13 +1,14 @@
 """Two hyperbolic sines of Gaussian processes: diagonal noise, the second pushed by the first."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, ParameterError, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, ParameterError, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials, solution
 from ._sines import SOURCE, mean_cosine, mean_sine, mean_square, slope
 
 
@@ -59,27 +60,18 @@ def hyperbolic_pair(
         noise_dim=2,
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
-        observables={
-            "x_2": lambda t, s: s["x"][1],
-            "x_2^2": lambda t, s: s["x"][1] ** 2,
-            "x_1 x_2": lambda t, s: s["x"][0] * s["x"][1],
-        },
+        observables=monomials("x_2", "x_2^2", "x_1 x_2"),
         truths=(
-            Pathwise(
-                start=lambda paths: np.repeat(start[:, None], paths, axis=1),
-                advance=advance,
-                parts=lambda t, y: {"x": np.sinh(y)},
-                source=SOURCE,
-            ),
-            *moments(start, c, b_1, b_2),
+            solution(start, advance, SOURCE, parts=lambda t, y: {"x": np.sinh(y)}),
+            *moments(values(start, c, b_1, b_2), SOURCE),
         ),
         units="x dimensionless, time in the unit of 1/c",
         source=SOURCE,
     )
 
 
-def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
-    """Yield what is known of products of x_1 and x_2.
+def values(start: Array, c: float, b_1: float, b_2: float) -> dict[str, Callable[[float], float]]:
+    """Return the expectations of products of x_1 and x_2 as functions of time.
 
     Parameters
     ----------
@@ -97,9 +89,11 @@ def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
         sums = (mean_cosine(start[0] + s * m, b_1**2 * t + v + 2.0 * s * shared) for s in (1.0, -1.0))
         return 0.5 * float(np.subtract(*sums))
 
-    yield Moment(observable="x_2", value=lambda t: mean_sine(*known(t)[:2]), source=SOURCE)
-    yield Moment(observable="x_2^2", value=lambda t: mean_square(*known(t)[:2]), source=SOURCE)
-    yield Moment(observable="x_1 x_2", value=product, source=SOURCE)
+    return {
+        "x_2": lambda t: mean_sine(*known(t)[:2]),
+        "x_2^2": lambda t: mean_square(*known(t)[:2]),
+        "x_1 x_2": product,
+    }
 
 
 def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float, float, float]:

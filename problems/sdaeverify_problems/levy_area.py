@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, Parts, hookimpl
 
 from . import _controls as controls
+from ._known import moments, solution
 
 SOURCE = "Ito's formula for e^{i c A}; Levy 1951 for its expectation"
 
@@ -45,6 +46,9 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
         B[3, 0], B[3, 1] = -u * x[1], u * x[0]
         return B
 
+    def parts_of(t: float, z: Array) -> Parts:
+        return {"x": np.stack([z[0], z[1], np.cos(c * z[2]), np.sin(c * z[2])])}
+
     def mean_u(t: float) -> float:
         return float(1.0 / np.cosh(0.5 * c * t))
 
@@ -69,13 +73,8 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
             "w_1^2": lambda t, s: s["x"][0] ** 2,
         },
         truths=(
-            Pathwise(
-                start=lambda paths: np.zeros((3, paths)),
-                advance=advance,
-                parts=lambda t, z: {"x": np.stack([z[0], z[1], np.cos(c * z[2]), np.sin(c * z[2])])},
-                source=SOURCE,
-            ),
-            *(Moment(observable=name, value=value, source=SOURCE) for name, value in values.items()),
+            solution(np.zeros(3), advance, SOURCE, parts=parts_of),
+            *moments(values, SOURCE),
         ),
         units="w in the unit of the square root of time, u and v dimensionless",
         source=SOURCE,

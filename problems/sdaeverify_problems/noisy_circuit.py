@@ -4,7 +4,7 @@ import numpy as np
 
 from sdaeverify import Array, IndexOneSDAE, ParameterError, hookimpl, on_request
 
-from ._ladder_law import OBSERVED, Ladder, truths
+from ._ladder_law import OBSERVABLES, Ladder, truths
 
 SOURCE = "Winkler 2003: circuits of index 1 with noise in parallel to capacitances; Nyquist 1928"
 # Boltzmann's constant in pF mV^2/K.
@@ -77,7 +77,7 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
         noise_dim=2,
         horizon=horizon,
         traits=frozenset({"additive-noise"}),
-        observables={name: each.value for name, each in OBSERVED.items()},
+        observables=OBSERVABLES,
         truths=truths(ladder),
         chart=ladder.chart,
         relaxation=ladder.relaxation,

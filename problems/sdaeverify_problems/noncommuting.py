@@ -1,11 +1,14 @@
 """A linear system in the plane with two noises that do not commute."""
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
 
-from sdaeverify import SDE, Array, MeanSquareStability, Moment, hookimpl
+from sdaeverify import SDE, Array, MeanSquareStability, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials
 
 A = np.array([[-1.0, 0.5], [-0.5, -1.0]])
 B_1 = np.array([[0.6, 0.0], [0.0, -0.3]])
@@ -35,19 +38,16 @@ def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SD
     Kloeden & Platen (1992), section 10.3, (3.13): the condition of commutativity, here violated.
     """
     start = np.array([x_1, x_2])
+    square = np.outer(start, start).ravel()
 
-    def first(row: int) -> Moment:
-        return Moment(
-            observable=f"x_{row + 1}", value=lambda t: float((scipy.linalg.expm(A * t) @ start)[row]), source=SOURCE
-        )
+    def first(row: int) -> Callable[[float], float]:
+        return lambda t: float((scipy.linalg.expm(A * t) @ start)[row])
 
-    def second(row: int, column: int, name: str) -> Moment:
-        square = np.outer(start, start).ravel()
-        place = 2 * row + column
-        return Moment(
-            observable=name, value=lambda t: float((scipy.linalg.expm(GENERATOR * t) @ square)[place]), source=SOURCE
-        )
+    def second(row: int, column: int) -> Callable[[float], float]:
+        return lambda t: float((scipy.linalg.expm(GENERATOR * t) @ square)[2 * row + column])
 
+    values = {"x_1": first(0), "x_2": first(1)}
+    values |= {"x_1^2": second(0, 0), "x_1 x_2": second(0, 1), "x_2^2": second(1, 1)}
     return SDE(
         controls=controls.NONCOMMUTING,
         drift=lambda t, x: A @ x,
@@ -56,16 +56,9 @@ def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SD
         start=start,
         noise_dim=2,
         horizon=horizon,
-        observables={
-            "x_1": lambda t, s: s["x"][0],
-            "x_2": lambda t, s: s["x"][1],
-            "x_1^2": lambda t, s: s["x"][0] ** 2,
-            "x_1 x_2": lambda t, s: s["x"][0] * s["x"][1],
-            "x_2^2": lambda t, s: s["x"][1] ** 2,
-        },
+        observables=monomials(*values),
         truths=(
-            *(first(row) for row in (0, 1)),
-            *(second(i, j, name) for i, j, name in ((0, 0, "x_1^2"), (0, 1, "x_1 x_2"), (1, 1, "x_2^2"))),
+            *moments(values, SOURCE),
             MeanSquareStability(stable=bool(np.linalg.eigvals(GENERATOR).real.max() < 0.0), source=SOURCE),
         ),
         units="x dimensionless, time in the unit of the damping time",

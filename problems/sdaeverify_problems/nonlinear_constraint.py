@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Partials, Parts, Pathwise, hookimpl
+from sdaeverify import Array, DelaySDAE, Partials, Parts, hookimpl
 
-from .gbm import exponential, power
+from ._known import monomials, solution
+from .gbm import exponential, powers
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6), in the variable of a cubic constraint"
 
@@ -43,9 +44,6 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
     def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": cubic_root(0.5 * x)}
 
-    solution = Pathwise(
-        start=lambda paths: np.ones((1, paths)), advance=exponential(a, b), parts=parts_of, source=SOURCE
-    )
     return DelaySDAE(
         drift=lambda t, x, v, y: a * combine(v, y),
         diffusion=lambda t, x, v, y: b * combine(v, y)[:, None],
@@ -58,14 +56,10 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
         noise_dim=1,
         noise=frozenset({"dW"}),
         horizon=horizon,
-        observables={
-            "x": lambda t, s: s["x"][0],
-            "x^2": lambda t, s: s["x"][0] ** 2,
-            "x^3": lambda t, s: s["x"][0] ** 3,
-        },
+        observables=monomials("x", "x^2", "x^3"),
         truths=(
-            *(() if tau else (solution,)),
-            *(power(name, n, 1.0, a, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
+            *(() if tau else (solution(1.0, exponential(a, b), SOURCE, parts=parts_of),)),
+            *powers(1.0, a, b),
         ),
         units="x and y dimensionless, time in the unit of 1/|a|",
         source=SOURCE,

@@ -10,12 +10,12 @@ from sdaeverify import (
     Line,
     MeanSquareStability,
     ParameterError,
-    Pathwise,
     hookimpl,
 )
 
 from . import _controls as controls
 from . import _normal_law as normal
+from ._known import solution
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
@@ -61,15 +61,9 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
         traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=normal.OBSERVABLES,
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), x_0),
-                advance=advance,
-                parts=lambda t, x: {"x": x},
-                extra_normals=1,
-                source=source,
-            ),
-            *normal.moments(law, source),
-            *(normal.limits(width**2, source) if settles else ()),
+            solution(x_0, advance, source, extra_normals=1),
+            *normal.normal_moments(law, source),
+            *(normal.normal_limits(width**2, source) if settles else ()),
             MeanSquareStability(stable=a > 0.0 and sigma == 0.0, source="limit sigma^2/(2a) of the variance"),
         ),
         chart=Chart(axes=(Line(0.0, width),), embed=lambda z: z, read=lambda x: x) if settles else None,

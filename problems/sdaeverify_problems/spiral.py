@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, MeanSquareStability, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, MeanSquareStability, hookimpl
 
 from . import _controls as controls
+from ._known import moments, monomials, solution
 
 SOURCE = "Kloeden & Platen 1992, (4.8.10): linear equations whose matrices commute"
 
@@ -34,6 +35,15 @@ def spiral(
     rate, strength = complex(alpha, omega), complex(beta, gamma)
     A, B = matrix(rate), matrix(strength)
     growth = 2.0 * alpha + abs(strength) ** 2
+    values = {
+        "x_1": lambda t: float(np.exp(rate * t).real),
+        "x_2": lambda t: float(np.exp(rate * t).imag),
+        "|x|^2": lambda t: float(np.exp(growth * t)),
+    }
+
+    def advance(w: Array, t: float, h: float, noise: Increment) -> Array:
+        return w + pair((rate - 0.5 * strength**2) * h + strength * noise.dW[0])
+
     return SDE(
         controls=controls.WITH_AREAS,
         drift=lambda t, x: A @ x,
@@ -42,21 +52,10 @@ def spiral(
         start=[1.0, 0.0],
         noise_dim=1,
         horizon=horizon,
-        observables={
-            "x_1": lambda t, s: s["x"][0],
-            "x_2": lambda t, s: s["x"][1],
-            "|x|^2": lambda t, s: s["x"][0] ** 2 + s["x"][1] ** 2,
-        },
+        observables={**monomials("x_1", "x_2"), "|x|^2": lambda t, s: s["x"][0] ** 2 + s["x"][1] ** 2},
         truths=(
-            Pathwise(
-                start=lambda paths: np.zeros((2, paths)),
-                advance=lambda w, t, h, noise: w + pair((rate - 0.5 * strength**2) * h + strength * noise.dW[0]),
-                parts=lambda t, w: {"x": pair(np.exp(w[0] + 1j * w[1]))},
-                source=SOURCE,
-            ),
-            Moment(observable="x_1", value=lambda t: float(np.exp(rate * t).real), source=SOURCE),
-            Moment(observable="x_2", value=lambda t: float(np.exp(rate * t).imag), source=SOURCE),
-            Moment(observable="|x|^2", value=lambda t: float(np.exp(growth * t)), source=SOURCE),
+            solution(np.zeros(2), advance, SOURCE, parts=lambda t, w: {"x": pair(np.exp(w[0] + 1j * w[1]))}),
+            *moments(values, SOURCE),
             MeanSquareStability(stable=growth < 0.0, source=SOURCE),
         ),
         units="x dimensionless, time in its own unit",

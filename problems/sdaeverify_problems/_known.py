@@ -1,0 +1,90 @@
+"""What many problems have in common: products of components as observables, and truths of one source."""
+
+import re
+from collections.abc import Callable, Mapping
+from functools import reduce
+from operator import mul
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sdaeverify import Array, Increment, InvariantMean, Moment, Parts, Pathwise
+
+Observable = Callable[[float, Parts], Array]
+FACTOR = re.compile(r"([a-z]+)(?:_(\d+))?(?:\^(\d+))?")
+
+
+def monomials(*names: str) -> dict[str, Observable]:
+    """Return observables that are products of powers, by their names.
+
+    Parameters
+    ----------
+    *names : str
+        x^2 is the square of the first component of x, r_1 v_2 a product of two others.
+    """
+    return {name: _monomial(name) for name in names}
+
+
+def _monomial(name: str) -> Observable:
+    factors = [FACTOR.fullmatch(word).groups("1") for word in name.split()]  # type: ignore[union-attr]
+    places = [(part, int(row) - 1, int(power)) for part, row, power in factors]
+
+    def value(t: float, s: Parts) -> Array:
+        return reduce(mul, (s[part][row] if power == 1 else s[part][row] ** power for part, row, power in places))
+
+    return value
+
+
+def moments(values: Mapping[str, Callable[[float], float]], source: str) -> tuple[Moment, ...]:
+    """Return expectations as functions of time, by observable."""
+    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
+
+
+def limits(values: Mapping[str, float], source: str) -> tuple[InvariantMean, ...]:
+    """Return means under the invariant law, by observable."""
+    return tuple(InvariantMean(observable=name, value=value, source=source) for name, value in values.items())
+
+
+def normal_truths(
+    means: Mapping[str, Callable[[Array, Array], float]],
+    law: Callable[[float], tuple[Array, Array]],
+    limit: tuple[Array, Array],
+    source: str,
+) -> tuple[Moment | InvariantMean, ...]:
+    """Return what is known of a normal law.
+
+    Parameters
+    ----------
+    means : mapping of str to callable
+        The expectation of each observable, of mean and covariance.
+    law : callable, t -> mean and covariance
+    limit : tuple of ndarray
+        Mean and covariance in the long run.
+    source : str
+    """
+
+    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
+        return lambda t: float(mean(*law(t)))
+
+    values = {name: float(mean(*limit)) for name, mean in means.items()}
+    return (*moments({name: at(mean) for name, mean in means.items()}, source), *limits(values, source))
+
+
+def solution(
+    start: ArrayLike, advance: Callable[[Array, float, float, Increment], Array], source: str, **further: Any
+) -> Pathwise:
+    """Return the solution on a path, from a point.
+
+    Parameters
+    ----------
+    start : float or array_like, shape (k,)
+        Its state at time 0.
+    advance : callable, (z, t, h, noise) -> ndarray, shape (k, P)
+    source : str
+    **further
+        Other fields; without `parts` the state is the component x.
+    """
+    column = np.array(start, dtype=float).reshape(-1, 1)
+    fields: dict[str, Any] = {"parts": lambda t, x: {"x": x}, **further}
+    return Pathwise(start=lambda paths: np.repeat(column, paths, axis=1), advance=advance, source=source, **fields)
