@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Chart, Increment, InvariantMean, Line, Moment, Parts, Pathwise, Truth
+from sdaeverify import Array, Chart, Increment, Line, Parts, Pathwise, Truth
 
+from .._known import normal_truths, solution
 from ._langevin import AffineLangevin
 from ._stiff_linear import StiffLinear
 
@@ -40,18 +41,11 @@ def observables(given: AffineLangevin) -> dict[str, Observed]:
 def truths(law: StiffLinear, start: Array, observed: dict[str, Observed]) -> tuple[Truth, ...]:
     """Return the solution on a path, and the expectations of all observables at every time and in the long run."""
 
-    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
-        return lambda t: float(mean(start + law.change(t) @ (start - law.m), law.covariance(t)))
+    def at(t: float) -> tuple[Array, Array]:
+        return start + law.change(t) @ (start - law.m), law.covariance(t)
 
-    limit = law.m, law.covariance()
-    return (
-        pathwise(law, start),
-        *(Moment(observable=name, value=at(each.mean), source=SOURCE) for name, each in observed.items()),
-        *(
-            InvariantMean(observable=name, value=float(each.mean(*limit)), source=SOURCE)
-            for name, each in observed.items()
-        ),
-    )
+    means = {name: each.mean for name, each in observed.items()}
+    return (pathwise(law, start), *normal_truths(means, at, (law.m, law.covariance()), SOURCE))
 
 
 def pathwise(law: StiffLinear, start: Array) -> Pathwise:
@@ -65,13 +59,7 @@ def pathwise(law: StiffLinear, start: Array) -> Pathwise:
         integral = step.of_dW @ noise.dW + step.of_H @ noise.H + step.of_xi @ noise.xi
         return np.asarray(x + step.change @ (x - law.m[:, None]) + law.sigma * integral)
 
-    return Pathwise(
-        start=lambda paths: np.repeat(start[:, None], paths, axis=1),
-        advance=advance,
-        parts=lambda t, x: {"x": x},
-        extra_normals=len(start),
-        source=SOURCE,
-    )
+    return solution(start, advance, SOURCE, extra_normals=len(start))
 
 
 def flat_chart(law: StiffLinear, directions: Array) -> Chart | None:

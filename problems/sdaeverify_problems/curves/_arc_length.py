@@ -8,6 +8,8 @@ import scipy
 from sdaeverify import Array, Increment, Parts, Pathwise
 from sdaeverify.numerics import directional
 
+from .._known import solution
+
 # l is between 1 and 2, and Newton's method for s(theta) = s is quadratic from where it starts, less than 0.2 away.
 NEWTON_STEPS = 6
 
@@ -59,11 +61,6 @@ def arc_truth(theta_0: float, fixman: float) -> Pathwise:
         theta = angle(s)
         return {"x": np.concatenate([2.0 * np.cos(theta), np.sin(theta)])}
 
-    def start(paths: int) -> Array:
-        return np.full((1, paths), s_0)
-
     if fixman:
-        return Pathwise(start=start, advance=taylor, parts=parts, order=1.5, source="order 3/2 in the arc length")
-    return Pathwise(
-        start=start, advance=lambda s, t, h, noise: s + noise.dW, parts=parts, source="arc length s_0 + W"
-    )
+        return solution(s_0, taylor, "order 3/2 in the arc length", parts=parts, order=1.5)
+    return solution(s_0, lambda s, t, h, noise: s + noise.dW, "arc length s_0 + W", parts=parts)

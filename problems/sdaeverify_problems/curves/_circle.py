@@ -9,6 +9,8 @@ import numpy as np
 
 from sdaeverify import Angle, Array, Chart, Increment, Line, Parts, Pathwise
 
+from .._known import monomials, solution
+
 # C_g of Lindner & Stroot (2.7) on the eps-neighbourhood of the circle is 1/(1 - eps)^2 for any eps in (0, 1).
 EPS = 0.01
 CONSTRAINT_BOUND = 1.0 / (1.0 - EPS) ** 2
@@ -74,11 +76,7 @@ def angle_truth(
     source: str,
 ) -> Pathwise:
     """Return the fine reference of strong order 3/2 with rows (theta, omega, mu)."""
-
-    def begin(paths: int) -> Array:
-        return np.repeat([[theta_0], [omega_0], [0.0]], paths, axis=1)
-
-    return Pathwise(start=begin, advance=advance, parts=parts, order=1.5, source=source)
+    return solution([theta_0, omega_0, 0.0], advance, source, parts=parts, order=1.5)
 
 
 def square_integral(h: float, noise: Increment) -> Array:
@@ -91,12 +89,15 @@ def square_integral(h: float, noise: Increment) -> Array:
 
 
 OBSERVABLES = {
-    "r_1": lambda t, s: s["r"][0],
-    "r_2": lambda t, s: s["r"][1],
-    "v_1": lambda t, s: s["v"][0],
-    "v_2": lambda t, s: s["v"][1],
+    **monomials("r_1", "r_2", "v_1", "v_2"),
     "|v|^2": lambda t, s: (s["v"] ** 2).sum(axis=0),
     "|v|^4": lambda t, s: (s["v"] ** 2).sum(axis=0) ** 2,
-    "mu": lambda t, s: s["mu"][0],
-    "mu^2": lambda t, s: s["mu"][0] ** 2,
+    **monomials("mu", "mu^2"),
+}
+# What mechanics on the circle with M = Id is made of.
+MECHANICS = {
+    "constraint": constraint,
+    "jacobian": jacobian,
+    "curvature": curvature,
+    "constraint_bound": CONSTRAINT_BOUND,
 }

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Angle, Array, Chart, Increment, InvariantMean, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Angle, Array, Chart, Increment, hookimpl
 
 from .. import _controls as controls
+from .._known import limits, moments, monomials, solution
 from ._circle import constraint, jacobian, quarter_turn
 
 SOURCE = "rotation by the angle W(t), Ito's formula"
@@ -37,7 +38,6 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
         "x_1^2": lambda t: 0.5 + 0.5 * np.exp(-2 * t) * np.cos(2 * theta_0),
         "x_1 x_2": lambda t: 0.5 * np.exp(-2 * t) * np.sin(2 * theta_0),
     }
-    limits = {"x_1": 0.0, "x_2": 0.0, "x_1^2": 0.5, "x_1 x_2": 0.0}
     return SDE(
         controls=controls.SCALAR,
         drift=lambda t, x: -0.5 * x,
@@ -50,21 +50,11 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
         horizon=horizon,
         traits=frozenset({"normal-milstein-term"}),
         noise=frozenset({"dW"}),
-        observables={
-            "x_1": lambda t, s: s["x"][0],
-            "x_2": lambda t, s: s["x"][1],
-            "x_1^2": lambda t, s: s["x"][0] ** 2,
-            "x_1 x_2": lambda t, s: s["x"][0] * s["x"][1],
-        },
+        observables=monomials(*values),
         truths=(
-            Pathwise(
-                start=lambda paths: np.full((1, paths), theta_0),
-                advance=advance,
-                parts=lambda t, z: {"x": embed(z)},
-                source=SOURCE,
-            ),
-            *(Moment(observable=name, value=value, source=SOURCE) for name, value in values.items()),
-            *(InvariantMean(observable=name, value=value, source="uniform law") for name, value in limits.items()),
+            solution(theta_0, advance, SOURCE, parts=lambda t, z: {"x": embed(z)}),
+            *moments(values, SOURCE),
+            *limits({"x_1": 0.0, "x_2": 0.0, "x_1^2": 0.5, "x_1 x_2": 0.0}, "uniform law"),
         ),
         chart=Chart(axes=(Angle(),), embed=embed, read=lambda x: np.arctan2(x[1], x[0])[None]),
         relaxation=2.0,

@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import SDE, Angle, Array, Chart, InvariantMean, ParameterError, hookimpl
 
 from .. import _controls as controls
+from .._known import limits, monomials
 from ._arc_length import arc_truth, circumference, speed
 from ._circle import quarter_turn
 
@@ -69,11 +70,10 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
 
 
 OBSERVABLES = {
-    "x_1": lambda t, s: s["x"][0],
-    "x_2": lambda t, s: s["x"][1],
+    **monomials("x_1", "x_2"),
     "cos 2 theta": lambda t, s: 0.25 * s["x"][0] ** 2 - s["x"][1] ** 2,
     "sin 2 theta": lambda t, s: s["x"][0] * s["x"][1],
-    "x_1^4": lambda t, s: s["x"][0] ** 4,
+    **monomials("x_1^4"),
 }
 
 
@@ -93,8 +93,7 @@ def means(density: Callable[[Array], Array]) -> tuple[InvariantMean, ...]:
     """Return the means of all observables under a density of theta, by the trapezoidal rule, exact to rounding."""
     theta = 2 * np.pi * np.arange(256) / 256
     w, x = density(theta) / density(theta).sum(), {"x": embed(theta[None])}
-    values = {name: float(w @ q(0.0, x)) for name, q in OBSERVABLES.items()}
-    return tuple(InvariantMean(observable=name, value=v, source="quadrature") for name, v in values.items())
+    return limits({name: float(w @ q(0.0, x)) for name, q in OBSERVABLES.items()}, "quadrature")
 
 
 @hookimpl

@@ -7,17 +7,14 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, Moment, Partials
 
+from .._known import moments, monomials
 from ._renewal_equation import mean, second, size
 from ._scalar_delay import ScalarDelay
 
 MOMENTS = "variation of constants and its renewal equation"
 # Unknowns up to which moments are found, 2000 delays unless the equation is stiff: three seconds of arithmetic.
 MOST_UNKNOWNS = 40_100
-OBSERVABLES = {
-    "x": lambda t, s: s["x"][0],
-    "x^2": lambda t, s: s["x"][0] ** 2,
-    "x^3": lambda t, s: s["x"][0] ** 3,
-}
+OBSERVABLES = monomials("x", "x^2", "x^3")
 
 
 def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ...] = (), **further: Any) -> DelaySDAE:
@@ -50,16 +47,13 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
         history=lambda t: [equation.past(t)],
         noise_dim=1,
         horizon=horizon,
-        truths=(*moments(equation, horizon), *truths),
+        truths=(*delay_moments(equation, horizon), *truths),
         **fields,
     )
 
 
-def moments(equation: ScalarDelay, horizon: float) -> tuple[Moment, ...]:
+def delay_moments(equation: ScalarDelay, horizon: float) -> tuple[Moment, ...]:
     """Return E x and E x^2, unless too many delays fit into the horizon."""
     if size(equation, horizon) > MOST_UNKNOWNS:
         return ()
-    return (
-        Moment(observable="x", value=lambda t: mean(equation, t), source=MOMENTS),
-        Moment(observable="x^2", value=lambda t: second(equation, t), source=MOMENTS),
-    )
+    return moments({"x": lambda t: mean(equation, t), "x^2": lambda t: second(equation, t)}, MOMENTS)

@@ -5,6 +5,7 @@ import scipy
 
 from sdaeverify import Array, Moment
 
+from .. import _known as known
 from . import _linear_delay as linear
 from ._coefficients import Coefficients
 from ._renewal_equation import mean
@@ -16,22 +17,18 @@ def moments(at: Coefficients, horizon: float) -> tuple[Moment, ...]:
     if at.l == 0.0:
         equation = ScalarDelay(at.a + at.q, at.b, at.c, at.d, 0.0, 1.0, 1.0, 1.0)
         y = Moment(observable="y", value=lambda t: at.q * mean(equation, t), source=linear.MOMENTS)
-        return (*known, y) if (known := linear.moments(equation, horizon)) else ()
+        return (*others, y) if (others := linear.delay_moments(equation, horizon)) else ()
     return _first_interval(at) if horizon <= 1.0 else ()
 
 
 def _first_interval(at: Coefficients) -> tuple[Moment, ...]:
     """Return them where v(t) = t: m' = A m + p, S' = (2 A + c^2) S + 2 (p + c d t) m + d^2 t^2, p = b t + l sin t."""
-    source = "linear equations of the first two moments, v being known"
     values = {
-        "x": lambda t: _solve_moments(at, t)[0],
-        "x^2": lambda t: _solve_moments(at, t)[1],
-        "y": lambda t: at.l * np.sin(t) + at.q * _solve_moments(at, t)[0],
+        "x": lambda t: float(_solve_moments(at, t)[0]),
+        "x^2": lambda t: float(_solve_moments(at, t)[1]),
+        "y": lambda t: float(at.l * np.sin(t) + at.q * _solve_moments(at, t)[0]),
     }
-    return tuple(
-        Moment(observable=name, value=lambda t, value=value: float(value(t)), source=source)
-        for name, value in values.items()
-    )
+    return known.moments(values, "linear equations of the first two moments, v being known")
 
 
 def _solve_moments(at: Coefficients, t: float) -> Array:

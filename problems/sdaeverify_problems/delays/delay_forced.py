@@ -4,10 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Moment, ParameterError, Partials, hookimpl
+from sdaeverify import Array, DelaySDAE, Moment, Partials, hookimpl
 
-from ._linear_delay import MOMENTS
-from ._linear_delay import moments as moments_without_force
+from .._known import moments, monomials
+from .._stiffness import check_positive
+from ._linear_delay import MOMENTS, delay_moments
 from ._scalar_delay import ScalarDelay
 
 SOURCE = "the delayed Ornstein-Uhlenbeck process, Kuchler & Mensch 1992, with a periodic function added"
@@ -52,8 +53,7 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
     ------
     Kuchler & Mensch (1992), section 2, for the process without force.
     """
-    if not tau > 0.0:
-        raise ParameterError(f"tau must be positive, got {tau!r}")
+    check_positive(tau=tau)
 
     def periodic(t: float) -> float:
         return float(amplitude * np.sin(omega * t))
@@ -82,12 +82,7 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
         noise=frozenset({"dW"}),
         horizon=horizon,
         traits=frozenset({"additive-noise"}),
-        observables={
-            "x": lambda t, s: s["x"][0],
-            "x^2": lambda t, s: s["x"][0] ** 2,
-            "x^3": lambda t, s: s["x"][0] ** 3,
-            "y": lambda t, s: s["y"][0],
-        },
+        observables=monomials("x", "x^2", "x^3", "y"),
         truths=_moments(free, horizon, periodic, lambda t, x, v: q * x + B * v + force(t)),
         units="x in units of its choice, time in the unit of 1/|B|",
         source=SOURCE,
@@ -101,7 +96,7 @@ def _moments(
     solved: Callable[[float, float, float], float],
 ) -> tuple[Moment, ...]:
     """Return the moments of x = X + p, which is normal, and of the y that solves the constraint."""
-    if not (known := moments_without_force(free, horizon)):
+    if not (known := delay_moments(free, horizon)):
         return ()
     mean_of, second_of = (moment.value for moment in known)
 
@@ -117,7 +112,7 @@ def _moments(
         "x^3": lambda t: mean(t) ** 3 + 3.0 * mean(t) * variance(t),
         "y": lambda t: solved(t, mean(t), mean(t - free.tau)),
     }
-    return tuple(Moment(observable=name, value=value, source=MOMENTS) for name, value in values.items())
+    return moments(values, MOMENTS)
 
 
 @hookimpl

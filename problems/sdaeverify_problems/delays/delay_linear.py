@@ -1,7 +1,8 @@
 """The linear test equation of mean-square stability with a delay."""
 
-from sdaeverify import DelaySDAE, MeanSquareStability, ParameterError, hookimpl
+from sdaeverify import DelaySDAE, MeanSquareStability, hookimpl
 
+from .._stiffness import check_positive
 from . import _equilibrium as equilibrium
 from ._coefficients import Coefficients
 from ._linear_delay import linear_delay
@@ -39,8 +40,7 @@ def delay_linear(
     ------
     Qu, Huang & Liu (2010), (5.1) without the sine.
     """
-    if not tau > 0.0:
-        raise ParameterError(f"tau must be positive, got {tau!r}")
+    check_positive(tau=tau)
     equation = ScalarDelay(A, B, c, d, 0.0, tau, 1.0, 0.0)
     stable = equilibrium.mean_square_stable(equation)
     return linear_delay(

@@ -1,7 +1,8 @@
 """A martingale whose noise is its own past."""
 
-from sdaeverify import DelaySDAE, ParameterError, hookimpl
+from sdaeverify import DelaySDAE, hookimpl
 
+from .._stiffness import check_positive
 from ._linear_delay import linear_delay
 from ._scalar_delay import ScalarDelay
 
@@ -29,8 +30,7 @@ def delay_martingale(d: float = 0.8, tau: float = 1.0, horizon: float = 2.0) -> 
     ------
     Ito's isometry, interval by interval.
     """
-    if not tau > 0.0:
-        raise ParameterError(f"tau must be positive, got {tau!r}")
+    check_positive(tau=tau)
     return linear_delay(
         ScalarDelay(0.0, 0.0, 0.0, d, 0.0, tau, 1.0, 0.0),
         horizon=horizon,

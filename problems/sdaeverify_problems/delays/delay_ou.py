@@ -1,7 +1,9 @@
 """The Ornstein-Uhlenbeck process with a delayed force."""
 
-from sdaeverify import DelaySDAE, InvariantMean, ParameterError, hookimpl
+from sdaeverify import DelaySDAE, hookimpl
 
+from .._known import limits
+from .._stiffness import check_positive
 from . import _equilibrium as equilibrium
 from ._linear_delay import linear_delay
 from ._scalar_delay import ScalarDelay
@@ -37,18 +39,17 @@ def delay_ou(
     ------
     Kuchler & Mensch (1992), section 2.
     """
-    if not tau > 0.0:
-        raise ParameterError(f"tau must be positive, got {tau!r}")
+    check_positive(tau=tau)
     source = "Kuchler & Mensch 1992: stationary solutions of affine stochastic delay equations"
     equation = ScalarDelay(A, B, 0.0, 0.0, sigma, tau, x_0, 0.0)
     decay = -equilibrium.rate(equation)
-    limits = {"x": 0.0, "x^2": sigma**2 * equilibrium.covariances(equation).now, "x^3": 0.0} if decay > 0.0 else {}
+    means = {"x": 0.0, "x^2": sigma**2 * equilibrium.covariances(equation).now, "x^3": 0.0} if decay > 0.0 else {}
     return linear_delay(
         equation,
         horizon=horizon,
-        truths=tuple(InvariantMean(observable=name, value=value, source=source) for name, value in limits.items()),
+        truths=limits(means, source),
         traits=frozenset({"additive-noise"}),
-        relaxation=1.0 / decay if limits else float("inf"),
+        relaxation=1.0 / decay if means else float("inf"),
         units="x in units of its choice, time in the unit of 1/|B|",
         source=source,
     )

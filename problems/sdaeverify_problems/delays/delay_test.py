@@ -6,6 +6,7 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, ParameterError, Partials, hookimpl
 
+from .._known import monomials
 from ._coefficients import SETS, Coefficients
 from ._test_moments import moments
 
@@ -77,12 +78,7 @@ def problem(at: Coefficients, horizon: float) -> DelaySDAE:
         noise=frozenset({"dW"}),
         horizon=horizon,
         traits=frozenset({"delayed-noise"} if c == 0.0 else set()),
-        observables={
-            "x": lambda t, s: s["x"][0],
-            "x^2": lambda t, s: s["x"][0] ** 2,
-            "x^3": lambda t, s: s["x"][0] ** 3,
-            "y": lambda t, s: s["y"][0],
-        },
+        observables=monomials("x", "x^2", "x^3", "y"),
         truths=moments(at, horizon),
         dissipation=at.dissipation,
         dissipation_without_y=at.dissipation_without_y,

@@ -5,10 +5,11 @@ from functools import cache
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, Moment, Parts, Pathwise, hookimpl
 
 from .. import _controls as controls
 from .._gaussian_step import gaussian_step
+from .._known import solution
 from ._chain import clamped_chain
 from ._fibre import Fibre
 from ._hanging_fibre import HangingFibre, hanging_fibre
@@ -80,13 +81,10 @@ def _exact(fibre: HangingFibre) -> Pathwise:
         moved: Array = step.propagator @ x + fibre.mean(h)[:, None] + integral
         return moved
 
-    return Pathwise(
-        start=lambda paths: np.zeros((2 * N, paths)),
-        advance=advance,
-        parts=lambda t, x: {"y": x[:N], "p": x[N:]},
-        extra_normals=2 * N,
-        source="variation of constants",
-    )
+    def parts_of(t: float, x: Array) -> Parts:
+        return {"y": x[:N], "p": x[N:]}
+
+    return solution(np.zeros(2 * N), advance, "variation of constants", parts=parts_of, extra_normals=2 * N)
 
 
 def _moments(fibre: HangingFibre) -> tuple[Moment, ...]:

@@ -13,6 +13,8 @@ import numpy as np
 
 from sdaeverify import Array, InvariantMean, ParameterError
 
+from .._known import limits
+
 SOURCE = "density exp(-V/kT) sqrt(x^T M^-1 x) on the sphere, normal velocities; quadrature converged to rounding"
 FEWEST, MOST = 32, 1024
 # Both rules converge geometrically on these densities: where a doubling changes a mean by d, the next would change
@@ -79,8 +81,7 @@ def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple
         count *= 2
         fine = law.means(nodes, count)
         if all(abs(fine[name] - coarse[name]) <= CHANGE * (1.0 + abs(fine[name])) for name in fine):
-            known = [name for name in names if name in fine]
-            return tuple(InvariantMean(observable=name, value=fine[name], source=SOURCE) for name in known)
+            return limits({name: fine[name] for name in names if name in fine}, SOURCE)
         coarse = fine
     raise ParameterError(
         f"the invariant law is too narrow for {MOST} nodes with kT = {law.kT!r}, these masses and this force"

@@ -16,24 +16,19 @@ from sdaeverify import (
     Line,
     Moment,
     ParameterError,
-    Pathwise,
+    Parts,
     Truth,
     hookimpl,
 )
 
 from .. import _controls as controls
+from .._known import monomials, solution
 
 SOURCE = "linear equations, Arnold 1974, section 8.3"
 # Of the noise of a step, its projections on Legendre polynomials up to this degree; of what is left the next moment
 # of a smooth kernel is 0, so that it is of size h^(11/2).
 DEGREE, NODES = 4, 16
 PRODUCTS = {"q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
-OBSERVABLES = {
-    "q": lambda t, s: s["q"][0],
-    "q^2": lambda t, s: s["q"][0] ** 2,
-    "q p": lambda t, s: s["q"][0] * s["p"][0],
-    "p^2": lambda t, s: s["p"][0] ** 2,
-}
 
 
 def harmonic_langevin(
@@ -74,6 +69,9 @@ def harmonic_langevin(
         flow, of_noise = step(h)
         return flow @ x + of_noise @ np.concatenate([noise.dW, noise.H, noise.K, noise.xi])
 
+    def parts_of(t: float, x: Array) -> Parts:
+        return {"q": x[:1], "p": x[1:]}
+
     return Langevin(
         controls=controls.SMOOTH_LANGEVIN,
         force=lambda q: -(omega**2) * q,
@@ -83,15 +81,9 @@ def harmonic_langevin(
         momentum=[0.0],
         horizon=horizon,
         noise=frozenset({"dW", "H", "K"}),
-        observables=OBSERVABLES,
+        observables=monomials("q", *PRODUCTS),
         truths=(
-            Pathwise(
-                start=lambda paths: np.repeat([[q_0], [0.0]], paths, axis=1),
-                advance=advance,
-                parts=lambda t, x: {"q": x[:1], "p": x[1:]},
-                extra_normals=2,
-                source=SOURCE,
-            ),
+            solution([q_0, 0.0], advance, SOURCE, parts=parts_of, extra_normals=2),
             *means(M, still, q_0),
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),

@@ -1,13 +1,14 @@
 """Moments of pendulums without gravity, whose angle and angular velocity are Gaussian."""
 
-from collections.abc import Callable, Mapping
-
 import numpy as np
 
-from sdaeverify import Array, Moment, Truth
+from sdaeverify import Array, Truth
 
+from .._known import moments
 from ..curves import _circle as circle
 from ._rotor import Rotor
+
+SOURCE = "Gaussian angle and angular velocity"
 
 
 def free_moments(theta_0: float, omega_0: float, radial: float) -> tuple[Truth, ...]:
@@ -36,7 +37,7 @@ def free_moments(theta_0: float, omega_0: float, radial: float) -> tuple[Truth, 
         "mu": lambda t: omega_0**2 * t + 0.5 * t**2,
         "mu^2": mu_squared,
     }
-    return gaussian(values)
+    return moments(values, SOURCE)
 
 
 def damped_moments(rotor: Rotor, theta_0: float, omega_0: float) -> tuple[Truth, ...]:
@@ -72,10 +73,4 @@ def damped_moments(rotor: Rotor, theta_0: float, omega_0: float) -> tuple[Truth,
         "|v|^4": lambda t: speed(t)[0] ** 2 + 6 * speed(t)[0] * speed(t)[1] + 3 * speed(t)[1] ** 2,
         "mu": lambda t: rotor.kT * t + (omega_0**2 - rotor.kT) * shares(t)[1],
     }
-    return gaussian(values)
-
-
-def gaussian(values: Mapping[str, Callable[[float], float]]) -> tuple[Truth, ...]:
-    """Return the expectations as truths."""
-    source = "Gaussian angle and angular velocity"
-    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
+    return moments(values, SOURCE)

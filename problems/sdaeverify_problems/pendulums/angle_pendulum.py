@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from sdaeverify import Angle, Array, Chart, Increment, InvariantMean, Langevin, Line, Pathwise, hookimpl
+from sdaeverify import Angle, Array, Chart, Increment, Langevin, Line, Parts, hookimpl
 
 from .. import _controls as controls
+from .._known import limits, monomials, solution
 from ._rotor import damped_rotor
 
 OBSERVABLES = {
     "cos q": lambda t, s: np.cos(s["q"][0]),
     "sin q": lambda t, s: np.sin(s["q"][0]),
     "cos^2 q": lambda t, s: np.cos(s["q"][0]) ** 2,
-    "p": lambda t, s: s["p"][0],
-    "p^2": lambda t, s: s["p"][0] ** 2,
+    **monomials("p", "p^2"),
     "p sin q": lambda t, s: s["p"][0] * np.sin(s["q"][0]),
 }
 
@@ -48,14 +48,10 @@ def angle_pendulum(
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         return rotor.taylor(x, h, noise.dW[0], noise.time_integral(h)[0])
 
-    pathwise = Pathwise(
-        start=lambda paths: np.repeat([[q_0], [0.0]], paths, axis=1),
-        advance=advance,
-        parts=lambda t, x: {"q": x[:1], "p": x[1:]},
-        order=1.5,
-        source="order 3/2 Ito-Taylor step",
-    )
-    limits = (InvariantMean(observable=name, value=v, source="von Mises law") for name, v in means.items())
+    def parts_of(t: float, x: Array) -> Parts:
+        return {"q": x[:1], "p": x[1:]}
+
+    pathwise = solution([q_0, 0.0], advance, "order 3/2 Ito-Taylor step", parts=parts_of, order=1.5)
     return Langevin(
         controls=controls.STATIONARY,
         force=lambda q: -c * np.sin(q),
@@ -65,7 +61,7 @@ def angle_pendulum(
         momentum=[0.0],
         horizon=horizon,
         observables=OBSERVABLES,
-        truths=(pathwise, *limits),
+        truths=(pathwise, *limits(means, "von Mises law")),
         chart=Chart(axes=(Angle(), Line(0.0, np.sqrt(rotor.kT))), embed=lambda z: z, read=lambda x: x),
         relaxation=rotor.relaxation,
         units="mass and length 1, time in the unit of 1/sqrt(c)",

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Increment, MeanSquareStability, Moment, hookimpl
+from sdaeverify import Array, HolonomicSDAE, Increment, MeanSquareStability, hookimpl
 
 from .. import _controls as controls
+from .._known import moments
 from ..curves import _circle as circle
 
 
@@ -58,17 +59,14 @@ def pendulum_velocity_noise(
         controls=controls.WITH_AREAS,
         force=lambda t, r, v: -gamma * v,
         diffusion=lambda t, r, v: sigma * v[:, None],
-        constraint=circle.constraint,
-        jacobian=circle.jacobian,
-        curvature=circle.curvature,
-        constraint_bound=circle.CONSTRAINT_BOUND,
+        **circle.MECHANICS,
         **circle.start(theta_0, omega_0),
         horizon=horizon,
         noise_dim=1,
         observables=circle.OBSERVABLES,
         truths=(
             circle.angle_truth(theta_0, omega_0, advance, "exact for |v|, order 3/2 for theta and mu"),
-            *(Moment(observable=name, value=value, source=source) for name, value in values.items()),
+            *moments(values, source),
             MeanSquareStability(stable=sigma**2 < 2 * gamma, source=source),
         ),
         units="length of the pendulum 1, time in the unit of omega_0",

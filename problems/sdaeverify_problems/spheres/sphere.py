@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, InvariantMean, Moment, hookimpl
+from sdaeverify import SDE, Array, hookimpl
 
 from .. import _controls as controls
+from .._known import limits, moments, monomials
 from ._unit_sphere import constraint, jacobian, squared_norm
 
 SOURCE = "spherical harmonics: those of degree n decay at the rate n (n + 1)/2"
@@ -31,13 +32,11 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
     """
     start = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
 
-    def first(row: int) -> Moment:
-        return Moment(observable=f"x_{row + 1}", value=lambda t: np.exp(-t) * start[row], source=SOURCE)
-
-    def third_squared(t: float) -> float:
-        return 1 / 3 + np.exp(-3 * t) * (start[2] ** 2 - 1 / 3)
-
-    limits = {"x_1": 0.0, "x_2": 0.0, "x_3": 0.0, "x_3^2": 1 / 3, "x_1 x_3": 0.0}
+    values = {f"x_{row + 1}": lambda t, row=row: np.exp(-t) * start[row] for row in range(3)}
+    values |= {
+        "x_3^2": lambda t: 1 / 3 + np.exp(-3 * t) * (start[2] ** 2 - 1 / 3),
+        "x_1 x_3": lambda t: np.exp(-3 * t) * start[0] * start[2],
+    }
     return SDE(
         controls=controls.GENERAL,
         drift=lambda t, x: -x,
@@ -49,18 +48,10 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
         noise_dim=3,
         horizon=horizon,
         noise=frozenset({"dW"}),
-        observables={
-            "x_1": lambda t, s: s["x"][0],
-            "x_2": lambda t, s: s["x"][1],
-            "x_3": lambda t, s: s["x"][2],
-            "x_3^2": lambda t, s: s["x"][2] ** 2,
-            "x_1 x_3": lambda t, s: s["x"][0] * s["x"][2],
-        },
+        observables=monomials(*values),
         truths=(
-            *(first(row) for row in range(3)),
-            Moment(observable="x_3^2", value=third_squared, source=SOURCE),
-            Moment(observable="x_1 x_3", value=lambda t: np.exp(-3 * t) * start[0] * start[2], source=SOURCE),
-            *(InvariantMean(observable=name, value=value, source="uniform law") for name, value in limits.items()),
+            *moments(values, SOURCE),
+            *limits({"x_1": 0.0, "x_2": 0.0, "x_3": 0.0, "x_3^2": 1 / 3, "x_1 x_3": 0.0}, "uniform law"),
         ),
         relaxation=RELAXATION,
         units="radius 1, time so that the noise has unit strength",

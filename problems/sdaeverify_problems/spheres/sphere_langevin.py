@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import Array, HolonomicSDAE, Moment, ParameterError, Parts, hookimpl, in_matrix
 
 from .. import _controls as controls
+from .. import _known as known
 from .._brief import BRIEF, PROJECTED
 from .._inherent_truth import with_inherent_truth
 from ..langevin._bath import Bath
@@ -85,8 +86,7 @@ def observables_of(masses: Array) -> dict[str, object]:
         return np.asarray(np.cross(s["r"], s["v"], axis=0)[row])
 
     return {
-        **{f"r_{i + 1}": lambda t, s, i=i: s["r"][i] for i in range(3)},
-        **{f"r_{i + 1}^2": lambda t, s, i=i: s["r"][i] ** 2 for i in (0, 2)},
+        **known.monomials("r_1", "r_2", "r_3", "r_1^2", "r_3^2"),
         "|v|^2": lambda t, s: (s["v"] ** 2).sum(axis=0),
         "v^T M v": lambda t, s: masses @ s["v"] ** 2,
         **{f"(r x v)_{i + 1}": lambda t, s, i=i: momentum(i, s) for i in (0, 2)},
@@ -119,8 +119,7 @@ def moments(masses: Array, c_g: float, gamma: float, kT: float) -> tuple[Moment,
     values = {"(r x v)_3": decay(MOMENTUM[2], gamma / m)} if alike else {}
     if all_alike:
         values |= {"(r x v)_1": decay(MOMENTUM[0], gamma / m), "|v|^2": speed, "v^T M v": lambda t: m * speed(t)}
-    source = "Ito's formula for r x v and |v|^2"
-    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
+    return known.moments(values, "Ito's formula for r x v and |v|^2")
 
 
 @hookimpl

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Increment, InvariantMean, Moment, Parts, Pathwise, Truth
+from sdaeverify import Array, Increment, Moment, Parts, Pathwise, Truth
 
+from .._known import limits, moments, solution
 from ..ou import exponential_integral
 
 SOURCE = "radial invariant density of n, quadrature"
@@ -65,20 +66,17 @@ class Strip(NamedTuple):
     def truths(self) -> tuple[Truth, ...]:
         """Return what is known."""
         source = SOURCE if self.eps else EXACT
-        limits = (InvariantMean(observable=n, value=v, source=source) for n, v in self.invariant_means().items())
-        return (*limits, *(() if self.eps else (self._pathwise(), *self._moments())))
+        known = limits(self.invariant_means(), source)
+        return (*known, *(() if self.eps else (self._pathwise(), *self._moments())))
 
-    def _moments(self) -> tuple[Moment, Moment]:
+    def _moments(self) -> tuple[Moment, ...]:
         def mean(t: float) -> float:
             return float(self.start - (self.start - self.c) * -np.expm1(-self.kappa * t))
 
         def square(t: float) -> float:
             return mean(t) ** 2 - self.sigma**2 / (2.0 * self.kappa) * float(np.expm1(-2.0 * self.kappa * t))
 
-        return (
-            Moment(observable="t", value=mean, source=EXACT),
-            Moment(observable="t^2", value=square, source=EXACT),
-        )
+        return moments({"t": mean, "t^2": square}, EXACT)
 
     def _pathwise(self) -> Pathwise:
         def advance(t: Array, time: float, h: float, noise: Increment) -> Array:
@@ -88,13 +86,10 @@ class Strip(NamedTuple):
             integral = alpha * noise.dW[:1] + beta * noise.H[:1] + rest * np.sqrt(h) * noise.xi
             return np.asarray(t + np.expm1(-self.kappa * h) * (t - self.c) + self.sigma * integral)
 
-        return Pathwise(
-            start=lambda paths: np.full((1, paths), self.start),
-            advance=advance,
-            parts=lambda _, t: {"x": np.concatenate([t, np.zeros((self.q, t.shape[1]))])},
-            extra_normals=1,
-            source=EXACT,
-        )
+        def parts_of(_: float, t: Array) -> Parts:
+            return {"x": np.concatenate([t, np.zeros((self.q, t.shape[1]))])}
+
+        return solution(self.start, advance, EXACT, parts=parts_of, extra_normals=1)
 
 
 def observables(limit: bool) -> dict[str, Callable[[float, Parts], Array]]:
