@@ -33,11 +33,3 @@ def test_the_invariant_law_is_the_one_of_statistical_mechanics(parameters: dict[
     second = covariance + np.outer(mean, mean)
     found = [second[0, 0], second[0, 1], second[1, 1]]
     assert found == pytest.approx([known[name] for name in ("e_1^2", "e_1 e_2", "e_2^2")], rel=1e-12)
-
-
-def test_the_relaxation_time_is_that_of_the_slowest_mode() -> None:
-    """It is the inverse of the least rate, which a quarter of it or four times it is not."""
-    problem = noisy_circuit(**UNEQUAL)
-
-    rates = -np.linalg.eigvals(equation(**UNEQUAL)[0]).real
-    assert problem.relaxation == pytest.approx(1.0 / rates.min(), rel=1e-12)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from math import factorial
 
 import numpy as np
 import pytest
@@ -111,32 +110,6 @@ def test_moments_are_attached_where_they_hold_and_can_be_found(
 ) -> None:
     """With a sine only up to the first delay, and for no more delays than can be afforded."""
     assert {truth.observable for truth in problem().truths if isinstance(truth, Moment)} == known
-
-
-def decay(at: ScalarDelay, k: int, u: Array) -> Array:
-    """Return r(k tau + u), that is sum_j (B (t - j tau))^j/j! e^(A (t - j tau))."""
-    ages = [(k - j) * at.tau + u for j in range(k + 1)]
-    return sum(((at.B * age) ** j / factorial(j) * np.exp(at.A * age) for j, age in enumerate(ages)), 0.0 * u)
-
-
-STATIONARY = [(-0.5, -1.0), (-1.0, -1.0), (-2.0, 1.0), (-2.0, -1.0), (-3.0, 0.0), (0.2, -1.0), (-1.0, -1.0 + 1e-9)]
-
-
-@pytest.mark.parametrize(("A", "B"), STATIONARY)
-@pytest.mark.parametrize("tau", [0.5, 1.0])
-def test_covariances_are_integrals_of_the_fundamental_solution(A: float, B: float, tau: float) -> None:
-    """K(0) and K(tau) are the integrals of r^2 and r r(t - tau), summed over many delays."""
-    equation = ScalarDelay(A, B, 0.0, 0.0, 0.0, tau, 1.0, 0.0)
-    end, (x, w) = int(25.0 / tau), np.polynomial.legendre.leggauss(20)
-    u, weights = 0.5 * tau * (1.0 + x), 0.5 * tau * w
-    pieces = [decay(equation, k, u) for k in range(end)]
-    now = sum(float(weights @ r**2) for r in pieces)
-    lagged = sum(float(weights @ (older * r)) for older, r in pairwise(pieces))
-
-    found, left = equilibrium.covariances(equation), 4.0 * np.exp(50.0 * equilibrium.rate(equation))
-    assert tuple(found) == pytest.approx((now, lagged), abs=1e-9 + left)
-    assert left < 1e-4
-    assert tuple(found) == pytest.approx(LinearDelay(A, B, 0.0, 0.0, tau).covariances, rel=1e-7)
 
 
 def stable(problem: DelaySDAE) -> list[bool]:

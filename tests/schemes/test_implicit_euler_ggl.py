@@ -8,9 +8,6 @@ import pytest
 
 from facade import ImplicitEulerGGL, fibre_clamped, fibre_free, pendulum
 from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Step
-from sdaeverify_schemes.ggl._equations import Equations, Unknowns
-from sdaeverify_schemes.ggl._line_search import Iterate, bound, search_line
-from sdaeverify_schemes.ggl._linearised import linearise
 
 EPS = np.finfo(float).eps
 T, H = 0.3, 0.05
@@ -84,26 +81,6 @@ def coarse() -> tuple[HolonomicSDAE, Array, float]:
     h = 1e-2
     fibre = fibre_clamped(alpha=4.0, N=20)
     return fibre, noise(fibre, PATHS, h, seed=0), h
-
-
-def test_the_line_search_lowers_the_defects() -> None:
-    """Where the full update raises |F|^2, the accepted part of it lowers it by as much as Armijo asks for."""
-    fibre, dW, h = coarse()
-    r, v, _ = fibre.initial(PATHS)
-    equations = Equations(fibre, h, h, r, v, fibre.diffused(0.0, r, v, dW))
-    x = Unknowns(np.zeros_like(r), v, np.zeros((20, PATHS)), np.zeros((20, PATHS)))
-    old = Iterate(equations, x, equations.defects(x))
-    L = linearise(equations, x)
-
-    here, lower, halvings = search_line(old, L)
-
-    full = equations.defects(x.moved(np.ones(PATHS), L.update(old.F))).square
-    none = np.zeros(PATHS)
-    too_long = full > bound(old, none, np.ones(PATHS))
-    assert too_long.any()
-    assert np.array_equal(halvings > 0, too_long)
-    assert lower.all()
-    assert np.all(here.F.square <= bound(old, none, 0.5**halvings) * (1.0 + 64 * EPS))
 
 
 def test_noise_in_parts_leads_paths_to_their_roots() -> None:

@@ -6,7 +6,7 @@ from scipy.optimize import root
 
 from facade import ConstrainedEuler, UniformlyAccurate
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, Increment, Step
+from sdaeverify import Array, ConstrainedLangevin, Increment, Step
 
 EPS = float(np.finfo(float).eps)
 H = 0.02
@@ -99,26 +99,6 @@ def test_a_step_solves_the_printed_equations(q: int, theta: float, eps: float) -
         assert np.abs(printed.solved(theta) - result.state[:, p]).max() < 1e-11
 
 
-class General(ConstraintGeometry):
-    """Geometry whose quadratic term does not know of codimension one."""
-
-    @property
-    def quadratic(self) -> Array:
-        return self.problem.contraction(self.x, self.relaxation[:, None] * self.share)
-
-
-@pytest.mark.parametrize("theta", [0.0, 1.0])
-def test_codimension_one_is_the_general_path(theta: float) -> None:
-    """The short way to the quadratic term changes a step by rounding, (2.4) and (2.2)."""
-    x, scheme = points(1, 0.3, count=200), UniformlyAccurate(theta=theta)
-    short, general = (
-        step(scheme, langevin(1, H, geometry=g), x, increments(x)) for g in (ConstraintGeometry, General)
-    )
-
-    assert np.abs(langevin(1, H).near(x).quadratic).max() > 0.1
-    assert np.abs(short.state - general.state).max() < 64 * EPS
-
-
 @pytest.mark.parametrize(("theta", "direction"), [(0.0, "old"), (1.0, "new")])
 @pytest.mark.parametrize("q", [1, 3])
 def test_the_limit_is_constrained_euler(q: int, theta: float, direction: str) -> None:
@@ -130,21 +110,6 @@ def test_the_limit_is_constrained_euler(q: int, theta: float, direction: str) ->
 
     assert not got.failed.any()
     assert np.abs(got.state - expected.state).max() < 64 * EPS
-
-
-@pytest.mark.parametrize("eps", [1e-8, 1e-4, 1e-2, 1.0, 10.0])
-@pytest.mark.parametrize("q", [1, 2])
-def test_iterations_do_not_depend_on_eps(q: int, eps: float) -> None:
-    """Newton's method takes three or four iterations on average, whatever eps is, Theorem 2.12."""
-    problem, scheme = langevin(q, eps), UniformlyAccurate()
-    x, counts = problem.initial(100), []
-    for n in range(10):
-        result = step(scheme, problem, x, increments(x, 1e-3, n), 1e-3)
-        x = result.state
-        counts.append(result.costs["newton_iterations"])
-
-    assert 2.5 < np.mean(counts) < 4.0
-    assert np.max(counts) <= 5
 
 
 @pytest.mark.parametrize("q", [1, 2, 3])
