@@ -1,7 +1,8 @@
-"""What is wrong with an argument of a builder, in one line."""
+"""What is wrong with a parameter of a problem or an argument of a builder, in one line."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import wraps
+from math import inf
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
@@ -60,6 +61,57 @@ def function(name: str, value: object) -> None:
     """
     if not callable(value):
         raise ParameterError(f"{name} must be a function, got {_format_value(value)}")
+
+
+def check_positive(**values: float) -> None:
+    """Check parameters that are divided by.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first that is not positive and finite.
+    """
+    for name, value in values.items():
+        if not 0.0 < value < inf:
+            raise ParameterError(f"{name} must be positive and finite, got {value!r}")
+
+
+def check_not_negative(**values: float) -> None:
+    """Check parameters that may be 0.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first that is negative or not finite.
+    """
+    for name, value in values.items():
+        if not 0.0 <= value < inf:
+            raise ParameterError(f"{name} must be finite and not negative, got {value!r}")
+
+
+def check_least(least: float, **values: float) -> None:
+    """Check parameters that have a lower bound.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first that is below.
+    """
+    for name, value in values.items():
+        if not value >= least:
+            raise ParameterError(f"{name} must be at least {least:g}, got {value!r}")
+
+
+def check_choice(name: str, value: str, known: Iterable[str]) -> None:
+    """Check a word.
+
+    Raises
+    ------
+    ParameterError
+        If it is none of those known.
+    """
+    if value not in known:
+        raise ParameterError(f"{name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def in_one_line(build: Builder) -> Builder:

@@ -3,9 +3,10 @@
 import numpy as np
 import scipy
 
-from sdaeverify import SDE, Array, Chart, Increment, Line, ParameterError, hookimpl
+from sdaeverify import SDE, Array, Chart, Increment, Line, hookimpl
 
 from . import _controls as controls
+from ._arguments import check_least
 from ._known import limits, monomials, solution
 
 OBSERVABLES = {**monomials("x", "x^2", "x^4"), "cos x": lambda t, s: np.cos(s["x"][0])}
@@ -27,8 +28,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
     ------
     Pavliotis (2014), Stochastic Processes and Applications, chapter 4.
     """
-    if not sigma >= 0.3:
-        raise ParameterError(f"sigma must be at least 0.3, got {sigma!r}")
+    check_least(0.3, sigma=sigma)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         """Make one Ito-Taylor step of strong order 3/2."""

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, ParameterError, hookimpl
+from sdaeverify import SDE, Array, Increment, hookimpl
 
 from . import _controls as controls
 from . import _normal_law as normal
+from ._arguments import check_positive
 from ._known import solution
 from .ou import exponential_integral
 
@@ -36,8 +37,7 @@ def forced_ou(
     ------
     Kloeden & Platen (1992), section 4.4, (4.2) with a force: variation of constants.
     """
-    if not a > 0.0:
-        raise ParameterError(f"a must be positive, got {a!r}")
+    check_positive(a=a)
     source = "variation of constants"
 
     def periodic_part(t: float) -> float:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from sdaeverify import Array, IndexOneSDAE, ParameterError, hookimpl, on_request
+from sdaeverify import Array, IndexOneSDAE, hookimpl, on_request
 
+from ._arguments import check_not_negative, check_positive
 from ._ladder_law import OBSERVABLES, Ladder, truths
 
 SOURCE = "Winkler 2003: circuits of index 1 with noise in parallel to capacitances; Nyquist 1928"
@@ -55,10 +56,8 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
     ------
     Winkler (2003), J. Comput. Appl. Math. 157, 477: index-1 equations of circuits with noise.
     """
-    if not min(R_1, R_a, R_b, C_1, C_2) > 0.0:
-        raise ParameterError(f"resistances and capacitances must be positive, got {(R_1, R_a, R_b, C_1, C_2)!r}")
-    if not temperature >= 0.0:
-        raise ParameterError(f"the temperature must not be negative, got {temperature!r}")
+    check_positive(R_1=R_1, R_a=R_a, R_b=R_b, C_1=C_1, C_2=C_2)
+    check_not_negative(temperature=temperature)
     C, series, kT = np.array([C_1, C_2]), R_a + R_b, BOLTZMANN * temperature
     G = np.array([[1.0 / R_1 + 1.0 / series, -1.0 / series], [-1.0 / series, 1.0 / series]])
     ladder = Ladder(C, G, U, kT)

@@ -8,9 +8,9 @@ import numpy as np
 from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Moment, Parts, Truth, hookimpl, on_request
 
 from . import _controls as controls
+from ._arguments import check_not_negative, check_positive
 from ._interval_diffusion import IntervalDiffusion
 from ._quadrics import Quadrics
-from ._stiffness import check_positive, check_stiffness
 
 SOURCE = "diffusion of c = b_1 . b_2 on [-1, 1], eigenfunctions in polynomials"
 # The bonds as rows of differences of atoms, and polynomials of c: its coefficients are singular at c = 2 only, and
@@ -46,7 +46,7 @@ def rigid_trimer(
     ------
     Laurent (2022), (1.2) and (1.4), on a chain of two rigid bonds.
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     check_positive(sigma=sigma)
     zeta = Quadrics(np.einsum("ian,iam->inm", BONDS, BONDS), np.zeros((2, 9)), np.full(2, -0.5))
     turn = np.array([1.0 + np.cos(angle), np.sin(angle), 0.0])

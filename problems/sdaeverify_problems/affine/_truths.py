@@ -53,8 +53,6 @@ def pathwise(law: StiffLinear, start: Array) -> Pathwise:
     steps = cache(law.step)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        assert noise.H is not None
-        assert noise.xi is not None
         step = steps(h)
         integral = step.of_dW @ noise.dW + step.of_H @ noise.H + step.of_xi @ noise.xi
         return np.asarray(x + step.change @ (x - law.m[:, None]) + law.sigma * integral)

@@ -7,7 +7,7 @@ import numpy as np
 from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, ParameterError, hookimpl
 
 from .. import _controls as controls
-from .._stiffness import check_stiffness
+from .._arguments import check_not_negative
 from ._langevin import AffineLangevin
 from ._truths import flat_chart, observables, truths
 
@@ -96,7 +96,7 @@ def affine_langevin(eps: float, d: int, q: int, coupling: float, sigma: float) -
     sigma : float
         Strength of the noise.
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     if not 0 < q < d:
         raise ParameterError(f"q must be between 1 and d - 1, got q = {q!r} and d = {d!r}")
     i, j = np.indices((d, d))

@@ -11,14 +11,13 @@ from sdaeverify import (
     ConstrainedLangevin,
     InvariantMean,
     Moment,
-    ParameterError,
     Truth,
     hookimpl,
     on_request,
 )
 
 from .. import _controls as controls
-from .._stiffness import check_positive, check_stiffness
+from .._arguments import check_choice, check_not_negative, check_positive
 from ._closed_curve import ClosedCurve
 from ._curve_shapes import SHAPES
 
@@ -59,10 +58,9 @@ def constrained_curve(
     ------
     Laurent (2022), (1.2) and (1.4), on curves of codimension one and two.
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     check_positive(sigma=sigma)
-    if shape not in SHAPES:
-        raise ParameterError(f"shape must be one of {', '.join(SHAPES)}, got {shape!r}")
+    check_choice("shape", shape, SHAPES)
     radius, gamma, zeta = SHAPES[shape]
     curve = ClosedCurve(gamma, sigma)
     return ConstrainedLangevin(

@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import SDE, Angle, Array, Chart, InvariantMean, ParameterError, hookimpl
+from sdaeverify import SDE, Angle, Array, Chart, InvariantMean, hookimpl
 
 from .. import _controls as controls
+from .._arguments import check_choice
 from .._known import limits, monomials
 from ._arc_length import arc_truth, circumference, speed
 from ._circle import quarter_turn
 
-MEASURES = ("arc", "delta")
 # The smallest rate at which the law of the eccentric angle relaxes.
 RATE = 0.152863743
 
@@ -37,8 +37,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
     ------
     Ciccotti, Lelievre & Vanden-Eijnden (2008), Projection of diffusions on submanifolds.
     """
-    if measure not in MEASURES:
-        raise ParameterError(f"measure must be arc or delta, got {measure!r}")
+    check_choice("measure", measure, ("arc", "delta"))
     fixman = 1.0 if measure == "delta" else 0.0
 
     def drift(t: float, x: Array) -> Array:

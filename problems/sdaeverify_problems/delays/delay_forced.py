@@ -6,8 +6,8 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, Moment, Partials, hookimpl
 
+from .._arguments import check_positive
 from .._known import moments, monomials
-from .._stiffness import check_positive
 from ._linear_delay import MOMENTS, delay_moments
 from ._scalar_delay import ScalarDelay
 

@@ -2,7 +2,7 @@
 
 from sdaeverify import DelaySDAE, MeanSquareStability, hookimpl
 
-from .._stiffness import check_positive
+from .._arguments import check_positive
 from . import _equilibrium as equilibrium
 from ._coefficients import Coefficients
 from ._linear_delay import linear_delay

@@ -2,7 +2,7 @@
 
 from sdaeverify import DelaySDAE, hookimpl
 
-from .._stiffness import check_positive
+from .._arguments import check_positive
 from ._linear_delay import linear_delay
 from ._scalar_delay import ScalarDelay
 

@@ -2,8 +2,8 @@
 
 from sdaeverify import DelaySDAE, hookimpl
 
+from .._arguments import check_positive
 from .._known import limits
-from .._stiffness import check_positive
 from . import _equilibrium as equilibrium
 from ._linear_delay import linear_delay
 from ._scalar_delay import ScalarDelay

@@ -4,8 +4,9 @@ from math import isnan, nan
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, ParameterError, Partials, hookimpl
+from sdaeverify import Array, DelaySDAE, Partials, hookimpl
 
+from .._arguments import check_choice
 from .._known import monomials
 from ._coefficients import SETS, Coefficients
 from ._test_moments import moments
@@ -50,8 +51,7 @@ def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
     ------
     Qu, Huang & Liu (2010), section 5.
     """
-    if set not in SETS:
-        raise ParameterError(f"set must be one of {', '.join(SETS)}, got {set!r}")
+    check_choice("set", set, SETS)
     given = (a, b, c, d, l, q)
     at = Coefficients(*(own if isnan(value) else value for value, own in zip(given, SETS[set], strict=True)))
     return problem(at, horizon)

@@ -9,7 +9,7 @@ from sdaeverify import SDE, Array, Increment, Moment, Parts, Pathwise, hookimpl
 
 from .. import _controls as controls
 from .._gaussian_step import gaussian_step
-from .._known import solution
+from .._known import moments, solution
 from ._chain import clamped_chain
 from ._fibre import Fibre
 from ._hanging_fibre import HangingFibre, hanging_fibre
@@ -74,8 +74,6 @@ def _exact(fibre: HangingFibre) -> Pathwise:
     steps = cache(lambda h: gaussian_step(fibre.generator, fibre.noise, h))
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        assert noise.H is not None
-        assert noise.xi is not None
         step = steps(h)
         integral = step.of_dW @ noise.dW + step.of_H @ noise.H + step.of_xi @ noise.xi
         moved: Array = step.propagator @ x + fibre.mean(h)[:, None] + integral
@@ -97,8 +95,7 @@ def _moments(fibre: HangingFibre) -> tuple[Moment, ...]:
         return lambda t: float(fibre.mean(t)[row] ** 2 + fibre.covariance(t)[row, row])
 
     values = {"tip": first(N - 1), "tip^2": second(N - 1), "speed": first(2 * N - 1), "speed^2": second(2 * N - 1)}
-    source = "Gaussian: matrix exponentials"
-    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
+    return moments(values, "Gaussian: matrix exponentials")
 
 
 @hookimpl

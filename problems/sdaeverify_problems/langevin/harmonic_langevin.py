@@ -15,13 +15,13 @@ from sdaeverify import (
     Langevin,
     Line,
     Moment,
-    ParameterError,
     Parts,
     Truth,
     hookimpl,
 )
 
 from .. import _controls as controls
+from .._arguments import check_positive
 from .._known import monomials, solution
 
 SOURCE = "linear equations, Arnold 1974, section 8.3"
@@ -55,8 +55,7 @@ def harmonic_langevin(
     ------
     Pavliotis (2014), Stochastic Processes and Applications, section 6.3.
     """
-    if not min(omega, gamma, sigma) > 0.0:
-        raise ParameterError(f"omega, gamma and sigma must be positive, got {omega!r}, {gamma!r}, {sigma!r}")
+    check_positive(omega=omega, gamma=gamma, sigma=sigma)
     M = np.array([[0.0, 1.0], [-(omega**2), -gamma]])
     kT = sigma**2 / (2.0 * gamma)
     still = np.diag([kT / omega**2, kT])

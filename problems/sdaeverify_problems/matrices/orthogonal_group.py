@@ -7,7 +7,7 @@ import numpy as np
 from sdaeverify import Angle, Array, Chart, ConstrainedLangevin, ParameterError, Parts, hookimpl, on_request
 
 from .. import _controls as controls
-from .._stiffness import check_positive, check_stiffness
+from .._arguments import check_not_negative, check_positive
 from ._orthogonal_truths import SIGMA, truths
 from ._problem import matrix_constraint
 
@@ -37,7 +37,7 @@ def orthogonal_group(
     ------
     Laurent (2022), section 4.2 and (4.1).
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     check_positive(stiffness=stiffness)
     if m < 2:
         raise ParameterError(f"m must be at least 2, got {m!r}: the orthogonal group of 1 x 1 matrices is two points")

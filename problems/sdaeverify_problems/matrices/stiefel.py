@@ -7,7 +7,7 @@ import numpy as np
 from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Moment, ParameterError, Parts, hookimpl, on_request
 
 from .. import _controls as controls
-from .._stiffness import check_stiffness
+from .._arguments import check_not_negative
 from ..spheres._radial_law import RadialLaw
 from ..spheres._unit_sphere import squared_norm
 from ._problem import matrix_constraint
@@ -42,11 +42,9 @@ def stiefel(
     ------
     Laurent (2022), (1.2) and (1.4), on the constraint of section 4.2.
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps, damping=damping)
     if not (1 <= p <= d and d >= 2):
         raise ParameterError(f"p must be between 1 and d, and d at least 2, got p = {p!r} and d = {d!r}")
-    if not 0.0 <= damping < np.inf:
-        raise ParameterError(f"damping must be finite and not negative, got {damping!r}")
     # In units of |X|^2 = p: noise of strength p^{-1/2} and as many dimensions as give Y its drift.
     law = RadialLaw(eps, d * p + p * (p + 1) // 2 - 1, 1.0 / float(np.sqrt(p)), damping)
     rate = 0.5 * (d - 1.0 - 0.5 * (p - 1.0))

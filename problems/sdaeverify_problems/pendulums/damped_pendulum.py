@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Increment, ParameterError, Truth, hookimpl
+from sdaeverify import Array, HolonomicSDAE, Increment, Truth, hookimpl
 
 from .. import _controls as controls
+from .._arguments import check_positive
 from .._inherent_truth import with_inherent_truth
 from ..curves import _circle as circle
 from ..langevin._bath import Bath
@@ -54,8 +55,7 @@ def damped_pendulum(
     Lindner & Stroot (2017), sections 5.1 and 5.2, with the fluctuation-dissipation relation.
     """
     rotor, M = damped_rotor(c_g, gamma, np.sqrt(2.0 * gamma * max(kT, 0.0))), np.diag([1.0, mass])
-    if not 0.0 < mass < np.inf:
-        raise ParameterError(f"the mass must be positive and finite, got {mass!r}")
+    check_positive(mass=mass)
     law, weight = Canonical(lambda x: c_g * x[1], M, kT), np.array([[0.0], [c_g]])
     stiffness, drag = np.zeros((2, 2, 1)), gamma * np.eye(2)[..., None]
     problem = constrained_langevin(

@@ -1,12 +1,13 @@
 """What is known of dynamics near or on the unit sphere, by observable."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Angle, Array, Chart, InvariantMean, Line, Moment, Truth
+from sdaeverify import Angle, Array, Chart, Line, Truth
 
+from .._known import limits, moments
 from ._pulled_law import invariant_means, on_the_sphere
 from ._radial_law import RadialLaw
 from ._unit_sphere import squared_norm
@@ -69,18 +70,11 @@ def with_pull(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
     return known | (radial if law.eps else {})
 
 
-def moments(known: Mapping[str, Known], source: str) -> Iterator[Truth]:
-    """Yield the expectations that are known at every time."""
-    for name, each in known.items():
-        if each.moment is not None:
-            yield Moment(observable=name, value=each.moment, source=source)
-
-
-def limits(known: Mapping[str, Known], source: str) -> Iterator[Truth]:
-    """Yield the invariant means, but those that overflow or are not known."""
-    for name, each in known.items():
-        if np.isfinite(each.limit):
-            yield InvariantMean(observable=name, value=each.limit, source=source)
+def truths(known: Mapping[str, Known], source: str) -> tuple[Truth, ...]:
+    """Return the expectations that are known at every time, and the invariant means, but those that overflow."""
+    values = {name: each.moment for name, each in known.items() if each.moment is not None}
+    means = {name: each.limit for name, each in known.items() if np.isfinite(each.limit)}
+    return (*moments(values, source), *limits(means, source))
 
 
 def polar_chart(law: RadialLaw, square: float) -> Chart | None:

@@ -5,9 +5,9 @@ import numpy as np
 from sdaeverify import Array, ConstrainedLangevin, ParameterError, hookimpl, on_request
 
 from .. import _controls as controls
-from .._stiffness import check_stiffness
+from .._arguments import check_least, check_not_negative
 from ._radial_law import RadialLaw
-from ._truths import PULLED, SOURCE, free, limits, moments, polar_chart, with_pull
+from ._truths import PULLED, SOURCE, free, polar_chart, truths, with_pull
 from ._unit_sphere import squared_norm
 
 ANGLE = 0.9
@@ -64,7 +64,7 @@ def penalised_sphere(
         horizon=horizon,
         controls=(controls.STATIONARY_PAIR if d == 2 else controls.ADDITIVE) if eps else controls.GENERAL,
         observables={name: lambda t, s, of=each.value: of(s["x"]) for name, each in known.items()},
-        truths=(*moments(known, source), *limits(known, source)),
+        truths=truths(known, source),
         chart=polar_chart(law, square) if d == 2 else None,
         relaxation=law.relaxation,
         units="radius 1, time so that the noise has strength 1",
@@ -91,11 +91,8 @@ def check_parameters(eps: float, d: int, pull: float, damping: float, spin: floa
     damping, spin : float
         Rates of the pull to the centre and of the rotation, 1/time.
     """
-    check_stiffness(eps)
-    if d < 2:
-        raise ParameterError(f"d must be at least 2, got {d!r}")
-    if not 0.0 <= damping < np.inf:
-        raise ParameterError(f"damping must be finite and not negative, got {damping!r}")
+    check_not_negative(eps=eps, damping=damping)
+    check_least(2, d=d)
     if pull and (damping or spin):
         raise ParameterError("no closed form is known with pull and damping or spin: leave one of them 0")
 

@@ -4,10 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Moment, ParameterError, Parts, hookimpl, in_matrix
+from sdaeverify import Array, HolonomicSDAE, Moment, Parts, hookimpl, in_matrix
 
 from .. import _controls as controls
 from .. import _known as known
+from .._arguments import check_positive
 from .._brief import BRIEF, PROJECTED
 from .._inherent_truth import with_inherent_truth
 from ..langevin._bath import Bath
@@ -54,8 +55,7 @@ def sphere_langevin(
     Lindner & Stroot (2017), section 5.2, on the sphere.
     """
     masses = np.array([m_1, m_2, m_3])
-    if not (np.all(masses > 0.0) and np.all(np.isfinite(masses))):
-        raise ParameterError(f"masses must be positive and finite, got {masses.tolist()}")
+    check_positive(m_1=m_1, m_2=m_2, m_3=m_3)
     M, weight, observables = np.diag(masses), c_g * np.array([[0.0], [0.0], [1.0]]), observables_of(masses)
     law = Canonical(lambda x: c_g * x[2], M, kT)
     problem = constrained_langevin(

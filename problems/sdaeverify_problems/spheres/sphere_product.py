@@ -5,10 +5,11 @@ import numpy as np
 from sdaeverify import Array, ConstrainedLangevin, ParameterError, hookimpl, on_request
 
 from .. import _controls as controls
+from .._arguments import check_least, check_not_negative
+from .._known import moments
 from .._quadrics import Quadrics
-from .._stiffness import check_stiffness
 from ._radial_law import RadialLaw
-from ._truths import SOURCE, Known, free, moments
+from ._truths import SOURCE, Known, free
 
 ANGLES = 0.9, 2.0
 
@@ -39,9 +40,8 @@ def sphere_product(
     ------
     Laurent (2022), (1.2) and (1.4), on products of spheres.
     """
-    check_stiffness(eps)
-    if d < 2 or spheres < 2:
-        raise ParameterError(f"d and spheres must be at least 2, got {d!r} and {spheres!r}")
+    check_not_negative(eps=eps)
+    check_least(2, d=d, spheres=spheres)
     A = mixture(spheres, mixing)
     law = RadialLaw(eps, d, 1.0)
     known = point_truths(law)
@@ -61,7 +61,7 @@ def sphere_product(
         horizon=horizon,
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables={name: lambda t, s, of=each.value: of(s["x"]) for name, each in known.items()},
-        truths=tuple(moments(known, SOURCE)),
+        truths=moments({name: each.moment for name, each in known.items()}, SOURCE),
         units="radii 1, time so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on products of spheres",
     )
@@ -105,8 +105,6 @@ def at_block(i: int, d: int, known: Known) -> Known:
 def product(first: Known, second: Known) -> Known:
     """Return what is known of the product of two independent observables."""
     (value, moment, limit), (other, further, last) = first, second
-    assert moment is not None
-    assert further is not None
     return Known(lambda x: value(x) * other(x), lambda t: moment(t) * further(t), limit * last)
 
 

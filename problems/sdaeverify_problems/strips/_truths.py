@@ -81,8 +81,6 @@ class Strip(NamedTuple):
     def _pathwise(self) -> Pathwise:
         def advance(t: Array, time: float, h: float, noise: Increment) -> Array:
             alpha, beta, rest = exponential_integral(self.kappa * h)
-            assert noise.H is not None
-            assert noise.xi is not None
             integral = alpha * noise.dW[:1] + beta * noise.H[:1] + rest * np.sqrt(h) * noise.xi
             return np.asarray(t + np.expm1(-self.kappa * h) * (t - self.c) + self.sigma * integral)
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from sdaeverify import Chart, ConstrainedLangevin, Line, ParameterError, hookimpl, on_request
+from sdaeverify import Chart, ConstrainedLangevin, Line, hookimpl, on_request
 
 from .. import _controls as controls
-from .._stiffness import check_positive, check_stiffness
+from .._arguments import check_least, check_not_negative, check_positive
 from ._geometry import StripConstraint
 from ._truths import Strip, observables
 
@@ -40,10 +40,9 @@ def exponential_strip(
     ------
     Laurent (2022), (1.2) and (1.4), with a constraint in whose equations no term vanishes.
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     check_positive(alpha=alpha, kappa=kappa)
-    if q < 1:
-        raise ParameterError(f"q must be at least 1, got {q!r}")
+    check_least(1, q=q)
     strip, constraint = Strip(eps, q, alpha, kappa, 1.0, c), StripConstraint(alpha)
     centre = np.array([c, *np.zeros(q)])[:, None]
     chart = strip_chart(strip) if q == 1 or eps == 0.0 else None

@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Parts
+from sdaeverify import Array, ConstrainedLangevin, Parts
 
 from .. import _controls as controls
-from .._stiffness import check_stiffness
+from .._arguments import check_not_negative
+from .._known import limits
 from ..spheres._unit_sphere import squared_norm
 from ._geometry import Quartic, Tube, surface_chart
 from ._law import CENTRE, check_drift, surface_means
@@ -33,7 +34,7 @@ def torus_problem(
         () -> invariant means known for eps > 0 by observable, and their source.
     family : callable, eps -> ConstrainedLangevin
     """
-    check_stiffness(eps)
+    check_not_negative(eps=eps)
     check_drift(stiffness)
     observed = observables(zeta, limit=eps == 0.0)
     means, source = (penalised[0](), penalised[1]) if eps else (surface_means(stiffness), SURFACE)
@@ -51,9 +52,7 @@ def torus_problem(
         horizon=horizon,
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables=observed,
-        truths=tuple(
-            InvariantMean(observable=name, value=means[name], source=source) for name in observed if name in means
-        ),
+        truths=limits({name: means[name] for name in observed if name in means}, source),
         chart=None if eps else surface_chart(),
         relaxation=1.0 / stiffness if means else np.inf,
         units="radius of the tube 1, time so that the noise has strength sqrt(2)",
