@@ -119,11 +119,11 @@ def test_contradictory_problems_are_refused_in_one_line(changes: dict[str, Any],
 
 FAMILIES: list[tuple[Callable[[], DelaySDAE], str]] = [
     (lambda: delay_test("VII"), "set must be one of I, II, III, IV, V, VI, got 'VII'"),
-    (lambda: delay_ou(tau=0.0), "tau must be positive, got 0.0"),
-    (lambda: delay_linear(tau=-1.0), "tau must be positive, got -1.0"),
-    (lambda: delay_martingale(tau=np.nan), "tau must be positive, got nan"),
-    (lambda: noisy_circuit(R_a=0.0), "resistances and capacitances must be positive"),
-    (lambda: noisy_circuit(temperature=-1.0), "the temperature must not be negative, got -1.0"),
+    (lambda: delay_ou(tau=0.0), "tau must be positive and finite, got 0.0"),
+    (lambda: delay_linear(tau=-1.0), "tau must be positive and finite, got -1.0"),
+    (lambda: delay_martingale(tau=np.nan), "tau must be positive and finite, got nan"),
+    (lambda: noisy_circuit(R_a=0.0), "R_a must be positive and finite, got 0.0"),
+    (lambda: noisy_circuit(temperature=-1.0), "temperature must be finite and not negative, got -1.0"),
 ]
 
 
