@@ -34,14 +34,14 @@ def test_change_and_covariance_are_those_of_dense_exponentials(eps: float) -> No
 
 def test_the_limit_is_approached_at_first_order_without_rounding_times_one_over_eps() -> None:
     """Propagators minus their limit, divided by eps, are the same for eps = 1e-6 and 1e-10 where rounding is 1e-6."""
-    limit, (part,) = law(0.0), modes(K, N, 0.0)
-    propagator = part.E @ part.F + limit.change(0.7)
-    gaps = [(law(eps).change(0.7) + np.eye(4) - propagator) / eps for eps in (1e-6, 1e-10)]
-    covariances = [(law(eps).covariance(0.7) - limit.covariance(0.7)) / eps for eps in (1e-6, 1e-10)]
+    (part,) = modes(K, N, 0.0)
+    limit = part.E @ part.F - np.eye(4) + law(0.0).change(0.7), law(0.0).covariance(0.7)
+    laws = {eps: (law(eps).change(0.7), law(eps).covariance(0.7)) for eps in (1e-6, 1e-10)}
 
     # 1e-6 is the next order, 1e-16/1e-10 what rounding leaves.
-    assert np.abs(gaps[0] - gaps[1]).max() < 1e-4 < np.abs(gaps[0]).max()
-    assert np.abs(covariances[0] - covariances[1]).max() < 1e-4 < np.abs(covariances[0]).max()
+    for near, nearer, end in zip(*laws.values(), limit, strict=True):
+        gap, same = (near - end) / 1e-6, (nearer - end) / 1e-10
+        assert np.abs(gap - same).max() < 1e-4 < np.abs(gap).max()
 
 
 @pytest.mark.parametrize("eps", [0.0, 1e-300, 1e-6, 0.01, 0.3, 1e300])
