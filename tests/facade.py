@@ -363,7 +363,7 @@ from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
-from sdaeverify_problems.noisy_circuit import BOLTZMANN, noisy_circuit
+from sdaeverify_problems.noisy_circuit import noisy_circuit
 from sdaeverify_problems.noncommuting import B_1, B_2, GENERATOR, A, noncommuting
 from sdaeverify_problems.ou import exponential_integral, ou
 from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum

@@ -36,6 +36,21 @@ def _monomial(name: str) -> Observable:
     return value
 
 
+def constant_noise(sigma: float) -> dict[str, Any]:
+    """Return the fields of an SDE dx = f dt + sigma dW of one component."""
+    return {
+        "diffusion": lambda t, x: np.full((1, 1, 1), sigma),
+        "diffusion_derivative": lambda t, x, y: np.zeros((1, 1, 1)),
+        "noise_dim": 1,
+        "traits": frozenset({"additive-noise", "diagonal-noise"}),
+    }
+
+
+def matrix(value: float, x: Array) -> Array:
+    """Return a number as a matrix on every path of x, shape (1, 1, P)."""
+    return np.full((1, 1, x.shape[-1]), value)
+
+
 def moments(values: Mapping[str, Callable[[float], float]], source: str) -> tuple[Moment, ...]:
     """Return expectations as functions of time, by observable."""
     return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())

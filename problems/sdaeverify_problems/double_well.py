@@ -7,7 +7,7 @@ from sdaeverify import SDE, Array, Chart, Increment, Line, hookimpl
 
 from . import _controls as controls
 from ._arguments import check_least
-from ._known import limits, monomials, solution
+from ._known import constant_noise, limits, monomials, solution
 
 OBSERVABLES = {**monomials("x", "x^2", "x^4"), "cos x": lambda t, s: np.cos(s["x"][0])}
 
@@ -40,12 +40,9 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
     return SDE(
         controls=controls.ADDITIVE,
         drift=lambda t, x: x - x * x * x,
-        diffusion=lambda t, x: np.full((1, 1, 1), sigma),
-        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        **constant_noise(sigma),
         start=[x_0],
-        noise_dim=1,
         horizon=horizon,
-        traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=OBSERVABLES,
         truths=(
             solution(x_0, advance, "order 3/2 Ito-Taylor step", order=1.5),

@@ -7,7 +7,7 @@ from sdaeverify import SDE, Array, Increment, hookimpl
 from . import _controls as controls
 from . import _normal_law as normal
 from ._arguments import check_positive
-from ._known import solution
+from ._known import constant_noise, solution
 from .ou import exponential_integral
 
 
@@ -55,12 +55,9 @@ def forced_ou(
     return SDE(
         controls=controls.ADDITIVE,
         drift=lambda t, x: amplitude * np.cos(omega * t) - a * x,
-        diffusion=lambda t, x: np.full((1, 1, 1), sigma),
-        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        **constant_noise(sigma),
         start=[1.0],
-        noise_dim=1,
         horizon=horizon,
-        traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=normal.OBSERVABLES,
         truths=(
             solution(1.0, advance, source, extra_normals=1),

@@ -1,10 +1,8 @@
 """Geometric Brownian motion whose drift holds an algebraic component."""
 
-import numpy as np
-
 from sdaeverify import Array, DelaySDAE, MeanSquareStability, Partials, Parts, hookimpl
 
-from ._known import monomials, solution
+from ._known import matrix, monomials, solution
 from .gbm import exponential, powers
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6), with y = q x"
@@ -35,9 +33,6 @@ def gbm_algebraic(
     Kloeden & Platen (1992), section 4.4, (4.6), with an algebraic component.
     """
     A = a + q
-
-    def matrix(value: float, x: Array) -> Array:
-        return np.full((1, 1, x.shape[-1]), value)
 
     def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": q * x}

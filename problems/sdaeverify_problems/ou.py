@@ -15,7 +15,7 @@ from sdaeverify import (
 
 from . import _controls as controls
 from . import _normal_law as normal
-from ._known import solution
+from ._known import constant_noise, solution
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
@@ -53,12 +53,9 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
     return SDE(
         controls=controls.STATIONARY,
         drift=lambda t, x: -a * x,
-        diffusion=lambda t, x: np.full((1, 1, 1), sigma),
-        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        **constant_noise(sigma),
         start=[x_0],
-        noise_dim=1,
         horizon=horizon,
-        traits=frozenset({"additive-noise", "diagonal-noise"}),
         observables=normal.OBSERVABLES,
         truths=(
             solution(x_0, advance, source, extra_normals=1),

@@ -41,6 +41,11 @@ def tangent(theta: Array | float) -> Array:
     return np.stack([np.cos(theta), np.sin(theta)])
 
 
+def direction(z: Array) -> Array:
+    """Return (cos z, sin z), shape (1, P) -> (2, P)."""
+    return np.concatenate([np.cos(z), np.sin(z)])
+
+
 def quarter_turn(x: Array) -> Array:
     """Return J x, shape (2, P), for J = [[0, -1], [1, 0]]."""
     return np.stack([-x[1], x[0]])

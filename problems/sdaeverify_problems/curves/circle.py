@@ -6,7 +6,7 @@ from sdaeverify import SDE, Angle, Array, Chart, Increment, hookimpl
 
 from .. import _controls as controls
 from .._known import limits, moments, monomials, solution
-from ._circle import constraint, jacobian, quarter_turn
+from ._circle import constraint, direction, jacobian, quarter_turn
 
 SOURCE = "rotation by the angle W(t), Ito's formula"
 
@@ -52,20 +52,15 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
         noise=frozenset({"dW"}),
         observables=monomials(*values),
         truths=(
-            solution(theta_0, advance, SOURCE, parts=lambda t, z: {"x": embed(z)}),
+            solution(theta_0, advance, SOURCE, parts=lambda t, z: {"x": direction(z)}),
             *moments(values, SOURCE),
             *limits({"x_1": 0.0, "x_2": 0.0, "x_1^2": 0.5, "x_1 x_2": 0.0}, "uniform law"),
         ),
-        chart=Chart(axes=(Angle(),), embed=embed, read=lambda x: np.arctan2(x[1], x[0])[None]),
+        chart=Chart(axes=(Angle(),), embed=direction, read=lambda x: np.arctan2(x[1], x[0])[None]),
         relaxation=2.0,
         units="radius 1, time so that the noise has unit strength",
         source="Oksendal 2003, chapter 5",
     )
-
-
-def embed(z: Array) -> Array:
-    """Return the point of angle z, shape (1, P) -> (2, P)."""
-    return np.concatenate([np.cos(z), np.sin(z)])
 
 
 @hookimpl

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Moment, Partials
+from sdaeverify import DelaySDAE, Moment, Partials
 
-from .._known import moments, monomials
+from .._known import matrix, moments, monomials
 from ._renewal_equation import mean, second, size
 from ._scalar_delay import ScalarDelay
 
@@ -34,9 +34,6 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
     DelaySDAE
     """
     A, B, c, d, s, tau, *_ = equation
-
-    def matrix(value: float, x: Array) -> Array:
-        return np.full((1, 1, x.shape[-1]), value)
 
     fields: Mapping[str, Any] = {"noise": frozenset({"dW"}), "observables": OBSERVABLES, **further}
     return DelaySDAE(

@@ -7,7 +7,7 @@ import numpy as np
 from sdaeverify import Array, DelaySDAE, Moment, Partials, hookimpl
 
 from .._arguments import check_positive
-from .._known import moments, monomials
+from .._known import matrix, moments, monomials
 from ._linear_delay import MOMENTS, delay_moments
 from ._scalar_delay import ScalarDelay
 
@@ -63,9 +63,6 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
 
     def solved(t: float, x: Array, v: Array) -> Array:
         return np.asarray(q * x + B * v + force(t))
-
-    def matrix(value: float, x: Array) -> Array:
-        return np.full((1, 1, x.shape[-1]), value)
 
     free = ScalarDelay(a + q, B, 0.0, 0.0, sigma, tau, 1.0, 0.0)
     return DelaySDAE(

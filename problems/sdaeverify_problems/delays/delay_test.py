@@ -4,10 +4,10 @@ from math import isnan, nan
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Partials, hookimpl
+from sdaeverify import DelaySDAE, Partials, hookimpl
 
 from .._arguments import check_choice
-from .._known import monomials
+from .._known import matrix, monomials
 from ._coefficients import SETS, Coefficients
 from ._test_moments import moments
 
@@ -60,9 +60,6 @@ def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
 def problem(at: Coefficients, horizon: float) -> DelaySDAE:
     """Return the problem with some coefficients."""
     a, b, c, d, l, q = at
-
-    def matrix(value: float, x: Array) -> Array:
-        return np.full((1, 1, x.shape[-1]), value)
 
     return DelaySDAE(
         drift=lambda t, x, v, y: a * x + b * v + y,

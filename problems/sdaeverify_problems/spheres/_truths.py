@@ -8,6 +8,7 @@ import numpy as np
 from sdaeverify import Angle, Array, Chart, Line, Truth
 
 from .._known import limits, moments
+from ..curves._circle import direction
 from ._pulled_law import invariant_means, on_the_sphere
 from ._radial_law import RadialLaw
 from ._unit_sphere import squared_norm
@@ -93,8 +94,3 @@ def polar_chart(law: RadialLaw, square: float) -> Chart | None:
         embed=lambda z: np.exp(z[1]) * direction(z[:1]),
         read=lambda x: np.stack([np.arctan2(x[1], x[0]), 0.5 * np.log(squared_norm(x))]),
     )
-
-
-def direction(z: Array) -> Array:
-    """Return the point of the circle with angle z, shape (1, P) -> (2, P)."""
-    return np.concatenate([np.cos(z), np.sin(z)])
