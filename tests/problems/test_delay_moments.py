@@ -154,7 +154,7 @@ def test_stability_agrees_with_the_frameworks_and_with_hayes_criterion() -> None
     assert len(found) == 4
 
 
-@pytest.mark.parametrize(("A", "B"), [(-800.0, -1.0), (-800.0, 700.0), (-900.0, -850.0)])
+@pytest.mark.parametrize(("A", "B"), [(-800.0, 700.0), (-900.0, -850.0)])
 def test_the_stationary_variance_is_the_integral_of_the_spectrum(A: float, B: float) -> None:
     """sigma^2 times the integral of 1/(2 pi |i w - A - B e^(-i w tau)|^2) over all frequencies."""
     sigma, step, end = 0.7, 0.02, 4e4

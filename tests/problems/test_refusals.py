@@ -11,6 +11,7 @@ from facade import Fibre, clamped_chain, fibre_problem, free_chain, load_registr
 from sdaeverify import ParameterError, ProblemError, SdaeverifyError
 from sdaeverify_problems import Bath, constrained_langevin, rotation
 
+REGISTRY = load_registry([])
 NOT_NEGATIVE = "eps must be finite and not negative, got"
 PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
     ("affine-constraint", {"eps": -1.0}, f"{NOT_NEGATIVE} -1.0"),
@@ -57,7 +58,7 @@ PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
 def test_bad_parameters_are_named(problem: str, parameters: dict[str, Any], message: str) -> None:
     """One line says which parameter it is."""
     with pytest.raises(ParameterError, match=message) as caught:
-        load_registry([]).problems[problem].function(**parameters)
+        REGISTRY.problems[problem].function(**parameters)
 
     assert "\n" not in str(caught.value)
 

@@ -61,8 +61,11 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
 ]
 
 
+REGISTRY = load_registry([])
+
+
 def made(scheme: str, parameters: dict[str, Any]) -> Scheme:
-    return type(load_registry([]).schemes[scheme].make())(**parameters)
+    return type(REGISTRY.schemes[scheme].make())(**parameters)
 
 
 @pytest.mark.parametrize(("scheme", "parameters", "claims"), CLAIMED)
