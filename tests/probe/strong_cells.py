@@ -12,13 +12,6 @@ from sdaeverify.numerics import apply
 
 
 @dataclass(frozen=True)
-class WithAreas(Formula):
-    """The same for a formula that uses H."""
-
-    noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
-
-
-@dataclass(frozen=True)
 class NotSharp(Formula):
     """The same with the waiver."""
 

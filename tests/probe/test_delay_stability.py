@@ -6,14 +6,11 @@ import pytest
 from facade import (
     LARGE,
     SMALL,
-    Delayed,
     LaggedAlgebraicTheta,
     StochasticTheta,
     delay_linear,
     delay_stability,
     delay_test,
-    gbm,
-    why_not_delay_stability,
 )
 from facade import delay_equation_UNIT as UNIT
 from facade import stability as scanning
@@ -101,10 +98,3 @@ def test_the_equations_own_boundary_is_met_on_both_sides(d: float, stable: float
     """A = -2, B = 1, c = 0: |d| = 1.7749729938, and backward Euler keeps what is stable on short steps."""
     record = delay_stability(StochasticTheta(theta=1.0), delay_linear(A=-2.0, B=1.0, c=0.0, d=d), [1 / 8], UNIT)
     assert record.decays == stable
-
-
-def test_what_makes_no_sense_is_refused() -> None:
-    """A problem without delay is none of this; the shipped ones have nothing against them."""
-    assert gbm().capability(Delayed) is None
-    assert delay_test().capability(Delayed) is not None
-    assert why_not_delay_stability(StochasticTheta(), delay_test()) == ""

@@ -66,13 +66,6 @@ def test_a_change_of_sign_is_left_out():
         assert "changes its sign" in found.note
 
 
-def test_a_change_of_sign_long_ago_is_forgotten():
-    """Far below h_0 the leading term rules."""
-    found = only(H * (H - 1.2 * H[0]))
-    assert found.informative
-    assert found.order == pytest.approx(1.0, abs=0.05)
-
-
 def test_orders_that_move_keep_both_ends():
     """Local orders that differ by more than 0.3 have no limit yet: the last and the extrapolated one bound it."""
     found = only(H**2 + H * 2e-2 * np.exp(-((np.log2(H) + 8) ** 2)))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from facade import EulerMaruyama, HalfExplicitEuler, judge_strong, local_strong, ou, pendulum, strong_order, violation
+from probe.weak_cells import equation
 from sdaeverify import SDE, Array, Increment, Scheme, Step
 from sdaeverify.measuring import Verdict
 from sdaeverify.numerics import apply
@@ -30,16 +31,8 @@ def problem(coupling: Coupling = lambda t, a: 0.0 * a, noise: float = 0.0, start
         zero = np.zeros_like(x[0])
         return np.stack([np.stack([0.8 * x[0], zero]), np.stack([zero, 0.6 + noise * x[0]])])
 
-    return SDE(
-        drift=drift,
-        diffusion=diffusion,
-        start=[start, 0.5],
-        names=NAMES,
-        noise_dim=2,
-        horizon=1.0,
-        source="test",
-        traits=frozenset({"diagonal-noise"}),
-    )
+    traits = frozenset({"diagonal-noise"})
+    return equation(drift, diffusion, [start, 0.5], names=NAMES, noise_dim=2, traits=traits)
 
 
 def found(scheme: Scheme, of: SDE) -> list[list[int]]:
@@ -86,15 +79,8 @@ def test_errors_are_carried_on_by_components_between() -> None:
         return np.stack([-x[0], x[0] - x[1], x[1] - x[2]])
 
     names = {name: slice(i, i + 1) for i, name in enumerate("abc")}
-    chain = SDE(
-        drift=drift,
-        diffusion=lambda t, x: x[:, None] * np.array([0.5, 0.0, 0.0])[:, None, None],
-        start=[1.0, 1.0, 1.0],
-        names=names,
-        noise_dim=1,
-        horizon=1.0,
-        source="test",
-    )
+    one = np.array([0.5, 0.0, 0.0])[:, None, None]
+    chain = equation(drift, lambda t, x: x[:, None] * one, [1.0, 1.0, 1.0], names=names)
     assert found(EulerMaruyama(), chain) == [[1, 0, 0], [1, 1, 0], [1, 1, 1]]
 
 

@@ -13,7 +13,6 @@ from facade import (
     circle,
     delay_ou,
     gbm,
-    load_registry,
     noncommuting,
     pendulum,
     rough_coefficient,
@@ -103,12 +102,3 @@ def test_coefficients_that_are_not_smooth_are_named(problem, rough):
 def test_an_observable_of_an_unknown_component_is_left_alone():
     """It is not judged either."""
     assert smoothness(EulerMaruyama().view_of(pendulum()), "mu") is Smoothness.SMOOTH
-
-
-REGISTERED = load_registry(environ={}).problems
-
-
-@pytest.mark.parametrize("name", sorted(REGISTERED))
-def test_no_shipped_problem_has_a_coefficient_that_is_not_smooth(name):
-    """Stiff, constrained, curved and truncated as they may be."""
-    assert rough_coefficient(REGISTERED[name].make({}).build()) is None

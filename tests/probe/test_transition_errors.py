@@ -94,24 +94,6 @@ def test_weak_orders_on_the_angle_pendulum(scheme, order):
     assert abs(high - order) < 0.01
 
 
-@pytest.mark.parametrize(
-    ("scheme", "noises"),
-    [(UNTRUNCATED, 1), (HalfExplicitEuler(), 1), pytest.param(UNTRUNCATED, 2, marks=pytest.mark.slow)],
-    ids=["none", "theory", "isotropic"],
-)
-def test_half_explicit_scheme_has_weak_order_one(scheme, noises):
-    """Means of the free pendulum tend to those of its Gaussian angle, with truncation as without."""
-    pendulum = with_moments(plane_pendulum(noises=noises), 0.5)
-    orders = by_name(pendulum, weak_errors(scheme, pendulum, [64, 128, 256, 512]))
-    assert all(0.9 < orders[name].low <= orders[name].high < 1.1 for name in free_moments(0.5))
-
-
-def test_truths_and_semigroup_agree():
-    """The exact means of a problem that knows its moments are those of the generator."""
-    known = weak_errors(UNTRUNCATED, with_moments(plane_pendulum(), 0.5), [64]).exact
-    assert np.allclose(known, weak_errors(UNTRUNCATED, plane_pendulum(), [64]).exact, rtol=0.0, atol=1e-10)
-
-
 def chain_means(h, steps):
     """Return the means of `free_moments` for the half-explicit scheme, from the autonomous chain of omega alone.
 

@@ -36,13 +36,6 @@ def test_powers_are_found(power, sign):
     assert opinion.verdict is Verdict.VERIFIED
 
 
-def test_rounding_is_exact():
-    """Defects that are above the floor at few levels have every order."""
-    found, opinion = judged(2.0, 1e-15 * np.cos(np.arange(len(H))))
-    assert found.order == np.inf
-    assert str(opinion.reason) == "exact to round-off"
-
-
 def test_the_error_of_the_reference_is_no_order():
     """Where three trees were extrapolated, a defect of the order 3 is theirs."""
     defect = 5.0 * H**4
