@@ -113,21 +113,6 @@ def _bounds(powers: Array, scaled: Array) -> tuple[float, float]:
 EPS = float(np.finfo(float).eps)
 
 
-class Gain(NamedTuple):
-    """The gain of noise at some r.
-
-    Attributes
-    ----------
-    value : float
-    error : float
-        An estimate, to first order: what rounding of every entry does to the eigenvalue. Rounding is taken from the
-        change in one step of iterative refinement.
-    """
-
-    value: float
-    error: float
-
-
 class Layout(NamedTuple):
     """Where the equations of Yule and Walker have entries: the same for every r.
 
@@ -135,10 +120,8 @@ class Layout(NamedTuple):
     ----------
     sources : ndarray, shape (E - N,)
         Places of the coefficients A_i that the entries beside the diagonal have.
-    rows, columns : ndarray, shape (E,)
-        Places of all entries, in the first order of unknowns.
     order, starts : ndarray
-        Sorts entries by rows and columns; where each of these places begins.
+        Sorts entries by rows and columns, in the first order of unknowns; where each of these places begins.
     places : ndarray, shape (N,)
         Of the unknowns, in an order that makes the matrix a banded one.
     above, below : int
@@ -150,8 +133,6 @@ class Layout(NamedTuple):
     """
 
     sources: Array
-    rows: Array
-    columns: Array
     order: Array
     starts: Array
     places: Array
@@ -209,8 +190,12 @@ def rescale(recursion: Lagged, r: float) -> Lagged:
     return Lagged(recursion.lags, recursion.maps * factors[:, None, None])
 
 
-def noise_gain(recursion: Lagged, r: float) -> Gain:
-    """Return the gain of noise at some r above the squares of all eigenvalues of the recursion without noise."""
+def noise_gain(recursion: Lagged, r: float) -> tuple[float, float]:
+    """Return the gain of noise at some r above the squares of all eigenvalues without noise, and its error.
+
+    The error is estimated to first order, by what rounding of every entry does to the eigenvalue. Rounding is taken
+    from the change in one step of iterative refinement.
+    """
     k = recursion.maps.shape[-1]
     gain, change = _gain_matrix(rescale(recursion, r))
     values, left, right = scipy.linalg.eig(gain, left=True)
@@ -219,7 +204,7 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     value = float(np.abs(values[largest]))
     # At a multiple eigenvalue y is orthogonal to x, and rounding is at most what its square root would be.
     condition = np.abs(y) @ np.abs(gain) @ np.abs(x) / max(abs(np.vdot(y, x)), np.sqrt(EPS))
-    return Gain(value, (change + 16.0 * EPS * k) * max(value, float(condition)))
+    return value, (change + 16.0 * EPS * k) * max(value, float(condition))
 
 
 def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float]:
@@ -292,7 +277,7 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     entries = np.zeros(len(starts)), columns[order][starts], ends
     empty = scipy.sparse.csr_array(entries, shape=(len(places), len(places)))
     sources = ((i * k + a) * k + c + 0 * (j + b))[used]
-    return Layout(sources, rows, columns, order, starts, places, above, below, cells, empty)
+    return Layout(sources, order, starts, places, above, below, cells, empty)
 
 
 def _fold_places(count: int, block: int) -> Array:
@@ -417,7 +402,7 @@ def _excess_of(recursion: Lagged) -> Callable[[float], float]:
         if r < free and outside(recursion, float(np.sqrt(r))) != 0:
             return -1.0
         free = min(free, r)
-        gain = noise_gain(recursion, r).value
+        gain, _ = noise_gain(recursion, r)
         return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
 
     return excess

@@ -18,21 +18,6 @@ from .delay_radius import radius
 LINES = 8
 
 
-class LongRunGrowth(NamedTuple):
-    """How second moments grow in the long run.
-
-    Attributes
-    ----------
-    factor : float
-        Of a step of the scheme: its spectral radius.
-    rate : float
-        Of the equation, as e^(rate t); NaN if it is not known.
-    """
-
-    factor: float
-    rate: float
-
-
 class LinearDelayRun(NamedTuple):
     """A scheme with one step size on a linear equation with a delay.
 
@@ -55,10 +40,13 @@ class LinearDelayRun(NamedTuple):
         start = run_start(self.scheme, self.view, self.h, steps)
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
-    def growth(self) -> LongRunGrowth:
-        """Return how second moments grow; the equation's rate is known of one x and one noise."""
+    def growth(self) -> tuple[float, float]:
+        """Return how second moments grow: by which factor in a step of the scheme, at which rate by the equation.
+
+        The rate is known of one x and one noise, else it is NaN.
+        """
         rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
-        return LongRunGrowth(radius(self.step, self.view.mesh(self.h)).rho, rate)
+        return radius(self.step, self.view.mesh(self.h)).rho, rate
 
 
 def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRun | None:

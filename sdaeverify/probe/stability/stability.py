@@ -47,6 +47,8 @@ FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
 PER_DECADE, LONGER = 12, 16
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
+# What is certain, as a number.
+NUMBERS = {True: 1.0, False: 0.0, None: np.nan}
 
 
 class Radius(NamedTuple):
@@ -166,9 +168,8 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
         scan = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
-    decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
     at_rest = float(linear_equation(one_step.equation).starts_at_rest)
-    return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
+    return StabilityRecord(*scan, *run, boundaries, equation.abscissa, NUMBERS[equation.decays()], at_rest)
 
 
 def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
@@ -207,12 +208,12 @@ def step_radius(one_step: OneStep, h: float) -> float:
 
 def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
     found = step_moments(one_step, h, atoms=atoms)
-    finer, coarser = found.expectation
+    finer, coarser = found.operator, found.coarser
     # Without a second rule nothing is certain, whatever the arithmetic is.
     rho, error = UNKNOWN if coarser is None else spectral_radius(_essential(one_step, h, finer))
     if coarser is not None and coarser is not finer:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser), certified=False).rho)
-    return h, rho, error + found.far.left_out, found.defect, float(found.failed), found.far.pole
+    return h, rho, error + found.left_out, found.defect, float(found.failed), found.pole
 
 
 def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
@@ -264,7 +265,7 @@ def _equation(view: Delayed, scale: float) -> tuple[float, float]:
     if not is_scalar(view):
         return np.nan, np.nan
     equation = linear_delay(view, scale)
-    return equation.growth_rate, {True: 1.0, False: 0.0, None: np.nan}[equation.stable]
+    return equation.growth_rate, NUMBERS[equation.stable]
 
 
 def _scan(view: Delayed, scale: float) -> Array:
