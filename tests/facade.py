@@ -125,7 +125,6 @@ from sdaeverify.probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
     least_order,
-    lowest_power,
     order_of,
     widen,
 )

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import pytest
 
-from facade import EulerMaruyama, HalfExplicitEuler, Milstein, ProjectedEuler, circle, consistency, gbm, ou, pendulum
+from facade import EulerMaruyama, HalfExplicitEuler, ProjectedEuler, circle, consistency, gbm, ou, pendulum
 from sdaeverify import SDE, HolonomicState, Scheme, Step
 from sdaeverify.measures.uniform.findings import judge_consistency
 from sdaeverify.measuring import Kind, Verdict
@@ -47,9 +47,6 @@ class OldTangent(HalfExplicitEuler):
     ("scheme", "problem"),
     [
         (EulerMaruyama(), gbm()),
-        (Milstein(), gbm()),
-        (EulerMaruyama(), pendulum()),
-        (HalfExplicitEuler(), pendulum()),
         (HalfExplicitEuler("none"), pendulum()),
         (ProjectedEuler(), circle()),
     ],

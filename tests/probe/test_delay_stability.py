@@ -17,7 +17,6 @@ from facade import stability as scanning
 from sdaeverify import Scheme
 
 # Set, theta, spectral radius at h = 1/32 and growth rate for l = 0.
-PAPER = [("I", 0.2, 0.96971567, -1.0), ("II", 0.2, 1.02532217, 0.8049), ("III", 0.2, np.nan, -2.71)]
 
 
 @pytest.fixture
@@ -26,15 +25,6 @@ def few_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scanning, "PER_DECADE", 3)
     monkeypatch.setattr(scanning, "SMALLEST_M", range(1, 4))
     monkeypatch.setattr(scanning, "LONGER", 4)
-
-
-@pytest.mark.usefixtures("few_sizes")
-@pytest.mark.parametrize(("name", "theta", "rho", "rate"), PAPER)
-def test_the_papers_steps_have_the_sheets_radius(name: str, theta: float, rho: float, rate: float) -> None:
-    """And its equations their growth rates."""
-    record = delay_stability(StochasticTheta(theta=theta), delay_test(name, l=0.0), [1 / 32], UNIT)
-    assert record.abscissa == pytest.approx(rate, abs=5e-3)
-    assert np.isnan(rho) or record.run.rho[0] == pytest.approx(rho, abs=1e-8)
 
 
 @pytest.mark.usefixtures("few_sizes")

@@ -7,15 +7,13 @@ from facade import (
     HalfExplicitEuler,
     Operator,
     StochasticTheta,
-    harmonic_langevin,
-    ou,
     spectral_radius,
     step_moments,
     why_not_stability,
 )
 from facade import stability_stability as stability
 from probe import linear_cells as c
-from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
+from sdaeverify import DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify.probe.linear.linear_map import MemoryStep
 from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, restrict_to_observed
 from sdaeverify.probing import OneStep, linear_equation
@@ -54,16 +52,6 @@ def test_memory_that_comes_back_late_is_kept() -> None:
     """The oldest of six past states acts on the components after six steps."""
     step = MemoryStep(OneStep(c.Delayed(6, -0.5), c.linear(-2.0, [0.5])), 0.1)
     assert len(restrict_to_observed(step, step_moments(step.one_step, 0.1).operator)[1]) == 8
-
-
-@pytest.mark.parametrize("h", [1e-3, 0.02, 0.125, 1.7, 400.0])
-def test_observed_memory_has_an_orthonormal_basis_of_at_most_its_dimension(h: float) -> None:
-    """However little a map adds to what is known: there were more "orthonormal" rows than columns, without end."""
-    for problem in (harmonic_langevin().view(SDE), ou()):
-        step = MemoryStep(OneStep(c.ReversibleHeun(), problem), h)
-        rows = restrict_to_observed(step, step_moments(step.one_step, h).operator)[1]
-        assert len(rows) <= step.dimension + 1
-        assert rows @ rows.T == pytest.approx(np.eye(len(rows)), abs=1e-12)
 
 
 def test_small_contributions_of_many_maps_make_no_rows_beyond_the_dimension() -> None:

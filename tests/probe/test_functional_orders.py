@@ -140,14 +140,6 @@ def test_failed_and_truncated_steps_raise_the_floor():
     assert floors[2:].max() < 1e-10
 
 
-def test_bases_that_agree_at_one_step_size_refute_nothing():
-    """An error that both bases share and that stays is held against no scheme while they agree by chance."""
-    resolution = 0.01 * np.array([20.0, 10.0, 5.0, 2.5, 1.0, 0.01])[:, None]
-    by_chance, sure = only(0.1 + H, resolution=resolution), only(0.1 + H, resolution=0.01 * resolution)
-    assert by_chance.high == np.inf
-    assert sure.high == 0.0
-
-
 def test_a_floor_is_no_lower_than_at_the_next_step_sizes():
     """Two bases that agree by chance at one step size do not make its error known."""
     resolution = np.array([1e-3, 0.0, 1e-4, 0.0, 1e-5, 0.0])[:, None]

@@ -11,10 +11,8 @@ from facade import (
     SRA1,
     EulerMaruyama,
     HalfExplicitEuler,
-    Heun,
     LocalStrong,
     MilsteinAreas,
-    ProjectedEuler,
     StrongOrder,
     angle_pendulum,
     circle,
@@ -25,8 +23,6 @@ from facade import (
     local_strong,
     ou,
     pendulum,
-    pendulum_velocity_noise,
-    sphere,
     strong_order,
     why_not_local_order,
 )
@@ -65,13 +61,10 @@ def exact_law_ou(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
     "exact gbm": (s.Formula(exact_gbm), gbm(), INF),
     "exact in law on ou": (s.Formula(exact_law_ou), ou(), 1.0),
-    "heun on gbm": (Heun(), gbm(), 1.0),
     "cayley on the circle": (s.Formula(s.cayley), circle(), 1.0),
     "sra1 on the pendulum": (SRA1(), angle_pendulum(), 2.0),
     "sra1 with noise in a position": (SRA1(), double_well(), 1.5),
-    "projected euler on the sphere": (ProjectedEuler(), sphere(), 0.5),
     "half-explicit on the pendulum": (HalfExplicitEuler(), pendulum(), 1.0),
-    "half-explicit with velocity noise": (HalfExplicitEuler(), pendulum_velocity_noise(), 0.5),
 }
 
 
@@ -211,7 +204,7 @@ def test_the_tolerance_of_a_solver_is_seen_and_left_out(tolerance: float) -> Non
     assert "void below" in str(answer.reason)
 
 
-@pytest.mark.parametrize("exponent", np.linspace(-11.0, -6.0, 11))
+@pytest.mark.parametrize("exponent", np.linspace(-11.0, -6.0, 5))
 def test_no_tolerance_of_a_solver_is_taken_for_a_wrong_equation(exponent: float) -> None:
     """Wherever the plateau begins, below 1e-6 the scheme is not refuted."""
     assert opinion(stops_early(10.0**exponent), ou(), 1.0).verdict is not Verdict.REFUTED

@@ -32,17 +32,7 @@ from sdaeverify.probing import LevelNoise, Nodes, step_nodes
 GAUSSIAN_MOMENTS = {0: 1.0, 1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0, 7: 0.0, 8: 105.0, 9: 0.0, 10: 945.0}
 
 
-@pytest.mark.parametrize("count", [3, 5, 6])
-def test_a_rule_integrates_polynomials_up_to_twice_its_size(count: int) -> None:
-    """With n nodes a rule is exact up to degree 2 n - 1, and not beyond."""
-    x, w = gauss_hermite(count)
-
-    for degree in range(2 * count):
-        assert w @ x**degree == pytest.approx(GAUSSIAN_MOMENTS.get(degree, 0.0), rel=1e-12, abs=1e-11)
-    assert w @ x ** (2 * count) < 0.999 * prod(range(1, 2 * count, 2))
-
-
-@pytest.mark.parametrize("dimension", [3, 4, 8])
+@pytest.mark.parametrize("dimension", [3, 5])
 def test_a_rule_of_the_fifth_degree_knows_all_moments_of_five_factors(dimension: int) -> None:
     """Of whichever variables, in 2^n + 2n nodes of positive weight."""
     rule = fifth_degree_rule(dimension)

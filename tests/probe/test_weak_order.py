@@ -111,14 +111,6 @@ def noisy(power, size):
     return record(0.0 * H)._replace(defect=coefficients * H**power + errors)
 
 
-def test_a_plateau_of_a_solver_is_no_order():
-    """It is dropped and its step size reported; below it the claim is void."""
-    found = weak_order(noisy(2.0, 1e-8))
-    assert 2.0**-14 < found.plateau_h < 2.0**-9
-    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
-    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
-
-
 def test_a_few_defects_that_a_solver_stops_refute_nothing():
     """Too few for a plateau, they are no powers of h either: their orders are not known."""
     _, opinion = judged(1.0, 0.1 * H**2, 0.1 * H**2 + 1e-10, (2, slice(0, 4)))
