@@ -44,8 +44,11 @@ def test_a_radius_at_the_end_of_its_bracket_is_found(scheme: type[Scheme]) -> No
     assert record.windows == [(0.0, pytest.approx(1.0, rel=1e-9))]
 
 
-def test_the_stable_steps_of_set_iv_are_no_interval() -> None:
+def test_the_stable_steps_of_set_iv_are_no_interval(monkeypatch: pytest.MonkeyPatch) -> None:
     """At small states with theta = 0: a window closes and opens again between two constrained meshes."""
+    monkeypatch.setattr(scanning, "PER_DECADE", 2)
+    monkeypatch.setattr(scanning, "SMALLEST_M", range(4, 7))
+    monkeypatch.setattr(scanning, "LONGER", 2)
     record = delay_stability(StochasticTheta(theta=0.0), delay_test("IV"), [1 / 32], SMALL)
     (_, first), (second, last) = record.windows[:2]
     assert (first, second, last) == pytest.approx((0.199225, 0.201458, 0.239473), abs=1e-6)

@@ -12,7 +12,6 @@ because the past up to one delay ago has been driven by the noise that drove the
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -290,7 +289,6 @@ class QuadraticForm(NamedTuple):
         return float(np.abs(self.linear).sum() + np.abs(self.square).sum())
 
 
-@lru_cache(maxsize=64)
 def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
     """Return an observable at the final time as a function of the state, or None where it is not quadratic.
 

@@ -67,14 +67,9 @@ class Transition(NamedTuple):
         return self.departure, self.failed, self.truncated
 
 
-class Given(NamedTuple):
-    """What a scheme is given in place of a step size h and increments of variance h, in multiples of h."""
-
-    length: float = 1.0
-    variance: float = 1.0
-
-
-ASKED = Given()
+# What a scheme is given in place of a step size h and of increments of variance h, in multiples of h.
+Given = tuple[float, float]
+ASKED: Given = (1.0, 1.0)
 
 
 def why_not_operator(scheme: Scheme, view: Problem) -> str:
@@ -232,8 +227,9 @@ def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
 
 
 def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = ASKED) -> Step:
-    noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
-    h = given.length * h
+    length, variance = given
+    noise = nodes.increment(variance * h, x.shape[1] // len(nodes.weights))
+    h = length * h
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
 
 
