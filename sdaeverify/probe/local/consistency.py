@@ -94,13 +94,11 @@ def consistency_orders(record: Consistency, component: int | None = None) -> tup
         Of |E d|.
     """
     rows = mark_rows(record.reached, component)
-    return _orders(record, record.rms[:, rows]), _orders(record, record.mean[:, rows])
-
-
-def _orders(record: Consistency, part: Array) -> Array:
-    """Return the least order over the components at each state, shape (2, S)."""
-    found = last_orders(record.h, part, ROUNDING * record.scale, record.scale)
-    return np.asarray(found.order.min(axis=1))
+    rms, mean = (
+        last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale).order.min(axis=1)
+        for part in (record.rms, record.mean)
+    )
+    return rms, mean
 
 
 def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:

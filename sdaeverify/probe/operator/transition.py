@@ -106,18 +106,13 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     steps = _normal_steps(one_step, basis, fewer, h, given)
     if steps is None:
         steps = _make_steps(one_step, basis, _nodes(one_step, fewer), h, given)
-    return Transition(basis.project(_means(basis, steps.weights, steps.z)), *steps.noticed)
+    z, weights, noticed = steps
+    return Transition(basis.project(_means(basis, weights, z)), *noticed)
 
 
-class _Reached(NamedTuple):
-    """Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, whose weights are given.
-
-    `z` has shape (k, Q, K); what was noticed is told in the order of `Transition`.
-    """
-
-    z: Array
-    weights: Array
-    noticed: tuple[float, float, float]
+# Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, shape (k, Q, K), the weights of these,
+# and what was noticed in the order of `Transition`.
+_Reached = tuple[Array, Array, tuple[float, float, float]]
 
 
 def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: Given) -> _Reached:
@@ -132,7 +127,7 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
     worst = float(np.max(departure, initial=0.0, where=~failed))
     whole = np.where(usable, reached, z).reshape(len(z), -1, len(nodes.weights))
-    return _Reached(whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated)))
+    return whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated))
 
 
 def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Reached | None:
@@ -143,16 +138,17 @@ def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: 
     vertices, count = noise.simplex(), NODES[len(basis.nodes)] - fewer
     corners = gauss_hermite(count)[0].max() * tensor_rule([gauss_hermite(2)] * noise.normals).x
     x = np.concatenate([vertices, corners], axis=1)
-    few = _make_steps(one_step, basis, noise.nodes(x, np.full(x.shape[1], 1.0 / x.shape[1])), h, given)
-    at_vertices, beyond = np.split(few.z, [vertices.shape[1]], axis=2)
+    nodes = noise.nodes(x, np.full(x.shape[1], 1.0 / x.shape[1]))
+    z, _, noticed = _make_steps(one_step, basis, nodes, h, given)
+    at_vertices, beyond = np.split(z, [vertices.shape[1]], axis=2)
     mean, slopes = at_vertices.mean(axis=2, keepdims=True), at_vertices @ vertices.T / vertices.shape[1]
-    if any(few.noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(few.z).max():
+    if any(noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(z).max():
         return None
     # The transposed of the triangular factor has the covariance, and the first coordinate the first normal alone.
     factors = np.asarray(np.linalg.qr(slopes.transpose(1, 2, 0), mode="r")).transpose(2, 0, 1)
     factors[np.abs(factors) <= AFFINE * np.abs(factors).max()] = 0.0
     rule = tensor_rule([gauss_hermite(count)] * len(factors))
-    return _Reached(mean + factors @ rule.x, rule.weights, few.noticed)
+    return mean + factors @ rule.x, rule.weights, noticed
 
 
 def stationary(matrix: Array) -> Array:

@@ -141,47 +141,28 @@ class Layout(NamedTuple):
     cells: Array
     empty: "scipy.sparse.csr_array"
 
-    def factorise(self, values: Array) -> "Banded":
+    def matrix(self, values: Array) -> "scipy.sparse.csr_array":
         """Return the matrix with some values of its entries, equal places being added."""
-        shape = 2 * self.below + self.above + 1, len(self.places)
-        diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
-        factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, self.below, self.above, overwrite_ab=True)
-        if singular:
-            raise np.linalg.LinAlgError("singular matrix")
-        return Banded(values, self, factors, pivots)
-
-
-class Banded(NamedTuple):
-    """A matrix with the factors of the banded one that it becomes in another order.
-
-    Attributes
-    ----------
-    values : ndarray, shape (E,)
-        Of its entries, those at equal places to be added.
-    layout : Layout
-    factors, pivots : ndarray
-        Of LAPACK.
-    """
-
-    values: Array
-    layout: Layout
-    factors: Array
-    pivots: Array
-
-    @property
-    def matrix(self) -> "scipy.sparse.csr_array":
-        """The matrix in the first order of unknowns."""
-        matrix = copy(self.layout.empty)
-        matrix.data = np.add.reduceat(self.values[self.layout.order], self.layout.starts)
+        matrix = copy(self.empty)
+        matrix.data = np.add.reduceat(values[self.order], self.starts)
         return matrix
 
-    def solve(self, right: Array) -> Array:
-        """Return the solution for right sides of shape (N, S)."""
-        places, above, below = self.layout.places, self.layout.above, self.layout.below
-        moved = np.empty_like(right)
-        moved[places] = right
-        found, _ = scipy.linalg.lapack.dgbtrs(self.factors, below, above, moved, self.pivots, overwrite_b=True)
-        return np.asarray(found[places])
+    def solver(self, values: Array) -> Callable[[Array], Array]:
+        """Return what solves with this matrix for right sides of shape (N, S)."""
+        places, above, below = self.places, self.above, self.below
+        shape = 2 * below + above + 1, len(places)
+        diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
+        factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, below, above, overwrite_ab=True)
+        if singular:
+            raise np.linalg.LinAlgError("singular matrix")
+
+        def solve(right: Array) -> Array:
+            moved = np.empty_like(right)
+            moved[places] = right
+            found, _ = scipy.linalg.lapack.dgbtrs(factors, below, above, moved, pivots, overwrite_b=True)
+            return np.asarray(found[places])
+
+        return solve
 
 
 def rescale(recursion: Lagged, r: float) -> Lagged:
@@ -238,21 +219,18 @@ def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[A
         Of the largest entries by that step, relative; NaN without it.
     """
     k, count, lags = Q.shape[0], Q.shape[2], int(recursion.lags[-1]) + 2
-    matrix = _yule_walker(recursion, lags)
+    maps = recursion.maps[0]
+    layout = _layout(tuple(recursion.lags.tolist()), k, (maps != 0.0).tobytes(), lags)
+    values = np.concatenate([np.ones(len(layout.places)), -maps.ravel()[layout.sources]])
     right = np.zeros((lags * k * k, count))
     right[: k * k] = Q.reshape(-1, count)
-    found, change = matrix.solve(right), np.nan
+    solve = layout.solver(values)
+    found = solve(right)
     if not refined:
-        return found.reshape(lags, k, k, count), change
-    correction = matrix.solve(right - matrix.matrix @ found)
+        return found.reshape(lags, k, k, count), np.nan
+    correction = solve(right - layout.matrix(values) @ found)
     change = float((np.abs(correction).max(axis=0) / np.abs(found).max(axis=0)).max())
     return np.asarray((found + correction).reshape(lags, k, k, count)), change
-
-
-def _yule_walker(recursion: Lagged, count: int) -> Banded:
-    lags, maps = recursion.lags, recursion.maps[0]
-    layout = _layout(tuple(lags.tolist()), len(maps[0]), (maps != 0.0).tobytes(), count)
-    return layout.factorise(np.concatenate([np.ones(len(layout.places)), -maps.ravel()[layout.sources]]))
 
 
 @lru_cache(maxsize=16)
