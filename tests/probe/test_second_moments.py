@@ -21,6 +21,7 @@ from facade import (
     svec,
 )
 from probe import linear_cells as c
+from probe.strong_cells import WithAreas
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.probing import OneStep
 
@@ -100,7 +101,7 @@ def test_bounded_variables_have_their_own_moments() -> None:
 
 def test_areas_count_with_a_twelfth_of_the_variance() -> None:
     """A step with b x dW + 3 x H has E R^2 = (1 + a h)^2 + b^2 h + 9 h/12."""
-    scheme = c.WithAreas(lambda problem, x, h, noise: c.euler(problem, x, h, noise) + 3.0 * x * noise.H)
+    scheme = WithAreas(lambda problem, x, h, noise: c.euler(problem, x, h, noise) + 3.0 * x * noise.H)
     for h in (0.1, 2.0):
         expected = (1 - 2 * h) ** 2 + h + 0.75 * h
         assert square(moments(scheme, SCALAR, h)) == pytest.approx(expected, rel=8 * EPS)
