@@ -79,7 +79,7 @@ def test_a_constrained_scheme_is_stable_like_the_same_scheme_on_the_free_form() 
     problem, scheme = on_a_line(), HalfExplicitEuler(truncation="none")
     assert why_not_stability(scheme, problem) == ""
     record, free = stability(scheme, problem, [0.125]), stability(c.Formula(c.euler), FREE, [0.125])
-    assert record.run_rho == pytest.approx(free.run_rho, rel=1e-12)
+    assert record.run.rho == pytest.approx(free.run.rho, rel=1e-12)
     assert record.boundaries == pytest.approx(free.boundaries, rel=1e-10)
     assert record.decays == 1.0
 
@@ -120,5 +120,5 @@ def test_without_a_linear_part_second_moments_stay(force: float) -> None:
     )
     record = stability(StochasticTheta(), problem, [0.1])
     assert np.isnan(record.decays)
-    assert record.run_rho == pytest.approx([1.0], abs=1e-12)
+    assert record.run.rho == pytest.approx([1.0], abs=1e-12)
     assert not record.run.sign.any()

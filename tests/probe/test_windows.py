@@ -87,7 +87,7 @@ def test_all_memory_of_a_two_step_scheme_counts_and_what_nothing_depends_on_does
     record = found(c.AdamsBashforth(), c.linear(-2.0, [0.0]), 0.1)
     assert record.boundaries == pytest.approx([0.5], rel=1e-12)
     # The larger root of z^2 - (1 - 3/10) z - 1/10.
-    assert record.run_rho == pytest.approx([(0.35 + np.sqrt(0.35**2 + 0.1)) ** 2], rel=1e-12)
+    assert record.run.rho == pytest.approx([(0.35 + np.sqrt(0.35**2 + 0.1)) ** 2], rel=1e-12)
 
 
 def test_a_scheme_that_loses_its_root_or_has_a_pole_is_not_decided_there() -> None:
@@ -103,9 +103,9 @@ def test_growth_by_rare_noise_is_not_taken_for_stability() -> None:
     """The exact step of growth: E x^2 grows like exp(h/4), while long steps shrink all likely paths."""
     record = found(c.exact_growth(-1.0, 1.5), c.linear(-1.0, [1.5]), 100.0)
     assert record.windows == []
-    assert record.run_rho[0] < 1e-20
+    assert record.run.rho[0] < 1e-20
     # What is left out is the second moment itself.
-    assert record.run_error[0] == pytest.approx(np.exp(25.0), rel=1e-10)
+    assert record.run.error[0] == pytest.approx(np.exp(25.0), rel=1e-10)
     assert (record.scan.sign[record.scan.h < 5.0] == 1).all()
 
 

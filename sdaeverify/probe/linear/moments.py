@@ -308,7 +308,7 @@ def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
         return np.broadcast_to(np.asarray(value, dtype=float), x.shape[1:])
 
     try:
-        return _fitted(q, ito.dimension)
+        return fit_quadratic(q, ito.dimension)
     except (KeyError, IndexError, ValueError):
         # Of what the equation does not carry, such as a multiplier.
         return None
@@ -329,7 +329,8 @@ def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrd
     return order_of(record.h, errors, form.size * record.floor, form.size * float(record.scale[-1]))
 
 
-def _fitted(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
+def fit_quadratic(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
+    """Return the coefficients of a function of states, shape (d, P) -> (P,), or None where it is not quadratic."""
     unit = np.eye(d)
     c, up, down = float(q(np.zeros((d, 1)))[0]), q(unit), q(-unit)
     both = q((unit[:, :, None] + unit[:, None, :]).reshape(d, -1)).reshape(d, d)

@@ -228,10 +228,13 @@ class Expectation(NamedTuple):
 
     @property
     def disagreement(self) -> float:
-        """How much the two rules disagree, relative."""
+        """How much the two rules disagree at some random positive matrices, relative."""
         if self.coarser is self.operator:
             return 0.0
-        return np.inf if self.coarser is None else disagreement(self.operator, self.coarser)
+        if self.coarser is None:
+            return np.inf
+        values, others = (each(_positive(each.dimension)) for each in (self.operator, self.coarser))
+        return _difference(values, others)
 
 
 def expectation(
@@ -265,12 +268,8 @@ def expectation(
     return split if agreed else min(found, split, key=lambda pair: pair.disagreement)
 
 
-def disagreement(a: Operator, b: Operator) -> float:
-    """Return the largest difference of two operators' values at some random positive matrices, relative."""
-    return _difference(a(_positive(a.dimension)), b(_positive(b.dimension)))
-
-
 def _difference(values: Array, others: Array) -> float:
+    """Return the largest difference of two operators' values at some random positive matrices, relative."""
     return relative((values - others).reshape(-1, 1), values.reshape(-1, 1))
 
 
@@ -310,8 +309,8 @@ def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
         return np.moveaxis(left @ right.swapaxes(1, 2), 0, -1)
 
     rules = bisect_panels(lambda z: factors_at(step, noise.nodes(z[None])), integrals)
-    finer, coarser = (Operator(*rule) for rule in rules)
-    return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
+    found = Expectation(*(Operator(*rule) for rule in rules))
+    return found._replace(coarser=found.operator) if found.disagreement <= AGREEMENT else found
 
 
 def _positive(n: int) -> Array:

@@ -21,9 +21,9 @@ from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_
 from ..step.one_step import OneStep
 from ..step.states import cloud
 from .delay_links import remove_delay
-from .orders import last_orders
+from .orders import ROUNDING, last_orders, worst_order
 from .reach import mark_rows, reach
-from .strong_defects import LEVELS, ROUNDING
+from .strong_defects import LEVELS
 
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
 # is not hidden by what is right.
@@ -187,10 +187,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
 
 def consistency_order(record: DelayConsistency) -> float:
     """Return the order p of Definition 3.1; infinite if the defects are rounding, NaN if they are not finite."""
-    worst = record.scale.max(axis=0)
-    of_rms, of_mean = (
-        last_orders(record.h, part.max(axis=0), ROUNDING * worst, worst).order for part in (record.rms, record.mean)
-    )
+    of_rms, of_mean = (worst_order(record.h, part, record.scale) for part in (record.rms, record.mean))
     return float(np.minimum(of_rms - 0.5, of_mean - 1.0))
 
 

@@ -11,6 +11,8 @@ TOLERANCE = 1e-6
 FLAT = 0.35
 # A level is used where it is so many times a plateau: the plateau then moves a local order by less than 0.03.
 CLEAR = 30.0
+# Rounding errors of a defect stay some hundred times below this part of the solution's size.
+ROUNDING = 6e-14
 # An order that changes by less from one level to the next has settled.
 SETTLED = 0.05
 
@@ -73,6 +75,12 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     known = finite[..., -1] & (finite.sum(axis=-1) > 1) & ~(flat & np.isinf(order))
     order, ahead = (np.where(known, part, np.nan) for part in (order, ahead))
     return LocalOrders(order, ahead, np.where(hidden, h, 0.0).max(axis=-1))
+
+
+def worst_order(h: Array, size: Array, scale: Array) -> float:
+    """Return the order of the largest defects of all states, of shape (S, H), as their scale has."""
+    worst = scale.max(axis=0)
+    return float(last_orders(h, size.max(axis=0), ROUNDING * worst, worst).order)
 
 
 def _extrapolate_order(h: Array, size: Array, usable: Array) -> tuple[Array, Array]:

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from .orders import LocalOrders, last_orders
+from .orders import ROUNDING, LocalOrders, last_orders
 from .reach import mark_rows
-from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
+from .strong_defects import EM, LEVELS, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4

@@ -81,8 +81,8 @@ def why_not_operator(scheme: Scheme, view: Problem) -> str:
         return reason
     if len(flatten(one_step.enter(one_step.equation.initial(1), 0.0, view.horizon))) > one_step.equation.dimension:
         return "the scheme has memory beyond the problem's components"
-    if not scheme.law.bounded and _normals(one_step) not in NODES:
-        return f"{_normals(one_step)} normals a step are too many for a tensor rule"
+    if not scheme.law.bounded and (normals := StepNoise.of(one_step).normals) not in NODES:
+        return f"{normals} normals a step are too many for a tensor rule"
     return _dependence(one_step) or changing(one_step)
 
 
@@ -212,13 +212,9 @@ def _weigh(joint: Array, values: Array) -> Array:
     return values * weights[:, None] if np.array_equal(np.diag(weights), joint) else joint @ values
 
 
-def _normals(one_step: OneStep) -> int:
-    return one_step.view.noise_dim * (2 if "H" in one_step.scheme.noise else 1)
-
-
 def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
     scheme = one_step.scheme
-    count = NODES.get(_normals(one_step), 0) - fewer
+    count = NODES.get(StepNoise.of(one_step).normals, 0) - fewer
     return step_nodes(one_step.view.noise_dim, count, areas="H" in scheme.noise, law=scheme.law)
 
 

@@ -8,14 +8,11 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
 from ...forms import Delayed, Problem
-from ..linear.affine import AFFINE, relative
+from ..linear.affine import AFFINE
 from ..linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
 from ..linear.delay_step import LinearDelayStep, RunMoments, probe_step, run_moments, run_start
-from ..step.nodes import SEED
+from ..linear.moments import fit_quadratic
 from .delay_radius import radius
-
-# Lines along which a function is differenced.
-LINES = 8
 
 
 class LinearDelayRun(NamedTuple):
@@ -72,7 +69,7 @@ def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRu
 
 
 def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
-    """Tell whether third differences of a function along random lines are rounding.
+    """Tell whether a function is quadratic, to rounding.
 
     Parameters
     ----------
@@ -80,8 +77,4 @@ def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
         Of points of shape (dimension, P), returns shape (P,).
     dimension : int
     """
-    rng = np.random.Generator(np.random.Philox(key=SEED + 8))
-    start, along = rng.standard_normal((2, dimension, LINES))
-    at = np.stack([function(start + i * along) for i in range(4)])
-    third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
-    return relative(third, np.abs(at).max(axis=0)) <= AFFINE
+    return fit_quadratic(function, dimension) is not None

@@ -85,9 +85,9 @@ class StabilityRecord(NamedTuple):
 
     Attributes
     ----------
-    scan_h, scan_rho, scan_error, scan_defect, scan_failed, scan_pole : ndarray, shape (S,)
+    scanned : ndarray, shape (6, S)
         `Radius` on the grid, ascending in h.
-    run_h, run_rho, run_error, run_defect, run_failed, run_pole : ndarray, shape (L,)
+    asked : ndarray, shape (6, L)
         `Radius` at the run's step sizes.
     boundaries : ndarray, shape (C,)
         Where rho crosses 1 on the grid's range.
@@ -99,18 +99,8 @@ class StabilityRecord(NamedTuple):
         1 if zero is a solution of the problem.
     """
 
-    scan_h: Array
-    scan_rho: Array
-    scan_error: Array
-    scan_defect: Array
-    scan_failed: Array
-    scan_pole: Array
-    run_h: Array
-    run_rho: Array
-    run_error: Array
-    run_defect: Array
-    run_failed: Array
-    run_pole: Array
+    scanned: Array
+    asked: Array
     boundaries: Array
     abscissa: float
     decays: float
@@ -119,17 +109,17 @@ class StabilityRecord(NamedTuple):
     @property
     def scan(self) -> Radius:
         """The spectral radius on the grid."""
-        return Radius(*self[:6])
+        return Radius(*self.scanned)
 
     @property
     def run(self) -> Radius:
         """The spectral radius at the run's step sizes."""
-        return Radius(*self[6:12])
+        return Radius(*self.asked)
 
     @property
     def windows(self) -> list[Window]:
         """The intervals of step sizes on which the scheme is stable."""
-        return stable_windows(self.scan_h, self.scan.sign, self.boundaries)
+        return stable_windows(self.scan.h, self.scan.sign, self.boundaries)
 
 
 def why_not_stability(scheme: Scheme, view: Problem) -> str:
@@ -169,7 +159,8 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
     at_rest = float(linear_equation(one_step.equation).starts_at_rest)
-    return StabilityRecord(*scan, *run, boundaries, equation.abscissa, NUMBERS[equation.decays()], at_rest)
+    growth = equation.abscissa, NUMBERS[equation.decays()], at_rest
+    return StabilityRecord(np.array(scan), np.array(run), boundaries, *growth)
 
 
 def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
@@ -258,7 +249,7 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
         abscissa, decays = _equation(view, scale)
         scan, run = refine_scan(row, _scan(view, scale)), radii([row(h) for h in step_sizes])
         boundaries = crossings(lambda h: row(h)[1], scan.h, scan.sign)
-    return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
+    return StabilityRecord(np.array(scan), np.array(run), boundaries, abscissa, decays, float(at_rest(view)))
 
 
 def _equation(view: Delayed, scale: float) -> tuple[float, float]:
