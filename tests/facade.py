@@ -154,7 +154,6 @@ from sdaeverify.probe.stability.windows import (
     describe_windows,
     doubtful,
     find_undecided,
-    scan_sizes,
     signs,
     smallest_boundary,
     stable_windows,

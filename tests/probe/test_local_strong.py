@@ -27,8 +27,9 @@ from facade import (
     why_not_local_order,
 )
 from probe import strong_cells as s
-from probe.weak_cells import constant, equation
-from sdaeverify import SDE, THREE_POINT, Array, Increment, Law, Problem, Scheme, Step
+from probe.linear_cells import TwoPoint
+from probe.weak_cells import constant, equation, scheme
+from sdaeverify import SDE, Array, Increment, Problem, Scheme, Step
 from sdaeverify.measuring import Kind, Opinion, Verdict, packed, unpacked
 
 INF = float("inf")
@@ -160,12 +161,7 @@ def test_the_multiplier_is_an_output_of_its_own() -> None:
 
 def test_bounded_increments_have_no_local_strong_order() -> None:
     """Two of them make no increment of a longer step."""
-
-    @dataclass(frozen=True)
-    class Bounded(s.Formula):
-        law: ClassVar[Law] = THREE_POINT
-
-    assert "three-point" in why_not_local_order(Bounded(s.euler), gbm())
+    assert "two-point" in why_not_local_order(TwoPoint(s.euler), gbm())
     assert not why_not_local_order(s.Formula(s.euler), gbm())
 
 
@@ -318,13 +314,10 @@ def test_a_step_is_asked_at_its_time() -> None:
     """A drift that depends on time is taken at both half steps; with the wrong time a step is inconsistent."""
     problem = equation(lambda t, x: np.sin(7.0 * t) + 0.0 * x, constant([0.3]), [1.0])
 
-    @dataclass(frozen=True)
-    class Late(s.Formula):
-        def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-            return Step(state + h * problem.drift(2.0 * t, state) + 0.3 * noise.dW)
+    late = scheme(lambda p, x, t, h, n: x + h * p.drift(2.0 * t, x) + 0.3 * n.dW)
 
     assert found(EulerMaruyama(), problem).order == pytest.approx(1.0, abs=0.02)
-    assert opinion(Late(s.euler), problem, 0.5).reason.has(Kind.INCONSISTENT)
+    assert opinion(late, problem, 0.5).reason.has(Kind.INCONSISTENT)
 
 
 def test_an_order_within_the_margin_of_its_claim_is_not_refuted() -> None:

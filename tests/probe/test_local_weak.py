@@ -1,6 +1,6 @@
 """Local weak orders of schemes whose order is known, and of planted wrong ones."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +14,9 @@ from facade import (
     weak_reference,
     why_not_local_weak,
 )
+from probe.strong_cells import Altered, multiplier_noise
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
-from sdaeverify import THREE_POINT, ProblemError, Step
+from sdaeverify import THREE_POINT, ProblemError
 from sdaeverify.measuring import Kind, Verdict
 from sdaeverify.numerics import apply
 
@@ -43,22 +44,9 @@ def test_planted_schemes_are_refuted(name):
     assert opinion.reason.has(Kind.INCONSISTENT) is inconsistent
 
 
-@dataclass(frozen=True)
-class ForgetsTheMultiplier(HalfExplicitEuler):
-    """Half-explicit Euler that adds one per cent too much to the multiplier."""
-
-    def step(self, problem, state, t, h, noise):
-        new = super().step(problem, state, t, h, noise)
-        return replace_state(new, mu=state.mu + 1.01 * (new.state.mu - state.mu))
-
-
-def replace_state(step: Step, **parts) -> Step:
-    return step._replace(state=step.state._replace(**parts))
-
-
 def test_a_wrong_pure_output_is_found():
     """What no coefficient depends on is compared with its equation all the same."""
-    forgetful = ForgetsTheMultiplier(truncation="none")
+    forgetful = Altered(HalfExplicitEuler(truncation="none"), multiplier_noise)
     opinion = judge_weak(weak_order(local_weak(forgetful, pendulum(), reference)), 1.0)
     assert opinion.verdict is Verdict.REFUTED
     assert opinion.reason.has(Kind.INCONSISTENT)

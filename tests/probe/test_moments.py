@@ -128,14 +128,6 @@ def test_steps_without_moments_have_no_order(rule: Rule) -> None:
     assert least(errors(c.Formula(rule), c.linear(-1.0, [0.5]))) == (-np.inf, np.inf)
 
 
-def test_errors_that_could_hide_are_not_taken_for_none() -> None:
-    """Kinks in seven normals, for which there is no rule: no order is told, rather than an infinite one."""
-    record = errors(c.Formula(c.balanced), c.linear(-1.0, [0.1] * 7))
-    assert (record.floor == np.inf).all()
-    assert not any(found.resolved for found in moment_orders(record))
-    assert least(record) == (-np.inf, np.inf)
-
-
 @pytest.mark.parametrize(
     ("problem", "reason"),
     [

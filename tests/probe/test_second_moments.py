@@ -63,14 +63,6 @@ def test_eulers_operator_on_a_system_is_its_kronecker_form() -> None:
     assert found.rule_error == 0.0
 
 
-def test_milsteins_step_needs_fourth_moments() -> None:
-    """E R^2 = (1 + a h)^2 + b^2 h + b^4 h^2/2; the simplex alone would give Euler's."""
-    for h in (0.01, 0.3, 50.0):
-        found = moments(c.Formula(c.milstein), SCALAR, h)
-        assert square(found) == pytest.approx((1 - 2 * h) ** 2 + h + 0.5 * h**2, rel=1e-13)
-        assert found.rule_error < 1e-12
-
-
 @pytest.mark.parametrize("degree", [2, 4, 5])
 def test_polynomials_of_degree_four_in_the_noise_are_exact_by_five_nodes(degree: int) -> None:
     """E (1 + z^p)^2 = 1 + 2 E z^p + E z^2p for R = 1 + z^p; of a higher degree, two rules have to agree."""

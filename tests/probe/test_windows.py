@@ -109,14 +109,6 @@ def test_growth_by_rare_noise_is_not_taken_for_stability() -> None:
     assert (record.scan.sign[record.scan.h < 5.0] == 1).all()
 
 
-def test_exact_decay_is_stable_at_all_step_sizes() -> None:
-    """The same step with a rate at which E x^2 decays like exp(-h)."""
-    record = found(c.exact_growth(-1.0, 1.0), c.linear(-1.0, [1.0]))
-    near = record.scan.h < 20.0
-    assert (record.scan.sign[near] == -1).all()
-    assert record.scan.rho[near][::5] == pytest.approx(np.exp(-record.scan.h[near][::5]), abs=1e-7)
-
-
 def rotation(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     turn = np.array([[1.0, 0.5 * h], [-0.5 * h, 1.0]])
     return np.linalg.solve(turn.T, turn @ x)

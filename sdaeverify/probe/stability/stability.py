@@ -33,10 +33,10 @@ from ..linear.step_moments import step_moments, why_not_linear_step
 from ..step.one_step import OneStep
 from .delay_radius import radius
 from .spectral import SpectralRadius, spectral_radius
-from .windows import COUNT, Window, crossings, doubtful, scan_sizes, signs, stable_windows
+from .windows import Window, crossings, doubtful, signs, stable_windows
 
-# The scan is at least this wide, in the problem's unit of time and in its own time scale.
-LEAST, MOST = 1e-3, 1e3
+# The scan is at least this wide, in the problem's unit of time and in its own time scale, with so many step sizes.
+LEAST, MOST, COUNT = 1e-3, 1e3, 60
 # So many times its step sizes a scan may have after it was refined.
 REFINED = 4
 
@@ -132,7 +132,7 @@ def why_not_stability(scheme: Scheme, view: Problem) -> str:
     return one_step.why_not_entered() if view.has_constraints else ""
 
 
-def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:
+def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> StabilityRecord:
     """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
 
     Parameters
@@ -141,8 +141,6 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     view : Problem
         Of a pair that `why_not_stability` has nothing against.
     step_sizes : sequence of float
-    count : int, optional
-        Step sizes of the grid over six decades.
 
     Returns
     -------
@@ -152,7 +150,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     equation = essential_equation(one_step)
     time = 1.0 / equation.rate if equation.rate > 0.0 else 1.0
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
-    h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
+    h = np.geomspace(low, high, round(COUNT * np.log(high / low) / np.log(MOST / LEAST)))
     with np.errstate(all="ignore"):
         # Of the scan, signs count and six digits are told.
         scan = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
