@@ -78,7 +78,15 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
 
 
 def worst_order(h: Array, size: Array, scale: Array) -> float:
-    """Return the order of the largest defects of all states, of shape (S, H), as their scale has."""
+    """Return the order of the largest defects of all states; infinite if they are rounding, NaN if not finite.
+
+    Parameters
+    ----------
+    h : ndarray, shape (H,)
+        Step sizes, coarsest first.
+    size, scale : ndarray, shape (S, H)
+        Defects at S states, not negative, and the size of what they are defects of.
+    """
     worst = scale.max(axis=0)
     return float(last_orders(h, size.max(axis=0), ROUNDING * worst, worst).order)
 
