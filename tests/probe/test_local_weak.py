@@ -7,6 +7,7 @@ import pytest
 
 from facade import (
     HalfExplicitEuler,
+    WrongVariance,
     judge_weak,
     local_weak,
     pendulum,
@@ -50,6 +51,12 @@ def test_a_wrong_pure_output_is_found():
     opinion = judge_weak(weak_order(local_weak(forgetful, pendulum(), reference)), 1.0)
     assert opinion.verdict is Verdict.REFUTED
     assert opinion.reason.has(Kind.INCONSISTENT)
+
+
+def test_a_wrong_variance_is_found_on_the_inherent_equation():
+    """A constrained problem seen as an SDE is probed like any other."""
+    view = pendulum().view(WrongVariance.form)
+    assert judge_weak(weak_order(local_weak(WrongVariance(0.05), view)), 1.0).reason.has(Kind.INCONSISTENT)
 
 
 def test_orders_do_not_depend_on_units():
