@@ -45,6 +45,13 @@ def test_defective_eigenvalues_are_known_as_far_as_their_certificate_says() -> N
     assert 1e-7 < found.width < 1e-4
 
 
+def test_a_wrong_radius_has_no_tight_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the eigenvalues were off by 1e-6, the width would be that."""
+    T, _ = KNOWN["one matrix"]
+    monkeypatch.setattr(spectral.np.linalg, "eigvals", lambda matrix: np.array([0.81 + 1e-6]))
+    assert 1e-6 <= spectral_radius(T).width <= 1e-5
+
+
 @pytest.mark.parametrize(("strength", "b"), [(-0.5, 0.5), (-1.5, 0.3)])
 def test_large_operators_have_brackets_by_their_values(
     strength: float, b: float, monkeypatch: pytest.MonkeyPatch
