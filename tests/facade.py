@@ -84,7 +84,6 @@ from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
 from sdaeverify.probe.linear.delay_step import (
-    Lagged,
     LinearDelayStep,
     RunMoments,
     Start,
@@ -105,13 +104,12 @@ from sdaeverify.probe.linear.moments import (
     why_not_delay_moments,
 )
 from sdaeverify.probe.linear.second_moments import Operator, on_symmetric, smat, svec
-from sdaeverify.probe.linear.step_moments import StepMoments, disagreement, step_moments
+from sdaeverify.probe.linear.step_moments import StepMoments, step_moments
 from sdaeverify.probe.local.consistency import (
     DelayConsistency,
     consistency,
     consistency_order,
     delay_consistency,
-    why_not_delay_consistency,
 )
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
@@ -127,7 +125,6 @@ from sdaeverify.probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
     least_order,
-    lowest_power,
     order_of,
     widen,
 )
@@ -138,9 +135,9 @@ from sdaeverify.probe.operator.transition_errors import (
     stationary_densities,
     weak_errors,
 )
-from sdaeverify.probe.stability import delay_radius, spectral, stability
-from sdaeverify.probe.stability.delay_radius import outside, radius, side_of
-from sdaeverify.probe.stability.spectral import WIDTHS, SpectralRadius, are_below, spectral_radius
+from sdaeverify.probe.stability import spectral, stability
+from sdaeverify.probe.stability.delay_radius import radius, side_of
+from sdaeverify.probe.stability.spectral import WIDTHS, are_below, spectral_radius
 from sdaeverify.probe.stability.stability import (
     StabilityRecord,
     delay_stability,
@@ -157,7 +154,6 @@ from sdaeverify.probe.stability.windows import (
     describe_windows,
     doubtful,
     find_undecided,
-    scan_sizes,
     signs,
     smallest_boundary,
     stable_windows,
@@ -177,7 +173,7 @@ from sdaeverify.probe.step.nodes import (
     tensor_rule,
 )
 from sdaeverify.probe.step.one_step import TRUNCATED
-from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES, WHEN
+from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
 from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry, collect
 from sdaeverify.registry.discovery import Origin, load_file

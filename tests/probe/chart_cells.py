@@ -57,14 +57,13 @@ ANGLE = SDE(
 
 @dataclass(frozen=True)
 class Euler(Scheme):
-    """x+ = x + f h + B dW, with a factor on the noise."""
+    """x+ = x + f h + B dW."""
 
     name: ClassVar[str] = "euler"
     form: ClassVar[type[SDE]] = SDE
-    factor: float = 1.0
 
     def step(self, problem, x, t, h, noise):
-        return Step(x + h * problem.drift(t, x) + self.factor * apply(problem.diffusion(t, x), noise.dW))
+        return Step(x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW))
 
 
 @dataclass(frozen=True)
@@ -81,17 +80,16 @@ class AdditiveHeun(Scheme):
 
 @dataclass(frozen=True)
 class Splitting(Scheme):
-    """BAOAB for `ANGLE`, with a factor on the variance of the noise."""
+    """BAOAB for `ANGLE`."""
 
     name: ClassVar[str] = "splitting"
     form: ClassVar[type[SDE]] = SDE
-    variance: float = 1.0
 
     def step(self, problem, x, t, h, noise):
         q, p = x
         c = np.exp(-GAMMA * h)
         p = p - 0.5 * h * np.sin(q)
-        middle = c * p + np.sqrt(self.variance * KT * (1 - c * c) / h) * noise.dW[0]
+        middle = c * p + np.sqrt(KT * (1 - c * c) / h) * noise.dW[0]
         q = q + 0.5 * h * (p + middle)
         return Step(np.stack([q, middle - 0.5 * h * np.sin(q)]))
 

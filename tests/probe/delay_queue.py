@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facade import LinearDelayStep, Operator, SpectralRadius, arguments, radius
+from facade import LinearDelayStep, Operator, arguments
 from sdaeverify import Mesh
 
 
@@ -29,10 +29,3 @@ def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:
         factors[:, n - d :] = delta * factors[:, :d]
         factors[0, n - d :, :d] += (1.0 - delta) * np.eye(d)
     return Operator(factors.transpose(1, 2, 0), np.ones(len(factors)))
-
-
-def mean_radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
-    """Return the spectral radius of the step without noise, which carries the means."""
-    rho, width = radius(LinearDelayStep(step.drift, step.noise[:0]), mesh)
-    root = float(np.sqrt(rho))
-    return SpectralRadius(root, width / root)

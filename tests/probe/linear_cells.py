@@ -6,6 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from cells import Formula
+from probe.strong_cells import euler
 from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
 
@@ -33,17 +34,6 @@ class TwoPoint(Formula):
     """The same with two-point variables."""
 
     law: ClassVar[Law] = TWO_POINT
-
-
-@dataclass(frozen=True)
-class WithAreas(Formula):
-    """The same for a formula that uses H."""
-
-    noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
-
-
-def euler(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
-    return np.asarray(x + h * problem.drift(0.0, x) + apply(problem.diffusion(0.0, x), noise.dW))
 
 
 def milstein(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -174,33 +164,3 @@ class ReversibleHeun(Scheme):
 def _flat_diffusion(problem: SDE, t: float, x: Array) -> Array:
     B = np.broadcast_to(problem.diffusion(t, x), (len(x), problem.noise_dim, x.shape[1]))
     return B.reshape(-1, x.shape[1])
-
-
-class Flagged(NamedTuple):
-    """The present, the past, and 1 until the first step is made."""
-
-    x: Array
-    past: Array
-    first: Array
-
-
-@dataclass(frozen=True)
-class FlaggedBDF2(Scheme):
-    """Two steps of backward differences on linear drifts, the first step by the implicit Euler method."""
-
-    name: ClassVar[str] = "flagged-bdf2"
-    form: ClassVar[type[SDE]] = SDE
-
-    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Flagged:
-        return Flagged(state, state, np.ones((1, state.shape[1])))
-
-    def parts(self, problem: SDE, state: Flagged) -> dict[str, Array]:
-        return dict(problem.parts(state.x))
-
-    def step(self, problem: SDE, state: Flagged, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        unit = np.eye(len(state.x))
-        A, kick = problem.drift(t, unit), apply(problem.diffusion(t, state.x), noise.dW)
-        one = np.linalg.solve(unit - h * A, state.x + kick)
-        two = np.linalg.solve(unit - 2.0 / 3.0 * h * A, (4.0 * state.x - state.past) / 3.0 + kick)
-        return Step(Flagged(np.where(state.first > 0.5, one, two), state.x, 0.0 * state.first))

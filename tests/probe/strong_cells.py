@@ -46,14 +46,14 @@ def euler(problem: SDE, x: Array, h: float, noise: Increment, *, drift: float = 
     return x + drift * h * problem.drift(0.0, x) + strength * apply(problem.diffusion(0.0, x), noise.dW)
 
 
-def milstein(factor: float, shift: float = 1.0, clip: float = np.inf) -> Rule:
-    """Return Milstein's rule with factor (1/2), dW^2 - shift h, and dW clipped at so many standard deviations."""
+def milstein(factor: float, clip: float = np.inf) -> Rule:
+    """Return Milstein's rule with factor (1/2), and dW clipped at so many standard deviations."""
 
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         dW = np.clip(noise.dW, -clip * np.sqrt(h), clip * np.sqrt(h))
         B = problem.diffusion(0.0, x)
         DBB = problem.derivative_of_diffusion(0.0, x, B[:, 0])[:, 0]
-        return x + h * problem.drift(0.0, x) + B[:, 0] * dW + factor * DBB * (dW**2 - shift * h)
+        return x + h * problem.drift(0.0, x) + B[:, 0] * dW + factor * DBB * (dW**2 - h)
 
     return rule
 
@@ -64,12 +64,12 @@ def no_correction(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     return euler(problem, x, h, noise) - 0.5 * h * problem.derivative_of_diffusion(0.0, x, B[:, 0])[:, 0]
 
 
-def sra1(area: float, increment: float = 0.5) -> Rule:
-    """Return SRA1 with (area H + increment dW) in place of Z/h = H + dW/2 in its stage."""
+def sra1(area: float) -> Rule:
+    """Return SRA1 with (area H + dW/2) in place of Z/h = H + dW/2 in its stage."""
 
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         f, B = problem.drift(0.0, x), problem.diffusion(0.0, x)
-        y = x + 0.75 * h * f + 1.5 * apply(B, area * noise.H + increment * noise.dW)
+        y = x + 0.75 * h * f + 1.5 * apply(B, area * noise.H + 0.5 * noise.dW)
         return x + h / 3.0 * (f + 2.0 * problem.drift(0.0, y)) + apply(B, noise.dW)
 
     return rule

@@ -13,7 +13,6 @@ from facade import (
     local_strong,
     remove_delay,
     strong_order,
-    why_not_delay_consistency,
 )
 
 
@@ -41,8 +40,3 @@ def test_an_inconsistent_step_has_order_zero_or_less() -> None:
     sizes = np.ones((3, 1)) * h
     record = DelayConsistency(h, sizes, sizes, np.ones((3, len(h))))
     assert consistency_order(record) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_the_shipped_pairs_can_be_probed() -> None:
-    """Scalar noise is no obstacle."""
-    assert why_not_delay_consistency(StochasticTheta(), delay_test()) == ""

@@ -62,16 +62,6 @@ def test_the_integral_of_the_noise_is_that_of_the_fundamental_solution(equation:
     assert equation.noise_integral == pytest.approx(integrated(equation, delays), rel=1e-9, abs=10.0 * left_out)
 
 
-def test_the_integral_has_no_singularity_where_the_printed_quotient_is_0_over_0() -> None:
-    """At cosh(w tau) = -A/B numerator and denominator vanish; E = beta there, and K(0) = coth(w tau)/(2 w)."""
-    w = np.sqrt(3.0)
-    tau = np.arccosh(2.0) / w
-    equation = LinearDelay(-2.0, 1.0, 1.0, 0.0, tau)
-
-    assert equation.noise_integral == pytest.approx(1.0 / (2.0 * w * np.tanh(w * tau)), rel=1e-14)
-    assert equation.noise_integral == pytest.approx(integrated(equation, 60), rel=1e-9)
-
-
 def test_long_delays_do_not_overflow() -> None:
     """As tau grows, K(0) tends to 1/(2 w) and K(tau) to beta/(2 w) with beta = B/(w - A)."""
     w = np.sqrt(3.0)
@@ -105,12 +95,6 @@ def test_growth_rates_of_the_six_sets(name: str, rate: float, digit: float) -> N
     assert equation.stable is (rate < 0.0)
 
 
-@pytest.mark.parametrize(("name", "rate"), [("IV", -1.36), ("V", 0.86), ("VI", -0.97)])
-def test_growth_rates_with_the_sine_linearised(name: str, rate: float) -> None:
-    """The other end of the bracket, B = b + l."""
-    assert SETS[name].equation.growth_rate == pytest.approx(rate, abs=0.5e-2)
-
-
 @pytest.mark.parametrize("equation", EQUATIONS)
 def test_an_equation_slowed_by_its_growth_rate_is_on_the_boundary(equation: LinearDelay) -> None:
     """Slowed by a little less it grows, by a little more it decays."""
@@ -135,33 +119,14 @@ def test_growth_of_what_noise_does_not_excite() -> None:
     assert hidden._replace(d=-0.12 * np.exp(s)).growth_rate > 2.0 * s + 1e-5
 
 
-def boundary_in_d(equation: LinearDelay) -> tuple[float, float]:
-    """Return the d between which E x^2 tends to 0, all else being kept: NaN if there are none."""
-    at_0, at_tau = equation.covariances
-    with np.errstate(invalid="ignore"):
-        root = float(np.sqrt(equation.c**2 * (at_tau - at_0) * (at_tau + at_0) + at_0)) / at_0
-        middle = -equation.c * at_tau / at_0
-    return middle - root, middle + root
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_boundary_in_d_is_the_published_one(sign: float) -> None:
+    """A = -2, B = 1, c = 0, tau = 1: |d*| = 1.7749729938, to its last digit; a billionth decides."""
+    boundary = sign * 1.7749729938
+    inside, outside = (LinearDelay(-2.0, 1.0, 0.0, boundary * part, 1.0) for part in (1.0 - 1e-9, 1.0 + 1e-9))
 
-
-def test_the_boundary_in_d_is_the_published_one() -> None:
-    """A = -2, B = 1, c = 0, tau = 1: d* = 1.7749729938; a billionth decides, nothing does on the boundary."""
-    equation = LinearDelay(-2.0, 1.0, 0.0, 0.0, 1.0)
-    low, high = boundary_in_d(equation)
-
-    assert high == -low == pytest.approx(1.7749729938, abs=0.5e-10)
-    assert equation._replace(d=high * (1.0 - 1e-9)).stable is True
-    assert equation._replace(d=high * (1.0 + 1e-9)).stable is False
-    assert equation._replace(d=high).stable is None
-
-
-def test_the_boundary_in_d_depends_on_the_sign_of_c() -> None:
-    """With c = 0.5 both ends have the integral 1; where c alone is too much there is none."""
-    equation = LinearDelay(-2.0, 1.0, 0.5, 0.0, 1.0)
-    for end in boundary_in_d(equation):
-        assert equation._replace(d=end).noise_integral == pytest.approx(1.0, rel=1e-13)
-    assert sum(boundary_in_d(equation)) < -0.1
-    assert np.isnan(boundary_in_d(equation._replace(c=3.0))).all()
+    assert inside.stable is True
+    assert outside.stable is False
 
 
 def test_means_decay_where_the_rightmost_root_says_so() -> None:

@@ -67,13 +67,6 @@ def test_the_equation_of_the_pair(name: str) -> None:
     assert equation.noise_dim == 2
 
 
-def test_up_to_the_first_delay_there_is_one_solution() -> None:
-    """With a single link the past is the history."""
-    equation, x = linked_equation(delay_linear(A=-2.0, B=1.0), 1), pairs()[:1]
-
-    np.testing.assert_allclose(equation.drift(S, x), -2.0 * x + 1.0, rtol=1e-14)
-
-
 @pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
 def test_a_linked_step_makes_the_older_step_first(theta: float) -> None:
     """The younger step's lagged values are the older step's begin and end."""

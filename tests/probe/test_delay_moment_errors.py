@@ -35,15 +35,6 @@ def test_additive_noise_leaves_the_trapezoidal_rule_its_order_two() -> None:
     )
 
 
-def test_a_wrong_lag_shows_as_an_error_that_stays() -> None:
-    """The same steps judged by the moments of another delay have order 0."""
-    other = delay_ou(tau=0.5)
-    record = delay_moment_errors(StochasticTheta(), delay_ou(), STEPS)
-    off = known_moments(other) - known_moments(delay_ou())
-    wrong = record._replace(first=record.first - off[0], second=record.second - off[1])
-    assert np.abs(least_order(moment_orders(wrong))).max() < 0.1
-
-
 def test_moments_are_known_by_their_values_and_needed() -> None:
     """Of x and x^2 in this order; on a nonlinear problem over several delays there are none."""
     assert known_moments(delay_test("I", horizon=0.5)) == pytest.approx(np.exp([-0.5, -0.5]), rel=1e-12)

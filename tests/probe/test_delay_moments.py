@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from facade import RunMoments, Start, radius, run_moments
+from facade import RunMoments, Start, run_moments
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
 from sdaeverify import Mesh
@@ -73,21 +73,3 @@ def test_moments_tend_to_those_of_the_equation(theta: float, order: float) -> No
 
     assert np.log2(np.abs(means - exact[0])[0] / np.abs(means - exact[0])[1]) == pytest.approx(order, abs=0.1)
     assert np.log2(np.abs(squares - exact[1])[0] / np.abs(squares - exact[1])[1]) == pytest.approx(1.0, abs=0.1)
-
-
-def test_long_runs_grow_by_the_radius() -> None:
-    """Set II: E x^2 of successive steps has the quotient 1.025322, and the mean tends to 3/4."""
-    cell, h = SETS["II"], 1.0 / 32.0
-    run = from_history(cell, 0.2, h, 640)
-    second = run.second[:, 0, 0]
-    assert second[-1] / second[-2] == pytest.approx(radius(cell.step(0.2, h), cell.mesh(h)).rho, rel=1e-6)
-    assert run.mean[-1, 0] == pytest.approx(0.75, abs=1e-2)
-
-
-def test_no_steps_are_the_start() -> None:
-    """The moments of a number."""
-    run = run_moments(
-        random_step(np.random.default_rng(0), 2, 1, 1), Mesh(0, 0.0), Start(np.ones(2), np.ones((0, 1))), 0
-    )
-    assert run.second[0].tolist() == [[1.0, 1.0], [1.0, 1.0]]
-    assert run.mean.tolist() == [[1.0, 1.0]]

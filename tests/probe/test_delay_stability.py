@@ -6,21 +6,17 @@ import pytest
 from facade import (
     LARGE,
     SMALL,
-    Delayed,
     LaggedAlgebraicTheta,
     StochasticTheta,
     delay_linear,
     delay_stability,
     delay_test,
-    gbm,
-    why_not_delay_stability,
 )
 from facade import delay_equation_UNIT as UNIT
 from facade import stability as scanning
 from sdaeverify import Scheme
 
 # Set, theta, spectral radius at h = 1/32 and growth rate for l = 0.
-PAPER = [("I", 0.2, 0.96971567, -1.0), ("II", 0.2, 1.02532217, 0.8049), ("III", 0.2, np.nan, -2.71)]
 
 
 @pytest.fixture
@@ -29,15 +25,6 @@ def few_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scanning, "PER_DECADE", 3)
     monkeypatch.setattr(scanning, "SMALLEST_M", range(1, 4))
     monkeypatch.setattr(scanning, "LONGER", 4)
-
-
-@pytest.mark.usefixtures("few_sizes")
-@pytest.mark.parametrize(("name", "theta", "rho", "rate"), PAPER)
-def test_the_papers_steps_have_the_sheets_radius(name: str, theta: float, rho: float, rate: float) -> None:
-    """And its equations their growth rates."""
-    record = delay_stability(StochasticTheta(theta=theta), delay_test(name, l=0.0), [1 / 32], UNIT)
-    assert record.abscissa == pytest.approx(rate, abs=5e-3)
-    assert np.isnan(rho) or record.run.rho[0] == pytest.approx(rho, abs=1e-8)
 
 
 @pytest.mark.usefixtures("few_sizes")
@@ -57,8 +44,11 @@ def test_a_radius_at_the_end_of_its_bracket_is_found(scheme: type[Scheme]) -> No
     assert record.windows == [(0.0, pytest.approx(1.0, rel=1e-9))]
 
 
-def test_the_stable_steps_of_set_iv_are_no_interval() -> None:
+def test_the_stable_steps_of_set_iv_are_no_interval(monkeypatch: pytest.MonkeyPatch) -> None:
     """At small states with theta = 0: a window closes and opens again between two constrained meshes."""
+    monkeypatch.setattr(scanning, "PER_DECADE", 2)
+    monkeypatch.setattr(scanning, "SMALLEST_M", range(4, 7))
+    monkeypatch.setattr(scanning, "LONGER", 2)
     record = delay_stability(StochasticTheta(theta=0.0), delay_test("IV"), [1 / 32], SMALL)
     (_, first), (second, last) = record.windows[:2]
     assert (first, second, last) == pytest.approx((0.199225, 0.201458, 0.239473), abs=1e-6)
@@ -101,10 +91,3 @@ def test_the_equations_own_boundary_is_met_on_both_sides(d: float, stable: float
     """A = -2, B = 1, c = 0: |d| = 1.7749729938, and backward Euler keeps what is stable on short steps."""
     record = delay_stability(StochasticTheta(theta=1.0), delay_linear(A=-2.0, B=1.0, c=0.0, d=d), [1 / 8], UNIT)
     assert record.decays == stable
-
-
-def test_what_makes_no_sense_is_refused() -> None:
-    """A problem without delay is none of this; the shipped ones have nothing against them."""
-    assert gbm().capability(Delayed) is None
-    assert delay_test().capability(Delayed) is not None
-    assert why_not_delay_stability(StochasticTheta(), delay_test()) == ""

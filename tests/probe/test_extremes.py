@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facade import SCATTERED, SIZE, SIZES, circle, ou, pendulum
-from sdaeverify import SDE
+from probe.weak_cells import constant, equation
 from sdaeverify.numerics import norm
 from sdaeverify.probing import cloud, extreme_states
 
@@ -31,9 +31,6 @@ def test_states_without_constraint_grow_as_a_whole() -> None:
 
 def test_states_without_finite_coefficients_are_left_out() -> None:
     """Where the drift overflows, nothing is asked of a step."""
-    steep = SDE(
-        drift=lambda t, x: -np.exp(x), diffusion=lambda t, x: np.ones((1, 1, 1)), start=[1.0], horizon=1.0,
-        noise_dim=1, source="made up",
-    )  # fmt: skip
+    steep = equation(lambda t, x: -np.exp(x), constant([1.0]), [1.0])
 
     assert np.isfinite(np.exp(extreme_states(steep, steep))).all()

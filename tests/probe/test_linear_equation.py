@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from facade import GENERATOR, double_well, forced_ou, gbm, noncommuting, ou, pendulum, smat, svec
-from probe.linear_cells import linear
+from probe.weak_cells import equation
 from sdaeverify import SDE, Array, Problem
 from sdaeverify.probing import linear_equation, why_not_linear_equation
 
@@ -43,16 +43,11 @@ def test_decay_is_certain_where_it_is_told(a: float, b: float, decays: bool | No
 def test_second_moments_solve_their_differential_equation() -> None:
     """exp(t G) of the augmented equation agrees with an integration of P' = A P + P A^T + ... written out."""
     A, C, a, c = np.array([[-1.0, 2.0], [0.0, -0.5]]), np.array([[0.2, 0.1], [-0.3, 0.4]]), [0.3, -0.1], [0.5, 0.2]
-    problem = SDE(
-        drift=lambda t, x: A @ x + np.array(a)[:, None],
-        diffusion=lambda t, x: (C @ x + np.array(c)[:, None])[:, None],
-        start=[1.0, -1.0],
-        noise_dim=1,
-        horizon=1.0,
-        source="test",
+    problem = equation(
+        lambda t, x: A @ x + np.array(a)[:, None], lambda t, x: (C @ x + np.array(c)[:, None])[:, None], [1.0, -1.0]
     )
-    equation, z = linear_equation(problem), np.array([1.0, -1.0, 1.0])
-    P = smat(expm(equation.generator()) @ svec(np.outer(z, z)), 3)
+    linear, z = linear_equation(problem), np.array([1.0, -1.0, 1.0])
+    P = smat(expm(linear.generator()) @ svec(np.outer(z, z)), 3)
 
     def slope(t: float, y: Array) -> Array:
         m, S = y[:2], y[2:].reshape(2, 2)
@@ -63,7 +58,7 @@ def test_second_moments_solve_their_differential_equation() -> None:
     solved = solve_ivp(slope, (0.0, 1.0), start, rtol=1e-12, atol=1e-12, method="DOP853").y[:, -1]
     # The integration is what limits the comparison.
     assert np.concatenate([P[:2, 2], P[:2, :2].ravel()]) == pytest.approx(solved, abs=1e-10)
-    assert not equation.starts_at_rest
+    assert not linear.starts_at_rest
 
 
 @pytest.mark.parametrize(
@@ -72,20 +67,10 @@ def test_second_moments_solve_their_differential_equation() -> None:
         (double_well, "drift is not linear"),
         (forced_ou, "drift depends on time"),
         (pendulum, "not "),
-        (lambda: _with_diffusion(lambda t, x: 1e-8 * x[None] ** 2), "diffusion is not linear"),
-        (lambda: _with_diffusion(lambda t, x: (1.0 + t) * x[None]), "diffusion depends on time"),
+        (lambda: equation(lambda t, x: -x, lambda t, x: 1e-8 * x[None] ** 2, [1.0]), "diffusion is not linear"),
+        (lambda: equation(lambda t, x: -x, lambda t, x: (1.0 + t) * x[None], [1.0]), "diffusion depends on time"),
     ],
 )
 def test_what_is_not_linear_is_refused_with_a_reason(make: Callable[[], Problem], reason: str) -> None:
     """Curved coefficients, coefficients that depend on time, and constraints that are no planes."""
     assert reason in why_not_linear_equation(make())
-
-
-@pytest.mark.parametrize("make", [gbm, ou, noncommuting, lambda: linear(np.diag([-1.0, 0.0]), [np.zeros((2, 2))])])
-def test_linear_equations_are_not_refused(make: Callable[[], Problem]) -> None:
-    """Multiplicative and additive noise, systems, and degenerate ones."""
-    assert why_not_linear_equation(make()) == ""
-
-
-def _with_diffusion(diffusion: Callable[[float, Array], Array]) -> SDE:
-    return SDE(drift=lambda t, x: -x, diffusion=diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")

@@ -1,16 +1,12 @@
 """Local weak orders of schemes whose order is known, and of planted wrong ones."""
 
-from dataclasses import dataclass, replace
-from functools import cache
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from facade import (
-    WHEN,
     HalfExplicitEuler,
-    LocalWeak,
     WrongVariance,
     judge_weak,
     local_weak,
@@ -19,9 +15,10 @@ from facade import (
     weak_reference,
     why_not_local_weak,
 )
+from probe.strong_cells import Altered, multiplier_noise
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
-from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
-from sdaeverify.measuring import Kind, Verdict, packed, unpacked
+from sdaeverify import THREE_POINT, ProblemError
+from sdaeverify.measuring import Kind, Verdict
 from sdaeverify.numerics import apply
 
 
@@ -48,49 +45,10 @@ def test_planted_schemes_are_refuted(name):
     assert opinion.reason.has(Kind.INCONSISTENT) is inconsistent
 
 
-def test_a_reason_names_the_function_and_the_state():
-    """One line tells what is wrong: test function, state, order and claim."""
-    reason = str(judge_weak(order(scheme(euler, variance=1.05), "pendulum"), 1.0).reason)
-    assert "of E" in reason
-    assert "at state" in reason
-    assert "claimed 1.0" in reason
-    assert "\n" not in reason
-
-
-@cache
-def swinging():
-    """Return the shipped pendulum: it has positions, velocities and a pure output."""
-    return pendulum()
-
-
-@pytest.mark.parametrize("truncation", ["theory", "none"])
-def test_half_explicit_euler_has_weak_order_1(truncation):
-    """In law, too, with its multiplier as a fifth component that nothing depends on."""
-    problem = swinging()
-    found = weak_order(local_weak(HalfExplicitEuler(truncation=truncation), problem, reference))
-    assert len(reference(problem, (WHEN * problem.horizon,) * 16).states) == 5
-    assert found.order == pytest.approx(1.0, abs=0.02)
-    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
-    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
-
-
-@dataclass(frozen=True)
-class ForgetsTheMultiplier(HalfExplicitEuler):
-    """Half-explicit Euler that adds one per cent too much to the multiplier."""
-
-    def step(self, problem, state, t, h, noise):
-        new = super().step(problem, state, t, h, noise)
-        return replace_state(new, mu=state.mu + 1.01 * (new.state.mu - state.mu))
-
-
-def replace_state(step: Step, **parts) -> Step:
-    return step._replace(state=step.state._replace(**parts))
-
-
 def test_a_wrong_pure_output_is_found():
     """What no coefficient depends on is compared with its equation all the same."""
-    forgetful = ForgetsTheMultiplier(truncation="none")
-    opinion = judge_weak(weak_order(local_weak(forgetful, swinging(), reference)), 1.0)
+    forgetful = Altered(HalfExplicitEuler(truncation="none"), multiplier_noise)
+    opinion = judge_weak(weak_order(local_weak(forgetful, pendulum(), reference)), 1.0)
     assert opinion.verdict is Verdict.REFUTED
     assert opinion.reason.has(Kind.INCONSISTENT)
 
@@ -144,30 +102,6 @@ def test_a_small_coordinate_keeps_its_unit():
     assert judge_weak(weak_order(local_weak(scheme(wrong), small)), 1.0).reason.has(Kind.INCONSISTENT)
 
 
-def test_a_reference_serves_all_schemes():
-    """Computed once, it gives the same evidence as computed anew."""
-    anew = local_weak(scheme(euler), PROBLEMS["gbm"])
-    reused = local_weak(scheme(euler), PROBLEMS["gbm"], reference)
-    assert all(np.array_equal(a, b) for a, b in zip(anew, reused, strict=True))
-
-
-def test_orders_can_be_found_again_from_stored_evidence():
-    """The record survives being packed as evidence."""
-    record = local_weak(scheme(euler), PROBLEMS["gbm"], reference)
-    again = unpacked("weak", LocalWeak, packed("weak", record))
-    assert weak_order(again).order == weak_order(record).order
-
-
-def test_stopping_at_coarse_steps_is_not_enough():
-    """Cut at 2^-8, the evidence on projected Euler on the sphere does not decide what the whole of it verifies."""
-    tested, problem, known = CORRECT["projected Euler-Maruyama, sphere"]
-    record = local_weak(tested, PROBLEMS[problem], reference)
-    cut = record.h >= 2.0**-8
-    coarse = record._replace(h=record.h[cut], defect=record.defect[..., cut], scale=record.scale[..., cut])
-    assert judge_weak(weak_order(coarse), known).verdict is Verdict.INCONCLUSIVE
-    assert judge_weak(weak_order(record), known).verdict is Verdict.VERIFIED
-
-
 def bisected(p, x, t, h, n, *, tolerance, variance=1.0):
     """Solve x+ = x - h x+ + b dW by halving an interval down to a tolerance."""
     known = x + np.sqrt(variance) * SIGMA * n.dW
@@ -194,17 +128,6 @@ def test_a_plateau_hides_no_wrong_limit():
     assert judge_weak(order(scheme(bisected, tolerance=1e-8, variance=1.01), "ou"), 1.0).reason.has(Kind.INCONSISTENT)
 
 
-def test_steps_that_are_not_finite_decide_nothing():
-    """A scheme that gives NaN where its state is large is neither verified nor refuted."""
-
-    def lost(p, x, t, h, n):
-        return np.where(x > 1.2, np.nan, euler(p, x, t, h, n))
-
-    opinion = judge_weak(order(scheme(lost), "gbm"), 1.0)
-    assert opinion.verdict is Verdict.INCONCLUSIVE
-    assert "not finite" in str(opinion.reason)
-
-
 def test_overflow_at_coarse_steps_is_no_matter():
     """Only the fine end decides: a scheme that is lost at large steps keeps its order."""
 
@@ -214,24 +137,9 @@ def test_overflow_at_coarse_steps_is_no_matter():
     assert order(scheme(lost), "gbm").order == pytest.approx(1.0, abs=0.02)
 
 
-@dataclass(frozen=True)
-class Remembers(Scheme):
-    """A scheme with memory that is set at its start only."""
-
-    name: ClassVar[str] = "remembers"
-    form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
-
-    def start(self, problem, paths, h):
-        return (*problem.initial(paths), np.zeros((1, paths)))
-
-    def parts(self, problem, state):
-        return HolonomicState(*state[:3])._asdict()
-
-
 def test_pairs_that_cannot_be_probed_say_why():
-    """Hidden memory and too many noises are refused with a reason."""
+    """Too many noises are refused with a reason."""
     assert why_not_local_weak(scheme(euler), PROBLEMS["gbm"]) == ""
-    assert "memory" in why_not_local_weak(Remembers(), pendulum())
     many = equation(lambda t, x: -x, lambda t, x: np.ones((1, 12, 1)), [1.0], noise_dim=12)
     assert "12" in why_not_local_weak(scheme(euler), many)
     assert "12" in why_not_local_weak(scheme(euler, THREE_POINT), many)

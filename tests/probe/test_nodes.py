@@ -1,7 +1,7 @@
 """Cubature nodes: exactness, aggregation of half steps, and what becomes of rules that would be too large."""
 
 from collections.abc import Callable
-from itertools import combinations_with_replacement, product
+from itertools import combinations_with_replacement
 from math import prod
 
 import numpy as np
@@ -32,26 +32,7 @@ from sdaeverify.probing import LevelNoise, Nodes, step_nodes
 GAUSSIAN_MOMENTS = {0: 1.0, 1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0, 7: 0.0, 8: 105.0, 9: 0.0, 10: 945.0}
 
 
-@pytest.mark.parametrize("count", [3, 5, 6])
-def test_a_rule_integrates_polynomials_up_to_twice_its_size(count: int) -> None:
-    """With n nodes a rule is exact up to degree 2 n - 1, and not beyond."""
-    x, w = gauss_hermite(count)
-
-    for degree in range(2 * count):
-        assert w @ x**degree == pytest.approx(GAUSSIAN_MOMENTS.get(degree, 0.0), rel=1e-12, abs=1e-11)
-    assert w @ x ** (2 * count) < 0.999 * prod(range(1, 2 * count, 2))
-
-
-def test_variables_of_a_rule_are_independent() -> None:
-    """Moments of products are products of moments."""
-    rule = normal_rule(3, 4)
-
-    for powers in product(range(5), repeat=3):
-        moment = rule.weights @ np.prod(rule.x ** np.array(powers)[:, None], axis=0)
-        assert moment == pytest.approx(prod(GAUSSIAN_MOMENTS[p] for p in powers), abs=1e-10)
-
-
-@pytest.mark.parametrize("dimension", [3, 4, 8])
+@pytest.mark.parametrize("dimension", [3, 5])
 def test_a_rule_of_the_fifth_degree_knows_all_moments_of_five_factors(dimension: int) -> None:
     """Of whichever variables, in 2^n + 2n nodes of positive weight."""
     rule = fifth_degree_rule(dimension)
@@ -162,18 +143,6 @@ def test_a_bounded_law_has_its_atoms_as_nodes(law: Law) -> None:
     assert covariance(nodes) == pytest.approx(np.eye(2), abs=1e-14)
     assert len(signed.weights) == 4 * len(nodes.weights)
     assert covariance(signed) == pytest.approx(np.diag([1.0, 1.0, 1 / 12, 1 / 12]), abs=1e-14)
-
-
-def test_increments_are_laid_out_state_by_state() -> None:
-    """Path = state times K plus node, and everything scales like sqrt(h)."""
-    nodes = step_nodes(1, 3, areas=True)
-
-    noise = nodes.increment(0.25, states=2)
-
-    assert noise.H is not None
-    assert np.array_equal(noise.dW, 0.5 * np.concatenate([nodes.dW, nodes.dW], axis=1))
-    assert np.array_equal(noise.H[:, len(nodes.weights) :], 0.5 * nodes.H)
-    assert nodes.mean(np.ones((4, 2, 9))) == pytest.approx(np.ones((4, 2)))
 
 
 def test_too_many_atoms_are_sampled():

@@ -8,6 +8,7 @@ import pytest
 
 from facade import EulerMaruyama, HalfExplicitEuler, gbm, pendulum
 from probe import strong_cells as s
+from probe.weak_cells import constant, equation
 from sdaeverify import SDE, Array, Increment, Problem, Scheme, SchemeError, Step
 from sdaeverify.probing import OneStep, cloud, step_nodes
 
@@ -39,15 +40,7 @@ class Averaging(Scheme):
 
 
 def swapped(names: dict[str, slice]) -> SDE:
-    return SDE(
-        drift=lambda t, x: np.stack([x[1], -x[0]]),
-        diffusion=lambda t, x: np.array([[[0.0]], [[0.5]]]),
-        start=[1.0, 2.0],
-        names=names,
-        noise_dim=1,
-        horizon=1.0,
-        source="test",
-    )
+    return equation(lambda t, x: np.stack([x[1], -x[0]]), constant([0.0], [0.5]), [1.0, 2.0], names=names)
 
 
 def noise_of(problem: Problem, states: int) -> Increment:

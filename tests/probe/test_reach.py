@@ -7,7 +7,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from cells import Formula
 from facade import EulerMaruyama, HalfExplicitEuler, judge_strong, local_strong, ou, pendulum, strong_order, violation
+from probe.weak_cells import equation
 from sdaeverify import SDE, Array, Increment, Scheme, Step
 from sdaeverify.measuring import Verdict
 from sdaeverify.numerics import apply
@@ -30,16 +32,8 @@ def problem(coupling: Coupling = lambda t, a: 0.0 * a, noise: float = 0.0, start
         zero = np.zeros_like(x[0])
         return np.stack([np.stack([0.8 * x[0], zero]), np.stack([zero, 0.6 + noise * x[0]])])
 
-    return SDE(
-        drift=drift,
-        diffusion=diffusion,
-        start=[start, 0.5],
-        names=NAMES,
-        noise_dim=2,
-        horizon=1.0,
-        source="test",
-        traits=frozenset({"diagonal-noise"}),
-    )
+    traits = frozenset({"diagonal-noise"})
+    return equation(drift, diffusion, [start, 0.5], names=NAMES, noise_dim=2, traits=traits)
 
 
 def found(scheme: Scheme, of: SDE) -> list[list[int]]:
@@ -86,27 +80,15 @@ def test_errors_are_carried_on_by_components_between() -> None:
         return np.stack([-x[0], x[0] - x[1], x[1] - x[2]])
 
     names = {name: slice(i, i + 1) for i, name in enumerate("abc")}
-    chain = SDE(
-        drift=drift,
-        diffusion=lambda t, x: x[:, None] * np.array([0.5, 0.0, 0.0])[:, None, None],
-        start=[1.0, 1.0, 1.0],
-        names=names,
-        noise_dim=1,
-        horizon=1.0,
-        source="test",
-    )
+    one = np.array([0.5, 0.0, 0.0])[:, None, None]
+    chain = equation(drift, lambda t, x: x[:, None] * one, [1.0, 1.0, 1.0], names=names)
     assert found(EulerMaruyama(), chain) == [[1, 0, 0], [1, 1, 0], [1, 1, 1]]
 
 
-class Tamed(EulerMaruyama):
-    """Increments that are divided by 1 + h |f|, the norm being that of all components."""
-
-    name: ClassVar[str] = "tamed"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        f = problem.drift(t, state)
-        tamed = h * f / (1.0 + h * np.sqrt((f * f).sum(axis=0)))
-        return Step(state + tamed + apply(problem.diffusion(t, state), noise.dW))
+def tamed(of: SDE, x: Array, h: float, noise: Increment) -> Array:
+    """Return an Euler step whose increments are divided by 1 + h |f|, the norm being that of all components."""
+    f = of.drift(0.0, x)
+    return x + h * f / (1.0 + h * np.sqrt((f * f).sum(axis=0))) + apply(of.diffusion(0.0, x), noise.dW)
 
 
 class Remembered(NamedTuple):
@@ -134,7 +116,7 @@ class Late(Scheme):
         return Step(Remembered(new, np.abs(state.x).max(axis=0, keepdims=True)))
 
 
-@pytest.mark.parametrize("scheme", [Tamed(), Late()], ids=["at once", "by memory"])
+@pytest.mark.parametrize("scheme", [Formula(tamed), Late()], ids=["at once", "by memory"])
 def test_a_scheme_may_couple_what_the_equation_does_not(scheme: Scheme) -> None:
     """By a norm of all components, in this step or as it is remembered."""
     assert found(scheme, problem()) == [[1, 1], [1, 1]]

@@ -13,35 +13,36 @@ from facade import (
     circle,
     delay_ou,
     gbm,
-    load_registry,
     noncommuting,
     pendulum,
     rough_coefficient,
     smoothness,
 )
 
-JUMPS = {
-    "indicator": lambda x: 1.0 * (x > 1.0),
-    "a thousandth": lambda x: x + 1e-3 * (x > 1.3),
-    "sign": lambda x: np.sign(x - 0.9),
-    "floor": lambda x: np.floor(10.0 * x),
-    "window": lambda x: 1.0 * (np.abs(x - 1.0) < 0.05),
-}
-KINKS = {
-    "modulus": lambda x: np.abs(x - 1.2),
-    "call": lambda x: np.maximum(x - 1.1, 0.0),
-    "square root": lambda x: np.sqrt(np.abs(x - 1.0)),
-    "a hundredth": lambda x: x**2 + 0.01 * np.abs(x - 1.0),
-}
-SMOOTH = {
-    "power": lambda x: x**20,
-    "wave": lambda x: np.sin(40.0 * x),
-    "steep": lambda x: np.tanh(300.0 * (x - 1.0)),
-    "growth": lambda x: np.exp(5.0 * x),
-    "constant": np.ones_like,
-    "line": lambda x: 3.0 * x,
-    "large and flat": lambda x: 1e8 + 1e-9 * x**2,
-    "second derivative jumps": lambda x: np.maximum(x - 1.0, 0.0) ** 2,
+FUNCTIONS = {
+    Smoothness.JUMP: {
+        "indicator": lambda x: 1.0 * (x > 1.0),
+        "a thousandth": lambda x: x + 1e-3 * (x > 1.3),
+        "sign": lambda x: np.sign(x - 0.9),
+        "floor": lambda x: np.floor(10.0 * x),
+        "window": lambda x: 1.0 * (np.abs(x - 1.0) < 0.05),
+    },
+    Smoothness.KINK: {
+        "modulus": lambda x: np.abs(x - 1.2),
+        "call": lambda x: np.maximum(x - 1.1, 0.0),
+        "square root": lambda x: np.sqrt(np.abs(x - 1.0)),
+        "a hundredth": lambda x: x**2 + 0.01 * np.abs(x - 1.0),
+    },
+    Smoothness.SMOOTH: {
+        "power": lambda x: x**20,
+        "wave": lambda x: np.sin(40.0 * x),
+        "steep": lambda x: np.tanh(300.0 * (x - 1.0)),
+        "growth": lambda x: np.exp(5.0 * x),
+        "constant": np.ones_like,
+        "line": lambda x: 3.0 * x,
+        "large and flat": lambda x: 1e8 + 1e-9 * x**2,
+        "second derivative jumps": lambda x: np.maximum(x - 1.0, 0.0) ** 2,
+    },
 }
 
 
@@ -51,22 +52,10 @@ def found(function, problem=None):
     return smoothness(replace(problem or gbm(), observables=observables, truths=()), "q")
 
 
-@pytest.mark.parametrize("name", JUMPS)
-def test_jumps_are_found(name):
-    """At whatever place between two states, also where the values at both are the same."""
-    assert found(JUMPS[name]) is Smoothness.JUMP
-
-
-@pytest.mark.parametrize("name", KINKS)
-def test_kinks_are_found(name):
-    """A derivative that jumps, or is not finite, is no smooth function's."""
-    assert found(KINKS[name]) is Smoothness.KINK
-
-
-@pytest.mark.parametrize("name", SMOOTH)
-def test_smooth_functions_are_smooth(name):
-    """Neither steepness nor rounding is a kink."""
-    assert found(SMOOTH[name]) is Smoothness.SMOOTH
+@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, named in FUNCTIONS.items() for name in named])
+def test_jumps_and_kinks_are_found_and_told_from_smooth_functions(kind, name):
+    """At whatever place between two states; neither steepness nor rounding is a kink."""
+    assert found(FUNCTIONS[kind][name]) is kind
 
 
 @pytest.mark.parametrize("problem", [circle(), noncommuting(), delay_ou()])
@@ -103,12 +92,3 @@ def test_coefficients_that_are_not_smooth_are_named(problem, rough):
 def test_an_observable_of_an_unknown_component_is_left_alone():
     """It is not judged either."""
     assert smoothness(EulerMaruyama().view_of(pendulum()), "mu") is Smoothness.SMOOTH
-
-
-REGISTERED = load_registry(environ={}).problems
-
-
-@pytest.mark.parametrize("name", sorted(REGISTERED))
-def test_no_shipped_problem_has_a_coefficient_that_is_not_smooth(name):
-    """Stiff, constrained, curved and truncated as they may be."""
-    assert rough_coefficient(REGISTERED[name].make({}).build()) is None

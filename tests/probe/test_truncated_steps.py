@@ -1,7 +1,5 @@
 """Steps that are truncated are not yet what a scheme tends to, and have no order."""
 
-import numpy as np
-
 from facade import (
     TRUNCATED,
     DriftTruncatedEuler,
@@ -15,20 +13,14 @@ from facade import (
     why_not_local_weak,
 )
 from facade import strong_defects_LEVELS as LEVELS
+from probe.weak_cells import constant, equation
 from sdaeverify import SDE
 from sdaeverify.probing import OneStep, cloud
 
 
 def with_drift(size: float) -> SDE:
     """Return dx = size dt + dW from 1."""
-    return SDE(
-        drift=lambda t, x: size + 0.0 * x,
-        diffusion=lambda t, x: np.ones((1, 1, x.shape[1])),
-        start=[1.0],
-        noise_dim=1,
-        horizon=1.0,
-        source="made up",
-    )
+    return equation(lambda t, x: size + 0.0 * x, constant([1.0]), [1.0])
 
 
 def test_drift_that_is_truncated_at_every_state_has_no_local_order() -> None:

@@ -36,13 +36,6 @@ def test_powers_are_found(power, sign):
     assert opinion.verdict is Verdict.VERIFIED
 
 
-def test_rounding_is_exact():
-    """Defects that are above the floor at few levels have every order."""
-    found, opinion = judged(2.0, 1e-15 * np.cos(np.arange(len(H))))
-    assert found.order == np.inf
-    assert str(opinion.reason) == "exact to round-off"
-
-
 def test_the_error_of_the_reference_is_no_order():
     """Where three trees were extrapolated, a defect of the order 3 is theirs."""
     defect = 5.0 * H**4
@@ -116,14 +109,6 @@ def noisy(power, size):
     errors = np.random.default_rng(5).uniform(-size, size, (FUNCTIONS, STATES, len(H)))
     coefficients = np.linspace(0.1, 1.0, FUNCTIONS * STATES).reshape(FUNCTIONS, STATES, 1)
     return record(0.0 * H)._replace(defect=coefficients * H**power + errors)
-
-
-def test_a_plateau_of_a_solver_is_no_order():
-    """It is dropped and its step size reported; below it the claim is void."""
-    found = weak_order(noisy(2.0, 1e-8))
-    assert 2.0**-14 < found.plateau_h < 2.0**-9
-    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
-    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
 
 
 def test_a_few_defects_that_a_solver_stops_refute_nothing():

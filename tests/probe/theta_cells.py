@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from facade import WIDTHS, Lagged, LinearDelay, LinearDelayStep, as_recursion, side_of
+from facade import WIDTHS, LinearDelay, LinearDelayStep, as_recursion, side_of
 from sdaeverify import Array, Dissipation, Mesh
 
 MESHES = [Mesh(0, 0.0), Mesh(1, 0.0), Mesh(1, 0.3), Mesh(2, 0.0), Mesh(2, 0.7), Mesh(3, 0.4), Mesh(6, 0.1)]
@@ -93,12 +93,3 @@ def walked(step: LinearDelayStep, mesh: Mesh, x: Array, steps: int) -> list[Arra
         ahead = (1.0 - delta) * known[-m] + (delta * known[1 - m] if m > 1 else 0.0)
         known.append(R * known[-1] + S * now + V * ahead)
     return known[len(x) - 1 :]
-
-
-def companion(recursion: Lagged) -> Array:
-    """Return the matrix of (y_n, ..., y_{n-m})."""
-    k, last = recursion.maps.shape[-1], int(recursion.lags[-1])
-    F = np.eye(k * (last + 1), k=-k)
-    for lag, A in zip(recursion.lags, recursion.maps[0], strict=True):
-        F[:k, k * lag : k * (lag + 1)] = A
-    return F

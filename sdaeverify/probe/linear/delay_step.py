@@ -185,36 +185,24 @@ def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> 
         lagged = [_places(k, d, (n + i) % m) for i in range(min(m, 2))]
         used = np.concatenate([np.arange(k), *lagged])
         taken = chosen @ P[used]
-        _advance(P, step, Known(taken, taken[:, used] @ chosen.T), lagged[:1], mesh.delta)
+        _advance(P, step, (taken, taken[:, used] @ chosen.T), lagged[:1], mesh.delta)
         found.append(P[:k, [*range(k), -1]])
     collected = np.array(found)
     return RunMoments(collected[..., -1], collected[..., :-1])
-
-
-class Known(NamedTuple):
-    """Moments of z = (y_n, v_n, known part of v_{n+1}).
-
-    Attributes
-    ----------
-    taken : ndarray, shape (k + 2 d, k + m d + 1)
-        With (y_n, all lagged values, 1).
-    within : ndarray, shape (k + 2 d, k + 2 d)
-        E z z^T.
-    """
-
-    taken: Array
-    within: Array
 
 
 def _places(k: int, d: int, place: int) -> Array:
     return k + d * place + np.arange(d)
 
 
-def _advance(P: Array, step: LinearDelayStep, known: Known, forgotten: list[Array], delta: float) -> None:
+def _advance(
+    P: Array, step: LinearDelayStep, known: tuple[Array, Array], forgotten: list[Array], delta: float
+) -> None:
+    # `known` are moments of z = (y_n, v_n, known part of v_{n+1}) with (y_n, all lagged values, 1), and E z z^T.
     # `forgotten` are the places of v_n, where v_{n+m} is put; without a delay there are none.
     k, d, maps = step.rows, step.dimension, step.maps
-    second = (maps @ known.within @ maps.swapaxes(1, 2)).sum(axis=0)
-    cross = step.drift @ known.taken
+    second = (maps @ known[1] @ maps.swapaxes(1, 2)).sum(axis=0)
+    cross = step.drift @ known[0]
     # The new lagged value with all that was known, with y_{n+1} and with itself.
     fresh = delta * cross[:d] + (1.0 - delta) * P[:d]
     with_y = delta * second[:d] + (1.0 - delta) * cross[:, :d].T
@@ -294,11 +282,9 @@ def why_not_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
     h : float
         Step size.
     """
-    inputs, xi = (
-        trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
-        np.ones((view.noise_dim, 1)),
-    )
-    first, *others = (_evaluate_step(scheme, view, h, (inputs, xi), t)[0] for t in _times_after_delay(view))
+    inputs = trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension)
+    at = inputs, np.ones((view.noise_dim, 1))
+    first, *others = (_evaluate_step(scheme, view, h, at, t)[0] for t in _times_after_delay(view))
     return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
 
 

@@ -12,7 +12,6 @@ because the past up to one delay ago has been driven by the noise that drove the
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -86,15 +85,10 @@ class MomentErrors(NamedTuple):
         """Whether the step is linear: one that overflows shows no defect, one without root has no moments."""
         return bool(self.defect.max() <= AFFINE)
 
-
-class _Moments(NamedTuple):
-    # E z z^T of the comparable components at T, the largest moment on the way, relative error of the rule, the rest
-    # as in `MomentErrors`.
-    P: Array
-    scale: float
-    rule_error: float
-    defect: float
-    usable: float
+    @property
+    def known(self) -> bool:
+        """Whether there are errors at all: of linear steps that have a root and a second moment."""
+        return self.linear and bool(self.usable.all())
 
 
 def why_not_moments(scheme: Scheme, view: Problem) -> str:
@@ -124,24 +118,14 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     MomentErrors
     """
     steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
-    one_step, T = OneStep(scheme, view), view.horizon
+    one_step, h = OneStep(scheme, view), [view.horizon / count for count in steps]
     exact = _exact(one_step)
     with np.errstate(all="ignore"):
-        found = [_propagate(one_step, T / count, count) for count in steps]
-        differences = np.stack([each.P - exact for each in found])
-        scale = np.array([max(each.scale, np.abs(exact).max()) for each in found])
-        floor = scale * np.array(
-            [n * (ROUNDING * EPS + each.rule_error) for n, each in zip(steps, found, strict=True)]
-        )
-    return MomentErrors(
-        np.array([T / count for count in steps]),
-        differences[:, :-1, -1],
-        differences[:, :-1, :-1],
-        floor,
-        scale,
-        np.array([each.defect for each in found]),
-        np.array([each.usable for each in found]),
-    )
+        found = [_propagate(one_step, size, count) for size, count in zip(h, steps, strict=True)]
+        P, largest, rule_error, *noticed = map(np.array, zip(*found, strict=True))
+        differences, scale = P - exact, np.maximum(largest, np.abs(exact).max())
+        floor = scale * (np.array(steps) * (ROUNDING * EPS + rule_error))
+    return MomentErrors(np.array(h), differences[:, :-1, -1], differences[:, :-1, :-1], floor, scale, *noticed)
 
 
 def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
@@ -149,7 +133,7 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
 
     None is told where the step is not linear, or has no root or no second moment.
     """
-    if not record.linear or not record.usable.all():
+    if not record.known:
         return ()
     i, j = np.triu_indices(record.first.shape[1])
     errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
@@ -162,18 +146,22 @@ def _exact(one_step: OneStep) -> Array:
     return smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
 
 
-def _propagate(one_step: OneStep, h: float, count: int) -> _Moments:
+def _propagate(one_step: OneStep, h: float, count: int) -> tuple[Array, float, float, float, float]:
+    """Return E z z^T of the comparable components at T, the largest moment on the way, and the error of the rule.
+
+    Behind them stand, as in `MomentErrors`, the step's defect and whether it is usable.
+    """
     found, step = step_moments(one_step, h), MemoryStep(one_step, h)
     if found.defect > AFFINE:
         d = one_step.equation.dimension + 1
-        return _Moments(np.full((d, d), np.nan), np.nan, np.nan, found.defect, 0.0)
+        return np.full((d, d), np.nan), np.nan, np.nan, found.defect, 0.0
     z = np.append(flatten(step.start)[:, 0], 1.0)
     operator, Q = restrict_to_observed(step, found.operator)
     z, L = Q @ z, step.reading() @ Q.T
     P = smat(np.linalg.matrix_power(operator.dense(), count) @ svec(np.outer(z, z)), len(z))
-    usable = float(not found.failed and np.isinf(found.far.pole))
+    usable = float(not found.failed and np.isinf(found.pole))
     scale = float(max(np.abs(P).max(), np.outer(z, z).max()))
-    return _Moments(L @ P @ L.T, scale, found.rule_error, found.defect, usable)
+    return L @ P @ L.T, scale, found.rule_error, found.defect, usable
 
 
 def aligned_steps(view: Delayed, steps: Sequence[int]) -> list[int]:
@@ -229,18 +217,11 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
     """
     steps = aligned_steps(view, [*steps, *(steps[-1] * 2**level for level in range(1, DELAY_FURTHER + 1))])
     exact = known_moments(view)
-    found = [_run(scheme, view, count) for count in steps]
-    errors = np.array([each[:2] for each in found]) - exact
-    scale = np.array([max(each[2], np.abs(exact).max()) for each in found])
-    return MomentErrors(
-        h=view.horizon / np.array(steps),
-        first=errors[:, :1],
-        second=errors[:, 1:, None],
-        floor=scale * (KNOWN / ABOVE_FLOOR + ROUNDING * EPS * np.array(steps)),
-        scale=scale,
-        defect=np.array([each[3] for each in found]),
-        usable=np.array([1.0 - each[4] for each in found]),
-    )
+    *moments, largest, defect, usable = np.array([_run(scheme, view, count) for count in steps]).T
+    errors, scale = np.stack(moments, axis=1) - exact, np.maximum(largest, np.abs(exact).max())
+    floor = scale * (KNOWN / ABOVE_FLOOR + ROUNDING * EPS * np.array(steps))
+    h = view.horizon / np.array(steps)
+    return MomentErrors(h, errors[:, :1], errors[:, 1:, None], floor, scale, defect, usable)
 
 
 def known_moments(view: Delayed) -> Array:
@@ -260,14 +241,14 @@ def known_moments(view: Delayed) -> Array:
 
 
 def _run(scheme: Scheme, view: Delayed, count: int) -> tuple[float, ...]:
-    """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it failed."""
+    """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it is usable."""
     h = view.horizon / count
     probed, (y, lagged) = probe_step(scheme, view, h), run_start(scheme, view, h, count)
     start = Start(np.append(y, 1.0), lagged)
     found = run_moments(_homogeneous(probed.step, probed.offset), view.mesh(h), start, count)
     mean, second = found.mean[:, 0], found.second[:, 0, 0]
     largest = float(np.abs(found.second[:, :-1, :-1]).max())
-    return float(mean[-1]), float(second[-1]), largest, probed.defect, float(probed.failed)
+    return float(mean[-1]), float(second[-1]), largest, probed.defect, 1.0 - probed.failed
 
 
 def _homogeneous(step: LinearDelayStep, offset: Array) -> LinearDelayStep:
@@ -308,7 +289,6 @@ class QuadraticForm(NamedTuple):
         return float(np.abs(self.linear).sum() + np.abs(self.square).sum())
 
 
-@lru_cache(maxsize=64)
 def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
     """Return an observable at the final time as a function of the state, or None where it is not quadratic.
 
@@ -328,7 +308,7 @@ def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
         return np.broadcast_to(np.asarray(value, dtype=float), x.shape[1:])
 
     try:
-        return _fitted(q, ito.dimension)
+        return fit_quadratic(q, ito.dimension)
     except (KeyError, IndexError, ValueError):
         # Of what the equation does not carry, such as a multiplier.
         return None
@@ -343,14 +323,14 @@ def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrd
         Of the components that the form is about.
     form : QuadraticForm
     """
-    unusable = record.defect.max() > AFFINE or not record.usable.all()
-    if unusable or record.first.shape[1] != len(form.linear) or not form.size:
+    if not record.known or record.first.shape[1] != len(form.linear) or not form.size:
         return None
     errors = form.of_moments(record.first, record.second)
     return order_of(record.h, errors, form.size * record.floor, form.size * float(record.scale[-1]))
 
 
-def _fitted(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
+def fit_quadratic(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
+    """Return the coefficients of a function of states, shape (d, P) -> (P,), or None where it is not quadratic."""
     unit = np.eye(d)
     c, up, down = float(q(np.zeros((d, 1)))[0]), q(unit), q(-unit)
     both = q((unit[:, :, None] + unit[:, None, :]).reshape(d, -1)).reshape(d, d)

@@ -8,8 +8,6 @@ Off the manifold, where no solution is, the constraint's defect need not decay. 
 depends, are no states either.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...arrays import Array
@@ -23,22 +21,9 @@ from .second_moments import Operator
 ADDS = 1e-12
 
 
-class Observed(NamedTuple):
-    """An operator on the memory that some components depend on.
-
-    Attributes
-    ----------
-    operator : Operator
-        With factors [[R, r], [0, 1]], shape (p + 1, p + 1, K), for memory y = Q x.
-    rows : ndarray, shape (p + 1, k + 1)
-        [[Q, 0], [0, 1]] with orthonormal rows.
-    """
-
-    operator: Operator
-    rows: Array
-
-
-def restrict_to_observed(step: MemoryStep, operator: Operator, components: Array | None = None) -> Observed:
+def restrict_to_observed(
+    step: MemoryStep, operator: Operator, components: Array | None = None
+) -> tuple[Operator, Array]:
     """Return an operator on the memory that components depend on.
 
     Parameters
@@ -51,27 +36,30 @@ def restrict_to_observed(step: MemoryStep, operator: Operator, components: Array
 
     Returns
     -------
-    Observed
+    Operator
+        With factors [[R, r], [0, 1]], shape (p + 1, p + 1, K), for memory y = Q x.
+    ndarray, shape (p + 1, k + 1)
+        [[Q, 0], [0, 1]] with orthonormal rows.
     """
     k = step.dimension
     everything = components is None and k == step.one_step.equation.dimension
     if everything or not np.isfinite(operator.factors).all():
-        return Observed(operator, np.eye(k + 1))
+        return operator, np.eye(k + 1)
     reading = step.reading()[:-1, :-1]
     rows = _close_under_maps(reading if components is None else reading[components], operator.homogeneous.factors)
     Q = np.eye(len(rows) + 1, k + 1)
     Q[:-1, :-1], Q[-1] = rows, np.eye(k + 1)[-1]
-    return Observed(_between(operator, Q), Q)
+    return _between(operator, Q), Q
 
 
 def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
     """Return the linear part of an operator where it matters for stability, on (p, p) matrices."""
     one_step = step.one_step
     if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
-        return restrict_to_observed(step, operator).operator.homogeneous
-    seen = restrict_to_observed(step, operator, _states(linear_equation(one_step.equation)))
-    linear, entered = seen.operator.homogeneous, one_step.enter(one_step.admissible_corners, 0.0, step.h)
-    columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
+        return restrict_to_observed(step, operator)[0].homogeneous
+    seen, rows = restrict_to_observed(step, operator, _states(linear_equation(one_step.equation)))
+    linear, entered = seen.homogeneous, one_step.enter(one_step.admissible_corners, 0.0, step.h)
+    columns = rows[:-1, :-1] @ _differences(flatten(entered))
     return _between(linear, _close_under_maps(columns.T, linear.factors.swapaxes(0, 1)))
 
 

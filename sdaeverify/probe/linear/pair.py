@@ -89,7 +89,7 @@ def affine_step(one_step: OneStep, h: float) -> AffineStep:
     """Return a step of size h as a function that is affine in state and noise together, and how well it is one."""
     noise = StepNoise.of(one_step)
     xi = np.concatenate([noise.simplex(), noise.trials()], axis=1)
-    found = linear_map(MemoryStep(one_step, h), noise.nodes(xi, np.ones(xi.shape[1])))
+    found = linear_map(MemoryStep(one_step, h), noise.nodes(xi))
     vertices, (rows, shifts) = noise.normals + 1, (found.factors[:-1, :-1], found.factors[:-1, -1])
     M, r = rows[..., :vertices].mean(axis=-1), shifts[:, :vertices].mean(axis=-1)
     N = shifts[:, :vertices] @ xi[:, :vertices].T / vertices

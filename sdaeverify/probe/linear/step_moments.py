@@ -145,27 +145,12 @@ def _rule(parts: list[Panels]) -> tuple[Array, Array]:
     return np.concatenate([part.values for part in parts], axis=-1), weights
 
 
-class FarNoise(NamedTuple):
-    """Noise that no quadrature sees: poles of a step in its noise, and second moments that rare noise carries.
+def far_noise(image: Image, noise: StepNoise) -> tuple[float, float]:
+    """Return where a step is infinite, and how much of its mean square comes from far out: what no quadrature sees.
 
     A step that divides by 1 - c z has an infinite second moment, however far out the pole is, and a quadrature that
     stops at 9.5 standard deviations returns a finite number. All lines through 0 that are scanned reach out to 60.
     They are scanned from one random state: a step with a pole has it from almost every one.
-
-    Attributes
-    ----------
-    pole : float
-        Least |z| at which the step is infinite, in standard deviations; infinite if there is none.
-    left_out : float
-        Bound of what |z| > 9.5 adds to the mean square after a step from a state of length 1, along the lines.
-    """
-
-    pole: float
-    left_out: float
-
-
-def far_noise(image: Image, noise: StepNoise) -> FarNoise:
-    """Return where a step is infinite, and how much of its mean square comes from far out.
 
     Parameters
     ----------
@@ -175,7 +160,10 @@ def far_noise(image: Image, noise: StepNoise) -> FarNoise:
 
     Returns
     -------
-    FarNoise
+    pole : float
+        Least |z| at which the step is infinite, in standard deviations; infinite if there is none.
+    left_out : float
+        Bound of what |z| > 9.5 adds to the mean square after a step from a state of length 1, along the lines.
     """
     z = np.arange(-FAR, FAR + SPACING, SPACING)
     directions = noise.directions()
@@ -186,7 +174,7 @@ def far_noise(image: Image, noise: StepNoise) -> FarNoise:
     line, centre, nearby = line[sharpest], z[place + 1][sharpest], nearby[sharpest]
     exponent = _exponents(image, directions[:, line], centre, nearby)
     pole = float(np.min(np.abs(centre), initial=np.inf, where=exponent > EXPONENT))
-    return FarNoise(pole, np.inf if pole < np.inf else _bound_tails(lines, z))
+    return pole, np.inf if pole < np.inf else _bound_tails(lines, z)
 
 
 def _sizes(image: Image, x: Array) -> Array:
@@ -240,10 +228,13 @@ class Expectation(NamedTuple):
 
     @property
     def disagreement(self) -> float:
-        """How much the two rules disagree, relative."""
+        """How much the two rules disagree at some random positive matrices, relative."""
         if self.coarser is self.operator:
             return 0.0
-        return np.inf if self.coarser is None else disagreement(self.operator, self.coarser)
+        if self.coarser is None:
+            return np.inf
+        values, others = (each(_positive(each.dimension)) for each in (self.operator, self.coarser))
+        return _difference(values, others)
 
 
 def expectation(
@@ -277,34 +268,15 @@ def expectation(
     return split if agreed else min(found, split, key=lambda pair: pair.disagreement)
 
 
-def disagreement(a: Operator, b: Operator) -> float:
-    """Return the largest difference of two operators' values at some random positive matrices, relative."""
-    return _difference(a(_positive(a.dimension)), b(_positive(b.dimension)))
-
-
 def _difference(values: Array, others: Array) -> float:
+    """Return the largest difference of two operators' values at some random positive matrices, relative."""
     return relative((values - others).reshape(-1, 1), values.reshape(-1, 1))
-
-
-def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
-    """Return [[R, r], [0, 1]] where the normals are x, shape (k + 1, k + 1, K).
-
-    Parameters
-    ----------
-    step : MemoryStep
-        A step that is linear in the memory for each value of its normals.
-    noise : StepNoise
-        How normals become the noise of a step.
-    x : ndarray, shape (n, K)
-        Values of its n normals, at K nodes.
-    """
-    return factors_at(step, noise.nodes(x, np.ones(x.shape[1])))
 
 
 def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
     # Where a random state of length 1 goes where the normals are x, shape (n, K) -> (k, K).
     state = trial_states(step.dimension)[:, [SIZES.index(1.0) - len(SIZES)]]
-    return step.at_nodes(state, noise.nodes(x, np.ones(x.shape[1])))[0][:, 0]
+    return step.at_nodes(state, noise.nodes(x))[0][:, 0]
 
 
 def _by_rule(step: MemoryStep, nodes: Nodes | None) -> Operator | None:
@@ -336,9 +308,9 @@ def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
         left, right = (part.reshape(*part.shape[:2], -1) for part in (by_panel * weights[:, None, None], by_panel))
         return np.moveaxis(left @ right.swapaxes(1, 2), 0, -1)
 
-    rules = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
-    finer, coarser = (Operator(*rule) for rule in rules)
-    return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
+    rules = bisect_panels(lambda z: factors_at(step, noise.nodes(z[None])), integrals)
+    found = Expectation(*(Operator(*rule) for rule in rules))
+    return found._replace(coarser=found.operator) if found.disagreement <= AGREEMENT else found
 
 
 def _positive(n: int) -> Array:
@@ -351,30 +323,29 @@ class StepMoments(NamedTuple):
 
     Attributes
     ----------
-    expectation : Expectation
-        Of matrices E z z^T with z = (x, 1), x being all memory of the scheme.
+    operator : Operator
+        On matrices E z z^T with z = (x, 1), x being all memory of the scheme.
+    coarser : Operator or None
+        By a coarser rule, see `Expectation`.
     defect : float
         Of linearity in the state, relative: rounding if the step is linear.
     failed : bool
         Whether the scheme found no root somewhere.
-    far : FarNoise
-        Poles of the step in its noise, and what noise beyond the quadrature adds.
+    pole, left_out : float
+        Where the step is infinite in its noise, and what noise beyond the quadrature adds, see `far_noise`.
     """
 
-    expectation: Expectation
+    operator: Operator
+    coarser: Operator | None
     defect: float
     failed: bool
-    far: FarNoise = FarNoise(np.inf, 0.0)
-
-    @property
-    def operator(self) -> Operator:
-        """The operator, by the finer rule."""
-        return self.expectation.operator
+    pole: float = np.inf
+    left_out: float = 0.0
 
     @property
     def rule_error(self) -> float:
         """How much the two rules disagree, and what they leave out, relative to an operator of size at least 1."""
-        return self.expectation.disagreement + self.far.left_out
+        return Expectation(self.operator, self.coarser).disagreement + self.left_out
 
 
 def why_not_linear_step(scheme: Scheme, view: Problem) -> str:
@@ -413,7 +384,7 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
         few = Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices))
         if found.defect > AFFINE:
             # No operator takes moments through a step that is not linear: there is nothing to be certain of.
-            return StepMoments(Expectation(few, None), found.defect, found.failed)
+            return StepMoments(few, None, found.defect, found.failed)
         if _affine(noise, found):
             return _exact(found, few)
         if noise.law.bounded:
@@ -422,9 +393,9 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
         if first is not None and _told(found.factors, first.factors, _polynomial_shares(noise)):
             # It is everywhere what its values at the nodes make it.
             return _exact(found, first)
-        seen = far_noise(partial(_image, step, noise), noise) if far else FarNoise(np.inf, 0.0)
-        operators = expectation(step, noise, few, first, kinks=seen.pole > CUT)
-        return StepMoments(operators, found.defect, found.failed, seen)
+        pole, left_out = far_noise(partial(_image, step, noise), noise) if far else (np.inf, 0.0)
+        operators = expectation(step, noise, few, first, kinks=pole > CUT)
+        return StepMoments(*operators, found.defect, found.failed, pole, left_out)
 
 
 def _by_atoms(step: MemoryStep, noise: StepNoise) -> StepMoments:
@@ -435,13 +406,11 @@ def _by_atoms(step: MemoryStep, noise: StepNoise) -> StepMoments:
 
 
 def _exact(found: LinearMap, operator: Operator) -> StepMoments:
-    return StepMoments(Expectation(operator, operator), found.defect, found.failed)
+    return StepMoments(operator, operator, found.defect, found.failed)
 
 
-@lru_cache(maxsize=64)
 def _trial_nodes(noise: StepNoise) -> Nodes:
-    x = _trial_points(noise)
-    return noise.nodes(x, np.ones(x.shape[1]))
+    return noise.nodes(_trial_points(noise))
 
 
 def _trial_points(noise: StepNoise) -> Array:
@@ -451,13 +420,8 @@ def _trial_points(noise: StepNoise) -> Array:
 
 def _affine(noise: StepNoise, found: LinearMap) -> bool:
     at_vertices, beyond = np.split(found.factors, [noise.normals + 1], axis=-1)
-    return _told(beyond, at_vertices, _affine_shares(noise))
-
-
-@lru_cache(maxsize=64)
-def _affine_shares(noise: StepNoise) -> Array:
     # With vertices v_i, an affine function is the sum of its values there times (1 + v_i . x)/(n + 1).
-    return np.asarray((1.0 + noise.simplex().T @ noise.trials()) / (noise.normals + 1))
+    return _told(beyond, at_vertices, (1.0 + noise.simplex().T @ noise.trials()) / (noise.normals + 1))
 
 
 @lru_cache(maxsize=64)

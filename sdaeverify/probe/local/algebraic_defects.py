@@ -23,8 +23,8 @@ from ..step.nodes import normal_rule
 from ..step.one_step import OneStep
 from ..step.states import cloud
 from .delay_links import Y, remove_delay
-from .orders import last_orders
-from .strong_defects import LEVELS, ROUNDING
+from .orders import worst_order
+from .strong_defects import LEVELS
 
 NODES = 4
 
@@ -71,8 +71,7 @@ def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicD
 
 def algebraic_order(record: AlgebraicDefects) -> float:
     """Return the least order over the states; infinite if y is off by rounding, NaN if it is not finite."""
-    worst = record.scale.max(axis=0)
-    return float(last_orders(record.h, record.rms.max(axis=0), ROUNDING * worst, worst).order)
+    return worst_order(record.h, record.rms, record.scale)
 
 
 def _level(

@@ -21,9 +21,9 @@ from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_
 from ..step.one_step import OneStep
 from ..step.states import cloud
 from .delay_links import remove_delay
-from .orders import last_orders
+from .orders import ROUNDING, last_orders, worst_order
 from .reach import mark_rows, reach
-from .strong_defects import LEVELS, ROUNDING
+from .strong_defects import LEVELS
 
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
 # is not hidden by what is right.
@@ -94,13 +94,11 @@ def consistency_orders(record: Consistency, component: int | None = None) -> tup
         Of |E d|.
     """
     rows = mark_rows(record.reached, component)
-    return _orders(record, record.rms[:, rows]), _orders(record, record.mean[:, rows])
-
-
-def _orders(record: Consistency, part: Array) -> Array:
-    """Return the least order over the components at each state, shape (2, S)."""
-    found = last_orders(record.h, part, ROUNDING * record.scale, record.scale)
-    return np.asarray(found.order.min(axis=1))
+    rms, mean = (
+        last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale).order.min(axis=1)
+        for part in (record.rms, record.mean)
+    )
+    return rms, mean
 
 
 def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:
@@ -189,10 +187,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
 
 def consistency_order(record: DelayConsistency) -> float:
     """Return the order p of Definition 3.1; infinite if the defects are rounding, NaN if they are not finite."""
-    worst = record.scale.max(axis=0)
-    of_rms, of_mean = (
-        last_orders(record.h, part.max(axis=0), ROUNDING * worst, worst).order for part in (record.rms, record.mean)
-    )
+    of_rms, of_mean = (worst_order(record.h, part, record.scale) for part in (record.rms, record.mean))
     return float(np.minimum(of_rms - 0.5, of_mean - 1.0))
 
 

@@ -11,6 +11,8 @@ TOLERANCE = 1e-6
 FLAT = 0.35
 # A level is used where it is so many times a plateau: the plateau then moves a local order by less than 0.03.
 CLEAR = 30.0
+# Rounding errors of a defect stay some hundred times below this part of the solution's size.
+ROUNDING = 6e-14
 # An order that changes by less from one level to the next has settled.
 SETTLED = 0.05
 
@@ -57,11 +59,11 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     """
     finite = np.isfinite(size)
     usable = finite & (size > floor)
-    fine = _finest(usable)
+    fine = finest_usable(usable)
     order, longer = _orders(h, size, usable, fine)
     # Over two or three levels, so that errors that jump about below a tolerance are seen as well.
-    flat = ((order < FLAT) | (longer < FLAT)) & (_pick(size, fine[0]) < TOLERANCE * _pick(scale, fine[0]))
-    plateau = np.where(flat, np.maximum(_pick(size, fine[0]), _pick(size, fine[1])), -1.0)
+    flat = ((order < FLAT) | (longer < FLAT)) & (pick(size, fine[0]) < TOLERANCE * pick(scale, fine[0]))
+    plateau = np.where(flat, np.maximum(pick(size, fine[0]), pick(size, fine[1])), -1.0)
     hidden = usable & (size <= CLEAR * plateau[..., None])
     clear, wanted = usable & ~hidden, np.arange(len(h)) < (used or len(h))
     # What is asked of the same levels once more is known.
@@ -75,8 +77,22 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     return LocalOrders(order, ahead, np.where(hidden, h, 0.0).max(axis=-1))
 
 
+def worst_order(h: Array, size: Array, scale: Array) -> float:
+    """Return the order of the largest defects of all states; infinite if they are rounding, NaN if not finite.
+
+    Parameters
+    ----------
+    h : ndarray, shape (H,)
+        Step sizes, coarsest first.
+    size, scale : ndarray, shape (S, H)
+        Defects at S states, not negative, and the size of what they are defects of.
+    """
+    worst = scale.max(axis=0)
+    return float(last_orders(h, size.max(axis=0), ROUNDING * worst, worst).order)
+
+
 def _extrapolate_order(h: Array, size: Array, usable: Array) -> tuple[Array, Array]:
-    return _extrapolate(*_orders(h, size, usable, _finest(usable)))
+    return _extrapolate(*_orders(h, size, usable, finest_usable(usable)))
 
 
 def _extrapolate(order: Array, longer: Array) -> tuple[Array, Array]:
@@ -86,7 +102,7 @@ def _extrapolate(order: Array, longer: Array) -> tuple[Array, Array]:
         return order, np.where(np.isfinite(longer), order + 2.0 * (order - longer), order)
 
 
-def _finest(usable: Array) -> tuple[Array, ...]:
+def finest_usable(usable: Array) -> tuple[Array, ...]:
     """Return the indices of the three finest usable levels, finest first; 0 where there are fewer."""
     behind = np.cumsum(usable[..., ::-1], axis=-1)[..., ::-1]
     return tuple((usable & (behind == rank)).argmax(axis=-1) for rank in (1, 2, 3))
@@ -94,7 +110,7 @@ def _finest(usable: Array) -> tuple[Array, ...]:
 
 def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tuple[Array, Array]:
     """Return the orders between the finest usable level and the first and the second one before it."""
-    last, one, two = (_pick(size, index) for index in fine)
+    last, one, two = (pick(size, index) for index in fine)
     count = usable.sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         order = np.log(one / last) / np.log(h[fine[1]] / h[fine[0]])
@@ -102,7 +118,8 @@ def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tu
     return np.where(count > 1, order, np.inf), np.where(count > 2, longer, np.inf)
 
 
-def _pick(values: Array, index: Array) -> Array:
+def pick(values: Array, index: Array) -> Array:
+    """Return the values at a level of its own in each place; those of one row are the same for all places."""
     if values.ndim == 1:
         return np.asarray(values[index])
     if values.ndim <= index.ndim:

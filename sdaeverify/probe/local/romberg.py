@@ -10,7 +10,6 @@ and Romberg's extrapolation of k = 1 ... K in 1/k to 0 is right up to O(h^(K+1))
 
 from collections.abc import Callable
 from math import factorial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,27 +31,25 @@ def weights(K: int) -> Array:
     return np.array([(-1.0) ** (K - k) * k**K / (factorial(k) * factorial(K - k)) for k in range(1, K + 1)])
 
 
-class Romberg(NamedTuple):
-    """The expectation x, t, h -> E phi(x(t + h)) given x(t) = x, with an error O(h^(K+1)).
+def extrapolate_means(ito: Equation, functions: Callable[[Array], Array], x: Array, t: float, h: float) -> Array:
+    """Return E phi(x(t + h)) given x(t) = x, with an error O(h^(K+1)).
 
-    Attributes
+    Parameters
     ----------
     ito : Equation
     functions : callable, ndarray of shape (d, P) -> ndarray of shape (F, P)
         phi.
-    K : int
-        Number of trees.
+    x : ndarray, shape (d, S)
+    t, h : float
+
+    Returns
+    -------
+    ndarray, shape (F, S)
     """
-
-    ito: Equation
-    functions: Callable[[Array], Array]
-    K: int
-
-    def __call__(self, x: Array, t: float, h: float) -> Array:
-        """Return the expectations from states x of shape (d, S), shape (F, S)."""
-        means = [self.functions(leaves(self.ito, x, t, h / k, k)) for k in range(1, self.K + 1)]
-        trees = np.stack([values.reshape(len(values), x.shape[1], -1).mean(axis=2) for values in means])
-        return np.asarray(np.einsum("k,kfs->fs", weights(self.K), trees))
+    K = depth(ito.noise_dim)
+    means = [functions(leaves(ito, x, t, h / k, k)) for k in range(1, K + 1)]
+    trees = np.stack([values.reshape(len(values), x.shape[1], -1).mean(axis=2) for values in means])
+    return np.asarray(np.einsum("k,kfs->fs", weights(K), trees))
 
 
 def leaves(ito: Equation, x: Array, t: float, h: float, steps: int) -> Array:

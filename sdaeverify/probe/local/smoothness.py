@@ -60,11 +60,11 @@ def smoothness(view: Problem, observable: str) -> Smoothness:
     """
     value, states = _in_states(view, observable)
     rng = np.random.Generator(np.random.Philox(key=SEED + 12))
-    lines = _Lines(states[:, rng.integers(states.shape[1], size=(2, LINES))], CUTS)
+    ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
     with np.errstate(all="ignore"):
-        if lines.follow(value, 1).persists:
+        if _follow(ends, CUTS, value, 1)[0]:
             return Smoothness.JUMP
-        return Smoothness.KINK if lines.follow(value, 2).persists else Smoothness.SMOOTH
+        return Smoothness.KINK if _follow(ends, CUTS, value, 2)[0] else Smoothness.SMOOTH
 
 
 class Roughness(NamedTuple):
@@ -103,17 +103,17 @@ def rough_coefficient(view: Problem) -> Roughness | None:
         return None
     rng = np.random.Generator(np.random.Philox(key=SEED + 14))
     with np.errstate(all="ignore"):
-        lines = _Lines(_around(view, equation, rng), SHORT_CUTS)
+        ends = _around(view, equation, rng)
         # Weights at random hide the kink of no entry behind another one's.
         f, *B = rng.standard_normal((1 + equation.noise_dim, equation.dimension, 1))
         time, b = WHEN * equation.horizon, np.stack(B, axis=1) if B else np.zeros((equation.dimension, 0, 1))
-        found = {
-            "drift": lines.follow(lambda x: np.asarray((f * equation.drift(time, x)).sum(axis=0)), 2),
-            "diffusion": lines.follow(lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))), 2),
+        sums: dict[str, Callable[[Array], Array]] = {
+            "drift": lambda x: np.asarray((f * equation.drift(time, x)).sum(axis=0)),
+            "diffusion": lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))),
         }
-    rough = {name: change for name, change in found.items() if change.persists}
-    worst = min(rough, key=lambda name: not rough[name].grows, default="")
-    return Roughness(worst, not rough[worst].grows) if worst else None
+        found = {name: _follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
+    rough = [Roughness(name, not grows) for name, (persists, grows) in found.items() if persists]
+    return min(rough, key=lambda each: each.lipschitz, default=None)
 
 
 def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Array:
@@ -150,44 +150,46 @@ def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Ar
     return value, x + (1.0 + np.abs(x)) * rng.standard_normal((len(x), LINES))
 
 
-class _Change(NamedTuple):
-    # Of the largest difference on each line, in parts of the interval: whether it does not fall, or even grows.
-    persists: bool
-    grows: bool
+def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> tuple[bool, bool]:
+    """Tell whether the largest differences of q on lines, in parts of the interval, do not fall, or even grow.
+
+    Parameters
+    ----------
+    ends : ndarray, shape (d, 2, L)
+        Of the lines.
+    cuts : int
+        Intervals that each line is cut into at first.
+    q : callable
+    order : int
+        Of the differences, the first or the second.
+    """
+    count = ends.shape[2]
+    if not count:
+        return False, False
+    length, left = 1.0 / cuts, np.repeat(np.arange(cuts)[:, None] / cuts, count, axis=1)
+    values = _values(ends, q, left)
+    span, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
+    followed = list[Array]()
+    for _ in range(HALVINGS[order] + 1):
+        at = left + length * np.linspace(0.0, 1.0, order + 1)[:, None, None]
+        found = np.abs(np.diff(_values(ends, q, at), order, axis=0)[0]) / length ** (order - 1)
+        found = np.nan_to_num(found, nan=0.0, posinf=0.0)
+        steepest = found.argmax(axis=0)
+        followed.append(found.max(axis=0))
+        if len(followed) > LAST and not (followed[-1] > SMALL * span).any():
+            break
+        left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
+        length *= 0.5
+    before, last = followed[-1 - LAST], followed[-1]
+    seen = last > np.maximum(SMALL * span, ROUNDINGS * EPS * size / (2.0 * length) ** (order - 1))
+    persists, grows = (bool((seen & (last > part * before)).any()) for part in (FALLS, GROWS))
+    return persists, grows
 
 
-class _Lines(NamedTuple):
-    # Ends of L lines, shape (d, 2, L), and the number of intervals that each is cut into at first.
-    ends: Array
-    cuts: int
-
-    def follow(self, q: Callable[[Array], Array], order: int) -> _Change:
-        """Return what becomes of differences of q, of the first or second order, as intervals shrink."""
-        count = self.ends.shape[2]
-        if not count:
-            return _Change(persists=False, grows=False)
-        length, left = 1.0 / self.cuts, np.repeat(np.arange(self.cuts)[:, None] / self.cuts, count, axis=1)
-        values = self._values(q, left)
-        span, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
-        followed = list[Array]()
-        for _ in range(HALVINGS[order] + 1):
-            at = left + length * np.linspace(0.0, 1.0, order + 1)[:, None, None]
-            found = np.abs(np.diff(self._values(q, at), order, axis=0)[0]) / length ** (order - 1)
-            found = np.nan_to_num(found, nan=0.0, posinf=0.0)
-            steepest = found.argmax(axis=0)
-            followed.append(found.max(axis=0))
-            if len(followed) > LAST and not (followed[-1] > SMALL * span).any():
-                break
-            left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
-            length *= 0.5
-        before, last = followed[-1 - LAST], followed[-1]
-        seen = last > np.maximum(SMALL * span, ROUNDINGS * EPS * size / (2.0 * length) ** (order - 1))
-        return _Change(*(bool((seen & (last > part * before)).any()) for part in (FALLS, GROWS)))
-
-    def _values(self, q: Callable[[Array], Array], s: Array) -> Array:
-        """Return q at the points s, shape (..., L), of the lines."""
-        first, second = self.ends[:, 0], self.ends[:, 1]
-        wide = s.reshape(-1, s.shape[-1])
-        points = first[:, None] + wide * (second - first)[:, None]
-        values = np.broadcast_to(q(points.reshape(len(first), -1)), wide.size)
-        return np.asarray(values.reshape(s.shape))
+def _values(ends: Array, q: Callable[[Array], Array], s: Array) -> Array:
+    """Return q at the points s, shape (..., L), of the lines."""
+    first, second = ends[:, 0], ends[:, 1]
+    wide = s.reshape(-1, s.shape[-1])
+    points = first[:, None] + wide * (second - first)[:, None]
+    values = np.broadcast_to(q(points.reshape(len(first), -1)), wide.size)
+    return np.asarray(values.reshape(s.shape))

@@ -20,7 +20,7 @@ from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import in_batches
 from ..step.times import ProbeTime, times
-from .orders import SETTLED, TOLERANCE, last_orders
+from .orders import ROUNDING, SETTLED, TOLERANCE, last_orders
 from .reach import reach
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
@@ -30,8 +30,6 @@ FINER = 4.0 ** -np.arange(9.0, 12.0)
 # States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
 # states then, and no fewer than so many.
 WORK, LEAST_STATES = 80_000, 2
-# Rounding errors of a defect stay some hundred times below this part of the solution's size.
-ROUNDING = 6e-14
 # How `LocalStrong.means` says that nodes are a rule of the third degree.
 UP_TO_1 = 0.5
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.

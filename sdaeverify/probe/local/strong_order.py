@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from .orders import LocalOrders, last_orders
+from .orders import ROUNDING, LocalOrders, last_orders
 from .reach import mark_rows
-from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
+from .strong_defects import EM, LEVELS, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
@@ -82,44 +82,35 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
 
 
 def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
-    """Return the order of each component and, last, of the full state; what has the same errors is found once."""
-    defects = _find_orders(record)
-    every = [mark_rows(record.reached, component) for component in (*range(len(record.reached)), None)]
-    rows_of = {rows.tobytes(): rows for rows in every}
-    found = {key: _take_order(record, defects, rows) for key, rows in rows_of.items()}
-    return tuple(found[rows.tobytes()] for rows in every)
+    """Return the order of each component and, last, of the full state."""
+    defects, components = _find_orders(record), (*range(len(record.reached)), None)
+    return tuple(_take_order(record, defects, mark_rows(record.reached, component)) for component in components)
 
 
-class _DefectOrders(NamedTuple):
-    """Local orders of root mean squares and of means, by kind of defect and component.
+def _find_orders(record: LocalStrong) -> tuple[LocalOrders, LocalOrders]:
+    """Return local orders of root mean squares and of means, by kind of defect and component.
 
-    Attributes
-    ----------
-    worst : LocalOrders, shape (2, 3, n)
+    Returns
+    -------
+    LocalOrders, shape (2, 3, n)
         Of the largest defects of all states.
-    states : LocalOrders, shape (2, 3, n, S)
+    LocalOrders, shape (2, 3, n, S)
         Of each state.
     """
-
-    worst: LocalOrders
-    states: LocalOrders
-
-
-def _find_orders(record: LocalStrong) -> _DefectOrders:
     both, scale = np.stack([record.rms, record.mean]), record.scale
     # The largest of all states are asked like those of one more.
     both = np.concatenate([both, both.max(axis=3, keepdims=True)], axis=3)
     scale = np.concatenate([scale, scale.max(axis=0, keepdims=True)])
     found = last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS))
     worst, states = (LocalOrders(*(each[..., part] for each in found)) for part in (-1, slice(-1)))
-    return _DefectOrders(worst, states)
+    return worst, states
 
 
-def _take_order(record: LocalStrong, defects: _DefectOrders, rows: Array) -> StrongOrder:
-    found = LocalOrders(*(each[:, :, rows] for each in defects.worst))
+def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], rows: Array) -> StrongOrder:
+    found, states = (LocalOrders(*(each[:, :, rows] for each in orders)) for orders in defects)
     (p2, q2, later2), (p1, q1, later1) = found.order.min(axis=2)
     means = _resolves_means(record, float(p2))
-    share, typical = _state_by_state(record, LocalOrders(*(each[:, :, rows] for each in defects.states)), means=means)
+    share, typical = _state_by_state(record, states, means=means)
     ahead2, ahead1 = found.ahead[:, SELF].min(axis=1)
     plateaus = found.plateau_h.max(axis=(1, 2))
     return StrongOrder(

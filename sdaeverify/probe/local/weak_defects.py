@@ -29,7 +29,7 @@ from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
-from .romberg import Romberg, depth
+from .romberg import depth, extrapolate_means
 from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -110,14 +110,18 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     assert ito is not None
     x, h = cloud(view, ito), sizes(view)
     units = component_units(x)
-    expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
+
+    def functions(y: Array) -> Array:
+        return test_functions.values(y / units)
+
     with np.errstate(all="ignore"):
-        means = np.stack([expectation(x, at, float(size)) for at, size in zip(t, h, strict=True)], axis=-1)
+        steps = zip(t, h.tolist(), strict=True)
+        means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
         slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
+    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], depth(ito.noise_dim))
 
 
 def component_units(x: Array) -> Array:

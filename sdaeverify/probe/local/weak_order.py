@@ -14,7 +14,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...numerics.statistics import EPS
 from ..step import test_functions
-from .orders import CLEAR, TOLERANCE
+from .orders import CLEAR, TOLERANCE, finest_usable, pick
 from .romberg import weights
 
 # A defect of so many floors has a local order that rounding moves by less than 0.01.
@@ -150,7 +150,7 @@ def weak_order(record: LocalWeak) -> WeakOrder:
     finest, (last, before) = _last_orders(record.h, record.defect, usable)
     with np.errstate(invalid="ignore"):
         change = last - before
-    settled = (np.abs(change) < SETTLED) & ~_pick(rough, finest)
+    settled = (np.abs(change) < SETTLED) & ~pick(rough, finest)
     orders = np.where(settled, last + change, last) - 1.0
     # The reference's own error has the order K: a defect of that order is none.
     exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
@@ -204,14 +204,9 @@ def _last_orders(h: Array, defect: Array, usable: Mask) -> tuple[Array, Array]:
 
     They are NaN where no level is usable, and minus infinity across a change of sign.
     """
-    behind = np.cumsum(usable[..., ::-1], axis=-1)[..., ::-1]
-    index = np.stack([(usable & (behind == rank)).argmax(axis=-1) for rank in range(1, 4)])
-    values, steps = np.stack([_pick(defect, level) for level in index]), h[index]
+    index = np.stack(finest_usable(usable))
+    values, steps = np.stack([pick(defect, level) for level in index]), h[index]
     with np.errstate(all="ignore"):
         ratios = np.maximum(values[1:] / values[:-1], 0.0)
         orders = np.log(ratios) / np.log(steps[1:] / steps[:-1])
     return index[0], np.where(usable.any(axis=-1), orders, np.nan)
-
-
-def _pick(values: Array, level: Array) -> Array:
-    return np.asarray(np.take_along_axis(values, level[..., None], axis=-1)[..., 0])

@@ -70,12 +70,6 @@ class Basis:
         """Weights of the quadrature, of sum 1, shape (Q,)."""
         return np.outer(*(axis.weights for axis in self.axes)).ravel()
 
-    @cached_property
-    def projections(self) -> tuple[Array, Array]:
-        """Those of both coordinates, as `AxisBasis.projection`."""
-        first, second = self.axes
-        return first.projection, second.projection
-
     def factors(self, z: Array | Sequence[Array]) -> tuple[Array, Array]:
         """Return the functions of the first and of the last coordinate, each at points of its own."""
         first, second = self.axes
@@ -88,7 +82,7 @@ class Basis:
 
     def project(self, values: Array) -> Array:
         """Return the coefficients of functions given at the nodes: shape (Q, ...) -> (n, ...)."""
-        first, second = self.projections
+        first, second = (axis.projection for axis in self.axes)
         grid = values.reshape(first.shape[1], second.shape[1], -1)
         half = np.tensordot(first, grid, axes=(1, 0))
         return np.asarray(np.matmul(second, half).reshape(-1, *values.shape[1:]))

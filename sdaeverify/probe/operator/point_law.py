@@ -110,9 +110,15 @@ def largest_errors_order(record: PointLaw, place: int, exact: float = nan) -> fl
 
 
 def _expectations(scheme: Scheme, view: Problem, steps: int) -> Array | None:
-    """Return the means of the observables and their blur, shape (2, O); None where there are too many points."""
-    reached = _law_after(scheme, view, steps)
-    return None if reached is None else np.stack(_means(scheme, view, *reached))
+    """Return the means of the observables and their blur, shape (2, O); None where there are too many points.
+
+    The blur is how much means change where all points are moved a little.
+    """
+    if (reached := _law_after(scheme, view, steps)) is None:
+        return None
+    parts, probability = scheme.parts(view, reached[0]), reached[1]
+    here, *beside = (_means_of(view, parts, probability, by) for by in (0.0, -SAME, SAME))
+    return np.stack([here, np.abs(np.stack(beside) - here).max(axis=0)])
 
 
 def _law_after(scheme: Scheme, view: Problem, steps: int) -> tuple[State, Array] | None:
@@ -152,12 +158,6 @@ def _number_values(x: Array, same: Array) -> Array:
     places = np.empty(len(x), dtype=int)
     places[order] = np.concatenate([[0], np.cumsum(np.diff(x[order]) > same[order[1:]])])
     return places
-
-
-def _means(scheme: Scheme, view: Problem, state: State, probability: Array) -> tuple[Array, Array]:
-    """Return the means of the observables, and how much they change where all points are moved a little."""
-    here, *beside = (_means_of(view, scheme.parts(view, state), probability, by) for by in (0.0, -SAME, SAME))
-    return here, np.asarray(np.abs(np.stack(beside) - here).max(axis=0))
 
 
 def _means_of(view: Problem, parts: Parts, probability: Array, by: float) -> Array:

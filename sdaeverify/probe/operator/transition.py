@@ -67,14 +67,9 @@ class Transition(NamedTuple):
         return self.departure, self.failed, self.truncated
 
 
-class Given(NamedTuple):
-    """What a scheme is given in place of a step size h and increments of variance h, in multiples of h."""
-
-    length: float = 1.0
-    variance: float = 1.0
-
-
-ASKED = Given()
+# What a scheme is given in place of a step size h and of increments of variance h, in multiples of h.
+Given = tuple[float, float]
+ASKED: Given = (1.0, 1.0)
 
 
 def why_not_operator(scheme: Scheme, view: Problem) -> str:
@@ -86,8 +81,8 @@ def why_not_operator(scheme: Scheme, view: Problem) -> str:
         return reason
     if len(flatten(one_step.enter(one_step.equation.initial(1), 0.0, view.horizon))) > one_step.equation.dimension:
         return "the scheme has memory beyond the problem's components"
-    if not scheme.law.bounded and _normals(one_step) not in NODES:
-        return f"{_normals(one_step)} normals a step are too many for a tensor rule"
+    if not scheme.law.bounded and (normals := StepNoise.of(one_step).normals) not in NODES:
+        return f"{normals} normals a step are too many for a tensor rule"
     return _dependence(one_step) or changing(one_step)
 
 
@@ -111,18 +106,13 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     steps = _normal_steps(one_step, basis, fewer, h, given)
     if steps is None:
         steps = _make_steps(one_step, basis, _nodes(one_step, fewer), h, given)
-    return Transition(basis.project(_means(basis, steps.weights, steps.z)), *steps.noticed)
+    z, weights, noticed = steps
+    return Transition(basis.project(_means(basis, weights, z)), *noticed)
 
 
-class _Reached(NamedTuple):
-    """Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, whose weights are given.
-
-    `z` has shape (k, Q, K); what was noticed is told in the order of `Transition`.
-    """
-
-    z: Array
-    weights: Array
-    noticed: tuple[float, float, float]
+# Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, shape (k, Q, K), the weights of these,
+# and what was noticed in the order of `Transition`.
+_Reached = tuple[Array, Array, tuple[float, float, float]]
 
 
 def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: Given) -> _Reached:
@@ -137,7 +127,7 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
     worst = float(np.max(departure, initial=0.0, where=~failed))
     whole = np.where(usable, reached, z).reshape(len(z), -1, len(nodes.weights))
-    return _Reached(whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated)))
+    return whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated))
 
 
 def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Reached | None:
@@ -148,16 +138,17 @@ def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: 
     vertices, count = noise.simplex(), NODES[len(basis.nodes)] - fewer
     corners = gauss_hermite(count)[0].max() * tensor_rule([gauss_hermite(2)] * noise.normals).x
     x = np.concatenate([vertices, corners], axis=1)
-    few = _make_steps(one_step, basis, noise.nodes(x, np.full(x.shape[1], 1.0 / x.shape[1])), h, given)
-    at_vertices, beyond = np.split(few.z, [vertices.shape[1]], axis=2)
+    nodes = noise.nodes(x, np.full(x.shape[1], 1.0 / x.shape[1]))
+    z, _, noticed = _make_steps(one_step, basis, nodes, h, given)
+    at_vertices, beyond = np.split(z, [vertices.shape[1]], axis=2)
     mean, slopes = at_vertices.mean(axis=2, keepdims=True), at_vertices @ vertices.T / vertices.shape[1]
-    if any(few.noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(few.z).max():
+    if any(noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(z).max():
         return None
     # The transposed of the triangular factor has the covariance, and the first coordinate the first normal alone.
     factors = np.asarray(np.linalg.qr(slopes.transpose(1, 2, 0), mode="r")).transpose(2, 0, 1)
     factors[np.abs(factors) <= AFFINE * np.abs(factors).max()] = 0.0
     rule = tensor_rule([gauss_hermite(count)] * len(factors))
-    return _Reached(mean + factors @ rule.x, rule.weights, few.noticed)
+    return mean + factors @ rule.x, rule.weights, noticed
 
 
 def stationary(matrix: Array) -> Array:
@@ -221,19 +212,16 @@ def _weigh(joint: Array, values: Array) -> Array:
     return values * weights[:, None] if np.array_equal(np.diag(weights), joint) else joint @ values
 
 
-def _normals(one_step: OneStep) -> int:
-    return one_step.view.noise_dim * (2 if "H" in one_step.scheme.noise else 1)
-
-
 def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
     scheme = one_step.scheme
-    count = NODES.get(_normals(one_step), 0) - fewer
+    count = NODES.get(StepNoise.of(one_step).normals, 0) - fewer
     return step_nodes(one_step.view.noise_dim, count, areas="H" in scheme.noise, law=scheme.law)
 
 
 def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = ASKED) -> Step:
-    noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
-    h = given.length * h
+    length, variance = given
+    noise = nodes.increment(variance * h, x.shape[1] // len(nodes.weights))
+    h = length * h
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
 
 

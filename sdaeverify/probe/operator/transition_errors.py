@@ -34,7 +34,7 @@ FEWER = 2
 # An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
 FUNCTION = 1e-9
 # What a scheme is given so that all means change but those that a symmetry fixes.
-WRONG = Given(length=1.1, variance=1.3)
+WRONG: Given = (1.1, 1.3)
 
 
 BY_STEP_SIZE = ("h", "steps", "errors", "resolution", "departure", "failed", "truncated")
@@ -93,14 +93,6 @@ class _Question(NamedTuple):
     steps: Array
     law: Callable[..., _Law]
     exact: Callable[[Basis, Array], Array]
-
-
-class _Means(NamedTuple):
-    # Errors (H, O), exact means and spreads (O,), and what was noticed of the steps (3, H), in one basis.
-    errors: Array
-    exact: Array
-    spread: Array
-    noticed: Array
 
 
 def chart_observables(view: Problem) -> tuple[str, ...]:
@@ -187,15 +179,18 @@ def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) ->
     # What overflows is not finite in the record, where it is seen.
     with np.errstate(all="ignore"):
         large, small = (chart_basis(chart, *sizes[len(chart.axes)]) for sizes in bases)
-        fine, coarse = _means(question, large), _means(question, small, FEWER)
+        errors, exact, spread, noticed = _means(question, large)
+        coarse, *_ = _means(question, small, FEWER)
         finest = question._replace(h=question.h[-1:], steps=question.steps[-1:])
-        response = np.abs(_means(finest, small, FEWER, WRONG).errors[0] - coarse.errors[-1])
-        difference = np.abs(fine.errors - coarse.errors)
-    known = (question.h, question.steps, fine.errors, fine.exact, fine.spread)
-    return TransitionErrors(*known, difference, response, *fine.noticed)
+        response = np.abs(_means(finest, small, FEWER, WRONG)[0][0] - coarse[-1])
+        difference = np.abs(errors - coarse)
+    return TransitionErrors(question.h, question.steps, errors, exact, spread, difference, response, *noticed)
 
 
-def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED) -> _Means:
+def _means(
+    question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED
+) -> tuple[Array, Array, Array, Array]:
+    """Return errors (H, O), exact means and spreads (O,), and what was noticed of the steps (3, H), in one basis."""
     values = _evaluate_observables(question.one_step.view, question.names, basis.nodes)
     functions = basis.project(values.T)
     exact = question.exact(basis, functions)
@@ -203,7 +198,7 @@ def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASK
     found = [question.law(round(n), question.one_step, basis, h, fewer, given) for n, h in sizes]
     laws, noticed = zip(*found, strict=True)
     errors = np.array(laws) @ functions - exact
-    return _Means(errors, exact, np.sqrt(values**2 @ basis.weights), np.array(noticed).T)
+    return errors, exact, np.sqrt(values**2 @ basis.weights), np.array(noticed).T
 
 
 @lru_cache(maxsize=32)

@@ -113,21 +113,6 @@ def _bounds(powers: Array, scaled: Array) -> tuple[float, float]:
 EPS = float(np.finfo(float).eps)
 
 
-class Gain(NamedTuple):
-    """The gain of noise at some r.
-
-    Attributes
-    ----------
-    value : float
-    error : float
-        An estimate, to first order: what rounding of every entry does to the eigenvalue. Rounding is taken from the
-        change in one step of iterative refinement.
-    """
-
-    value: float
-    error: float
-
-
 class Layout(NamedTuple):
     """Where the equations of Yule and Walker have entries: the same for every r.
 
@@ -135,10 +120,8 @@ class Layout(NamedTuple):
     ----------
     sources : ndarray, shape (E - N,)
         Places of the coefficients A_i that the entries beside the diagonal have.
-    rows, columns : ndarray, shape (E,)
-        Places of all entries, in the first order of unknowns.
     order, starts : ndarray
-        Sorts entries by rows and columns; where each of these places begins.
+        Sorts entries by rows and columns, in the first order of unknowns; where each of these places begins.
     places : ndarray, shape (N,)
         Of the unknowns, in an order that makes the matrix a banded one.
     above, below : int
@@ -150,8 +133,6 @@ class Layout(NamedTuple):
     """
 
     sources: Array
-    rows: Array
-    columns: Array
     order: Array
     starts: Array
     places: Array
@@ -160,47 +141,28 @@ class Layout(NamedTuple):
     cells: Array
     empty: "scipy.sparse.csr_array"
 
-    def factorise(self, values: Array) -> "Banded":
+    def matrix(self, values: Array) -> "scipy.sparse.csr_array":
         """Return the matrix with some values of its entries, equal places being added."""
-        shape = 2 * self.below + self.above + 1, len(self.places)
-        diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
-        factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, self.below, self.above, overwrite_ab=True)
-        if singular:
-            raise np.linalg.LinAlgError("singular matrix")
-        return Banded(values, self, factors, pivots)
-
-
-class Banded(NamedTuple):
-    """A matrix with the factors of the banded one that it becomes in another order.
-
-    Attributes
-    ----------
-    values : ndarray, shape (E,)
-        Of its entries, those at equal places to be added.
-    layout : Layout
-    factors, pivots : ndarray
-        Of LAPACK.
-    """
-
-    values: Array
-    layout: Layout
-    factors: Array
-    pivots: Array
-
-    @property
-    def matrix(self) -> "scipy.sparse.csr_array":
-        """The matrix in the first order of unknowns."""
-        matrix = copy(self.layout.empty)
-        matrix.data = np.add.reduceat(self.values[self.layout.order], self.layout.starts)
+        matrix = copy(self.empty)
+        matrix.data = np.add.reduceat(values[self.order], self.starts)
         return matrix
 
-    def solve(self, right: Array) -> Array:
-        """Return the solution for right sides of shape (N, S)."""
-        places, above, below = self.layout.places, self.layout.above, self.layout.below
-        moved = np.empty_like(right)
-        moved[places] = right
-        found, _ = scipy.linalg.lapack.dgbtrs(self.factors, below, above, moved, self.pivots, overwrite_b=True)
-        return np.asarray(found[places])
+    def solver(self, values: Array) -> Callable[[Array], Array]:
+        """Return what solves with this matrix for right sides of shape (N, S)."""
+        places, above, below = self.places, self.above, self.below
+        shape = 2 * below + above + 1, len(places)
+        diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
+        factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, below, above, overwrite_ab=True)
+        if singular:
+            raise np.linalg.LinAlgError("singular matrix")
+
+        def solve(right: Array) -> Array:
+            moved = np.empty_like(right)
+            moved[places] = right
+            found, _ = scipy.linalg.lapack.dgbtrs(factors, below, above, moved, pivots, overwrite_b=True)
+            return np.asarray(found[places])
+
+        return solve
 
 
 def rescale(recursion: Lagged, r: float) -> Lagged:
@@ -209,8 +171,12 @@ def rescale(recursion: Lagged, r: float) -> Lagged:
     return Lagged(recursion.lags, recursion.maps * factors[:, None, None])
 
 
-def noise_gain(recursion: Lagged, r: float) -> Gain:
-    """Return the gain of noise at some r above the squares of all eigenvalues of the recursion without noise."""
+def noise_gain(recursion: Lagged, r: float) -> tuple[float, float]:
+    """Return the gain of noise at some r above the squares of all eigenvalues without noise, and its error.
+
+    The error is estimated to first order, by what rounding of every entry does to the eigenvalue. Rounding is taken
+    from the change in one step of iterative refinement.
+    """
     k = recursion.maps.shape[-1]
     gain, change = _gain_matrix(rescale(recursion, r))
     values, left, right = scipy.linalg.eig(gain, left=True)
@@ -219,7 +185,7 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     value = float(np.abs(values[largest]))
     # At a multiple eigenvalue y is orthogonal to x, and rounding is at most what its square root would be.
     condition = np.abs(y) @ np.abs(gain) @ np.abs(x) / max(abs(np.vdot(y, x)), np.sqrt(EPS))
-    return Gain(value, (change + 16.0 * EPS * k) * max(value, float(condition)))
+    return value, (change + 16.0 * EPS * k) * max(value, float(condition))
 
 
 def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float]:
@@ -253,21 +219,18 @@ def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[A
         Of the largest entries by that step, relative; NaN without it.
     """
     k, count, lags = Q.shape[0], Q.shape[2], int(recursion.lags[-1]) + 2
-    matrix = _yule_walker(recursion, lags)
+    maps = recursion.maps[0]
+    layout = _layout(tuple(recursion.lags.tolist()), k, (maps != 0.0).tobytes(), lags)
+    values = np.concatenate([np.ones(len(layout.places)), -maps.ravel()[layout.sources]])
     right = np.zeros((lags * k * k, count))
     right[: k * k] = Q.reshape(-1, count)
-    found, change = matrix.solve(right), np.nan
+    solve = layout.solver(values)
+    found = solve(right)
     if not refined:
-        return found.reshape(lags, k, k, count), change
-    correction = matrix.solve(right - matrix.matrix @ found)
+        return found.reshape(lags, k, k, count), np.nan
+    correction = solve(right - layout.matrix(values) @ found)
     change = float((np.abs(correction).max(axis=0) / np.abs(found).max(axis=0)).max())
     return np.asarray((found + correction).reshape(lags, k, k, count)), change
-
-
-def _yule_walker(recursion: Lagged, count: int) -> Banded:
-    lags, maps = recursion.lags, recursion.maps[0]
-    layout = _layout(tuple(lags.tolist()), len(maps[0]), (maps != 0.0).tobytes(), count)
-    return layout.factorise(np.concatenate([np.ones(len(layout.places)), -maps.ravel()[layout.sources]]))
 
 
 @lru_cache(maxsize=16)
@@ -292,7 +255,7 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     entries = np.zeros(len(starts)), columns[order][starts], ends
     empty = scipy.sparse.csr_array(entries, shape=(len(places), len(places)))
     sources = ((i * k + a) * k + c + 0 * (j + b))[used]
-    return Layout(sources, rows, columns, order, starts, places, above, below, cells, empty)
+    return Layout(sources, order, starts, places, above, below, cells, empty)
 
 
 def _fold_places(count: int, block: int) -> Array:
@@ -417,7 +380,7 @@ def _excess_of(recursion: Lagged) -> Callable[[float], float]:
         if r < free and outside(recursion, float(np.sqrt(r))) != 0:
             return -1.0
         free = min(free, r)
-        gain = noise_gain(recursion, r).value
+        gain, _ = noise_gain(recursion, r)
         return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
 
     return excess

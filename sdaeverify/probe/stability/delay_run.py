@@ -8,29 +8,11 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
 from ...forms import Delayed, Problem
-from ..linear.affine import AFFINE, relative
+from ..linear.affine import AFFINE
 from ..linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
 from ..linear.delay_step import LinearDelayStep, RunMoments, probe_step, run_moments, run_start
-from ..step.nodes import SEED
+from ..linear.moments import fit_quadratic
 from .delay_radius import radius
-
-# Lines along which a function is differenced.
-LINES = 8
-
-
-class LongRunGrowth(NamedTuple):
-    """How second moments grow in the long run.
-
-    Attributes
-    ----------
-    factor : float
-        Of a step of the scheme: its spectral radius.
-    rate : float
-        Of the equation, as e^(rate t); NaN if it is not known.
-    """
-
-    factor: float
-    rate: float
 
 
 class LinearDelayRun(NamedTuple):
@@ -55,10 +37,13 @@ class LinearDelayRun(NamedTuple):
         start = run_start(self.scheme, self.view, self.h, steps)
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
-    def growth(self) -> LongRunGrowth:
-        """Return how second moments grow; the equation's rate is known of one x and one noise."""
+    def growth(self) -> tuple[float, float]:
+        """Return how second moments grow: by which factor in a step of the scheme, at which rate by the equation.
+
+        The rate is known of one x and one noise, else it is NaN.
+        """
         rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
-        return LongRunGrowth(radius(self.step, self.view.mesh(self.h)).rho, rate)
+        return radius(self.step, self.view.mesh(self.h)).rho, rate
 
 
 def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRun | None:
@@ -84,7 +69,7 @@ def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRu
 
 
 def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
-    """Tell whether third differences of a function along random lines are rounding.
+    """Tell whether a function is quadratic, to rounding.
 
     Parameters
     ----------
@@ -92,8 +77,4 @@ def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
         Of points of shape (dimension, P), returns shape (P,).
     dimension : int
     """
-    rng = np.random.Generator(np.random.Philox(key=SEED + 8))
-    start, along = rng.standard_normal((2, dimension, LINES))
-    at = np.stack([function(start + i * along) for i in range(4)])
-    third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
-    return relative(third, np.abs(at).max(axis=0)) <= AFFINE
+    return fit_quadratic(function, dimension) is not None

@@ -33,10 +33,10 @@ from ..linear.step_moments import step_moments, why_not_linear_step
 from ..step.one_step import OneStep
 from .delay_radius import radius
 from .spectral import SpectralRadius, spectral_radius
-from .windows import COUNT, Window, crossings, doubtful, scan_sizes, signs, stable_windows
+from .windows import Window, crossings, doubtful, signs, stable_windows
 
-# The scan is at least this wide, in the problem's unit of time and in its own time scale.
-LEAST, MOST = 1e-3, 1e3
+# The scan is at least this wide, in the problem's unit of time and in its own time scale, with so many step sizes.
+LEAST, MOST, COUNT = 1e-3, 1e3, 60
 # So many times its step sizes a scan may have after it was refined.
 REFINED = 4
 
@@ -47,6 +47,8 @@ FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
 PER_DECADE, LONGER = 12, 16
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
+# What is certain, as a number.
+NUMBERS = {True: 1.0, False: 0.0, None: np.nan}
 
 
 class Radius(NamedTuple):
@@ -83,9 +85,9 @@ class StabilityRecord(NamedTuple):
 
     Attributes
     ----------
-    scan_h, scan_rho, scan_error, scan_defect, scan_failed, scan_pole : ndarray, shape (S,)
+    scanned : ndarray, shape (6, S)
         `Radius` on the grid, ascending in h.
-    run_h, run_rho, run_error, run_defect, run_failed, run_pole : ndarray, shape (L,)
+    asked : ndarray, shape (6, L)
         `Radius` at the run's step sizes.
     boundaries : ndarray, shape (C,)
         Where rho crosses 1 on the grid's range.
@@ -97,18 +99,8 @@ class StabilityRecord(NamedTuple):
         1 if zero is a solution of the problem.
     """
 
-    scan_h: Array
-    scan_rho: Array
-    scan_error: Array
-    scan_defect: Array
-    scan_failed: Array
-    scan_pole: Array
-    run_h: Array
-    run_rho: Array
-    run_error: Array
-    run_defect: Array
-    run_failed: Array
-    run_pole: Array
+    scanned: Array
+    asked: Array
     boundaries: Array
     abscissa: float
     decays: float
@@ -117,17 +109,17 @@ class StabilityRecord(NamedTuple):
     @property
     def scan(self) -> Radius:
         """The spectral radius on the grid."""
-        return Radius(*self[:6])
+        return Radius(*self.scanned)
 
     @property
     def run(self) -> Radius:
         """The spectral radius at the run's step sizes."""
-        return Radius(*self[6:12])
+        return Radius(*self.asked)
 
     @property
     def windows(self) -> list[Window]:
         """The intervals of step sizes on which the scheme is stable."""
-        return stable_windows(self.scan_h, self.scan.sign, self.boundaries)
+        return stable_windows(self.scan.h, self.scan.sign, self.boundaries)
 
 
 def why_not_stability(scheme: Scheme, view: Problem) -> str:
@@ -140,7 +132,7 @@ def why_not_stability(scheme: Scheme, view: Problem) -> str:
     return one_step.why_not_entered() if view.has_constraints else ""
 
 
-def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:
+def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> StabilityRecord:
     """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
 
     Parameters
@@ -149,8 +141,6 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     view : Problem
         Of a pair that `why_not_stability` has nothing against.
     step_sizes : sequence of float
-    count : int, optional
-        Step sizes of the grid over six decades.
 
     Returns
     -------
@@ -160,15 +150,15 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     equation = essential_equation(one_step)
     time = 1.0 / equation.rate if equation.rate > 0.0 else 1.0
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
-    h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
+    h = np.geomspace(low, high, round(COUNT * np.log(high / low) / np.log(MOST / LEAST)))
     with np.errstate(all="ignore"):
         # Of the scan, signs count and six digits are told.
         scan = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
-    decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
     at_rest = float(linear_equation(one_step.equation).starts_at_rest)
-    return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
+    growth = equation.abscissa, NUMBERS[equation.decays()], at_rest
+    return StabilityRecord(np.array(scan), np.array(run), boundaries, *growth)
 
 
 def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
@@ -207,12 +197,12 @@ def step_radius(one_step: OneStep, h: float) -> float:
 
 def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
     found = step_moments(one_step, h, atoms=atoms)
-    finer, coarser = found.expectation
+    finer, coarser = found.operator, found.coarser
     # Without a second rule nothing is certain, whatever the arithmetic is.
     rho, error = UNKNOWN if coarser is None else spectral_radius(_essential(one_step, h, finer))
     if coarser is not None and coarser is not finer:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser), certified=False).rho)
-    return h, rho, error + found.far.left_out, found.defect, float(found.failed), found.far.pole
+    return h, rho, error + found.left_out, found.defect, float(found.failed), found.pole
 
 
 def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
@@ -257,14 +247,14 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
         abscissa, decays = _equation(view, scale)
         scan, run = refine_scan(row, _scan(view, scale)), radii([row(h) for h in step_sizes])
         boundaries = crossings(lambda h: row(h)[1], scan.h, scan.sign)
-    return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
+    return StabilityRecord(np.array(scan), np.array(run), boundaries, abscissa, decays, float(at_rest(view)))
 
 
 def _equation(view: Delayed, scale: float) -> tuple[float, float]:
     if not is_scalar(view):
         return np.nan, np.nan
     equation = linear_delay(view, scale)
-    return equation.growth_rate, {True: 1.0, False: 0.0, None: np.nan}[equation.stable]
+    return equation.growth_rate, NUMBERS[equation.stable]
 
 
 def _scan(view: Delayed, scale: float) -> Array:

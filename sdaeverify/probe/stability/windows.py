@@ -16,25 +16,11 @@ from ...numerics.roots import log_root
 
 # Least |rho - 1| that decides, and how many times its error it must be.
 MARGIN, ERRORS = 1e-9, 10.0
-COUNT = 60
 STEEPER, NARROW = 4.0, 1.001
 # log rho of what overflows, or is exactly 0.
 LARGEST = 700.0
 
 Window = tuple[float, float]
-
-
-def scan_sizes(low: float = 1e-3, high: float = 1e3, count: int = COUNT) -> Array:
-    """Return step sizes with a constant ratio, shape (count,).
-
-    Parameters
-    ----------
-    low, high : float
-        Smallest and largest step size, in the problem's unit of time.
-    count : int
-        Number of step sizes, both ends among them.
-    """
-    return np.geomspace(low, high, count)
 
 
 def signs(rho: Array, error: Array) -> Array:

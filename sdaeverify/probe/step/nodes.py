@@ -206,12 +206,16 @@ def orthogonal_rule(n: int) -> Rule:
     by an orthogonal matrix, the same for each n, which leaves the degree as it is.
     """
     a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
+    signs, axes = _signs(n), np.concatenate([np.eye(n), -np.eye(n)], axis=1)
+    count = signs.shape[1]
+    weights = np.concatenate([np.full(count, 1.0 / count / b**4), np.full(2 * n, a**-4)])
+    return Rule(_turn(n, SEED + 6) @ np.concatenate([b * signs, a * axes], axis=1), weights, degree=3)
+
+
+def _signs(n: int) -> Array:
+    """Return an orthogonal array of strength 3: the rows of a Hadamard matrix of n variables and their negatives."""
     half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
-    corners, axes = b * np.concatenate([half, -half], axis=1), a * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
-    weights = [
-        np.full(points.shape[1], share) for points, share in ((corners, 0.5 / half.shape[1] / b**4), (axes, a**-4))
-    ]
-    return Rule(_turn(n, SEED + 6) @ np.concatenate([corners, axes], axis=1), np.concatenate(weights), degree=3)
+    return np.concatenate([half, -half], axis=1)
 
 
 def _turn(n: int, seed: int) -> Array:
@@ -292,16 +296,14 @@ def law_nodes(dimension: int, noise: frozenset[str], law: Law = GAUSSIAN) -> tup
         Few of them, which resolve mean and covariance of a step. Both are the same of a bounded law; else they have
         no variable's values in common.
     """
-    return _law_nodes(dimension, tuple(sorted(noise)), law)
-
-
-def _law_nodes(l: int, noise: tuple[str, ...], law: Law) -> tuple[Nodes, Nodes]:
+    l = dimension
     sizes = {"dW": l} | {name: l for name in ("H", "K") if name in noise}
     if "A" in noise and l > 1:
         sizes["A"] = l * (l - 1) // 2
-    signed = _signed_rule(l + sizes.get("H", 0), l, law) if law.bounded else None
-    rules = _two_rules(sum(sizes.values())) if signed is None else (signed, signed)
-    first, second = (_named_nodes(rule, sizes) for rule in rules)
+    if law.bounded:
+        signed = _named_nodes(_signed_rule(l + sizes.get("H", 0), l, law), sizes)
+        return signed, signed
+    first, second = (_named_nodes(rule, sizes) for rule in _two_rules(sum(sizes.values())))
     return first, second
 
 
@@ -317,7 +319,10 @@ def _two_rules(n: int) -> tuple[Rule, Rule]:
     if n == 1:
         few, more = (tensor_rule([gauss_hermite(count)]) for count in FEW_NODES[n])
         return few, more
-    rule = tensor_rule([gauss_hermite(FEW_NODES[n][0])] * n) if n in FEW_NODES else _small_rule(n)
+    if n in FEW_NODES:
+        rule = tensor_rule([gauss_hermite(FEW_NODES[n][0])] * n)
+    else:
+        rule = fifth_degree_rule(n) if n <= SMALL else orthogonal_rule(n)
     return rule, rule._replace(x=_turn(n, SEED + 7) @ rule.x)
 
 
@@ -341,22 +346,15 @@ def areas_at(dW: Array, H: Array | None, x: Array, h: float) -> Array:
     return np.asarray(0.5 * h * x if H is None else outer(H, dW) + h / np.sqrt(12.0) * x)
 
 
-def _small_rule(n: int) -> Rule:
-    return fifth_degree_rule(n) if n <= SMALL else orthogonal_rule(n)
-
-
 def _signed_rule(n: int, l: int, law: Law) -> Rule:
     """Return atoms of l variables of a law and n - l signs, exact up to degree 3: all, or signs crossed with sizes.
 
-    Signs are rows of a Hadamard matrix and their negatives. Of sizes, one after the other of equally probable ones
-    are taken, a place further in each variable.
+    Of sizes, one after the other of equally probable ones are taken, a place further in each variable.
     """
     axes = law.atoms(l, areas=n > l)
     if count_atoms(axes) <= FEW_ATOMS:
         return tensor_rule(axes)
-    half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
-    signs = np.concatenate([half, -half], axis=1)
-    sizes = _equal_sizes(law)
+    signs, sizes = _signs(n), _equal_sizes(law)
     if sizes is None:
         return atom_rule(axes)
     shifts = (np.arange(len(sizes)) + np.arange(l)[:, None]) % len(sizes)

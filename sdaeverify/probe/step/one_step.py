@@ -65,7 +65,7 @@ class OneStep:
         """Rows of each component."""
         return dict(self.equation.names or {"x": slice(None)})
 
-    @cached_property
+    @property
     def admissible_corners(self) -> Array:
         """Admissible states near 0 and the unit vectors, shape (d, 1 + d), of a problem with constraints.
 
@@ -189,7 +189,10 @@ class OneStep:
 
     def usable_states(self, h: float) -> Array:
         """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
-        return _usable_states(self, h)
+        x = cloud(self.view, self.equation)
+        with np.errstate(all="ignore"):
+            truncated = self.truncated(x, np.array([h]))[:, 0]
+        return x[:, ~truncated] if truncated.any() else x
 
     def all_truncated(self, h: float) -> str:
         """Return that steps of this size are truncated at every state of the cloud, or an empty string."""
@@ -221,13 +224,6 @@ class OneStep:
             On the same paths.
         """
         return self.equation.euler(t, x, h, noise)
-
-
-def _usable_states(step: OneStep, h: float) -> Array:
-    x = cloud(step.view, step.equation)
-    with np.errstate(all="ignore"):
-        truncated = step.truncated(x, np.array([h]))[:, 0]
-    return x[:, ~truncated] if truncated.any() else x
 
 
 @lru_cache(maxsize=8)

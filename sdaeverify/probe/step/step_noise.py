@@ -62,10 +62,10 @@ class StepNoise(NamedTuple):
         moments = np.abs(x @ atoms.weights).max(), np.abs((x * atoms.weights) @ x.T - np.eye(len(x))).max()
         return bool(max(moments) <= STANDARD)
 
-    def nodes(self, x: Array, weights: Array) -> Nodes:
-        """Return the noise of a step of length 1 where the normals are x, shape (n, K)."""
+    def nodes(self, x: Array, weights: Array | None = None) -> Nodes:
+        """Return the noise of a step of length 1 where the normals are x, shape (n, K); weights are 1 if not told."""
         H = x[self.motions :] / np.sqrt(12.0) if self.areas else None
-        return Nodes(x[: self.motions], H, weights)
+        return Nodes(x[: self.motions], H, np.ones(x.shape[1]) if weights is None else weights)
 
     def rule(self, count: int) -> Nodes | None:
         """Return the atoms, or the product of Gauss-Hermite rules with so many nodes; None if that is too large."""
@@ -77,7 +77,12 @@ class StepNoise(NamedTuple):
         """Return the product of Gauss-Legendre rules with so many nodes on either side of 0; None if too large."""
         if self.law.bounded or (2 * count) ** self.normals > LARGEST:
             return None
-        return _split_nodes(self, count)
+        q, w = np.polynomial.legendre.leggauss(count)
+        half = 0.5 * CUT * (1.0 + q)
+        z = np.concatenate([-half, half])
+        weights = np.tile(0.5 * CUT * w, 2) * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
+        rule = tensor_rule([(z, weights)] * self.normals)
+        return self.nodes(rule.x, rule.weights)
 
     def simplex(self) -> Array:
         """Return the vertices v_0, ..., v_n of a regular simplex with sum v_i = 0 and sum v_i v_i^T = (n + 1) Id.
@@ -109,14 +114,4 @@ def _nodes(noise: StepNoise, count: int) -> Nodes:
     if noise.law.bounded:
         return step_nodes(noise.motions, count, areas=noise.areas, law=noise.law)
     rule = tensor_rule([gauss_hermite(count)] * noise.normals)
-    return noise.nodes(rule.x, rule.weights)
-
-
-@lru_cache(maxsize=64)
-def _split_nodes(noise: StepNoise, count: int) -> Nodes:
-    q, w = np.polynomial.legendre.leggauss(count)
-    half = 0.5 * CUT * (1.0 + q)
-    z = np.concatenate([-half, half])
-    weights = np.tile(0.5 * CUT * w, 2) * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
-    rule = tensor_rule([(z, weights)] * noise.normals)
     return noise.nodes(rule.x, rule.weights)
