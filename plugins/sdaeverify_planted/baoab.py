@@ -48,7 +48,6 @@ class WrongBAOAB(BAOAB):
         return Step(np.concatenate([q, middle + 0.5 * h * force]))
 
 
-@dataclass(frozen=True)
 class EulerOfOrderTwo(EulerMaruyama):
     """Euler-Maruyama that claims weak and invariant order 2."""
 
@@ -56,7 +55,6 @@ class EulerOfOrderTwo(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = HeunAdditive.claims
 
 
-@dataclass(frozen=True)
 class HeunWithWrongVariance(HeunAdditive):
     """Heun's scheme for additive noise whose variance is 1 % too large."""
 

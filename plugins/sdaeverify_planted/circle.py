@@ -1,6 +1,5 @@
 """Brownian motion on a circle that is projected wrongly or not at all; it claims what projected Euler keeps."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +14,6 @@ from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 from ._projection import project_step
 
 
-@dataclass(frozen=True)
 class FixedDirection(ProjectedEuler):
     """Projects along the first axis, wherever the normal is."""
 
@@ -28,7 +26,6 @@ class FixedDirection(ProjectedEuler):
         return project_step(problem, state, problem.euler(t, state, h, noise), axis)
 
 
-@dataclass(frozen=True)
 class OneNewtonStep(ProjectedEuler):
     """x+ = y - grad g(y) g(y)/|grad g(y)|^2: one step of the iteration that would end on the circle."""
 
@@ -42,7 +39,6 @@ class OneNewtonStep(ProjectedEuler):
         return Step(y - apply_transposed(Dg, solve(product_transposed(Dg, Dg), problem.constraint(y))))
 
 
-@dataclass(frozen=True)
 class GrownRadius(ProjectedEuler):
     """Onto the circle of radius 1 + h, from which the next step starts."""
 
@@ -54,7 +50,6 @@ class GrownRadius(ProjectedEuler):
         return result._replace(state=(1.0 + h) * result.state)
 
 
-@dataclass(frozen=True)
 class EulerNotProjected(EulerMaruyama):
     """Euler-Maruyama that claims to be projected."""
 
@@ -62,7 +57,6 @@ class EulerNotProjected(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = ProjectedEuler.claims
 
 
-@dataclass(frozen=True)
 class HeunNotProjected(Heun):
     """Heun's scheme that claims to be projected: its orders are right, its constraint is not."""
 

@@ -1,6 +1,5 @@
 """Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +12,6 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 CALLS: list[float] = []
 
 
-@dataclass(frozen=True)
 class HiddenState(EulerMaruyama):
     """Every second call takes the increment with the other sign: the same step is not the same twice."""
 
@@ -25,7 +23,6 @@ class HiddenState(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=(-1.0) ** len(CALLS) * noise.dW))
 
 
-@dataclass(frozen=True)
 class OwnNoise(EulerMaruyama):
     """Draws its own increments."""
 
@@ -37,7 +34,6 @@ class OwnNoise(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=own))
 
 
-@dataclass(frozen=True)
 class WritesIntoState(EulerMaruyama):
     """x += f h, and then x += B dW at the moved x, in the caller's array."""
 
@@ -51,7 +47,6 @@ class WritesIntoState(EulerMaruyama):
         return Step(x)
 
 
-@dataclass(frozen=True)
 class FirstPathForAll(EulerMaruyama):
     """The drift of the first path of the batch moves them all."""
 
@@ -63,7 +58,6 @@ class FirstPathForAll(EulerMaruyama):
         return Step(state + h * f + apply(problem.diffusion(t, state), noise.dW))
 
 
-@dataclass(frozen=True)
 class SharedTaming(EulerMaruyama):
     """Drift f/(1 + h max |f|), the maximum over all paths of the batch: of the right order, not path by path."""
 
@@ -75,7 +69,6 @@ class SharedTaming(EulerMaruyama):
         return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
 
 
-@dataclass(frozen=True)
 class LatePaths(EulerMaruyama):
     """The drift moves the first 200 paths of a batch as it should, and the others by less."""
 

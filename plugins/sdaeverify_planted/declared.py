@@ -33,7 +33,6 @@ class JumpingEuler(EulerMaruyama):
         return Step(state + h * problem.drift(t, self.of_drift * state) + kick)
 
 
-@dataclass(frozen=True)
 class AreaEuler(JumpingEuler):
     """The same that says it needs areas, and makes no use of them."""
 

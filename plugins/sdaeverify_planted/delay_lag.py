@@ -70,7 +70,6 @@ class WrongLag(StochasticTheta):
         return hold_failed(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
 
 
-@dataclass(frozen=True)
 class AnticipatingNoise(StochasticTheta):
     """The noise reads the lagged value of the step's end, x there being that of the explicit step."""
 

@@ -12,7 +12,6 @@ from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicThet
 from sdaeverify_schemes.delays.stochastic_theta import TRAPEZOIDAL, StochasticTheta
 
 
-@dataclass(frozen=True)
 class KeptAlgebraic(StochasticTheta):
     """y stays what it was at the start."""
 
@@ -25,7 +24,6 @@ class KeptAlgebraic(StochasticTheta):
         return result._replace(state=result.state._replace(y=state.y))
 
 
-@dataclass(frozen=True)
 class OldLagAlgebraic(StochasticTheta):
     """y solves the constraint with the lagged value of the step's begin."""
 
@@ -39,7 +37,6 @@ class OldLagAlgebraic(StochasticTheta):
         return hold_failed(state, DelayState(result.state.x, root.x), root)
 
 
-@dataclass(frozen=True)
 class OldTimeAlgebraic(StochasticTheta):
     """y solves the constraint of the step's begin."""
 

@@ -15,7 +15,6 @@ from ._projection import project_step
 DELTA = "ellipse[measure=delta]"
 
 
-@dataclass(frozen=True)
 class RadialProjection(ProjectedEuler):
     """y = x + h P f + B dW with the tangential part P f of the drift, then onto g = 0 towards the origin.
 

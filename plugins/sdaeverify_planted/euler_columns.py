@@ -1,6 +1,6 @@
 """Euler-Maruyama with the noises of a system mixed up, and orders that need iterated integrals it leaves out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +13,6 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 ORDER_ONE = (Claim(measure="strong", value=1.0, source="planted"), Claim(measure="weak", value=1.0, source="planted"))
 
 
-@dataclass(frozen=True)
 class SwappedColumns(EulerMaruyama):
     """Each column of B gets the increment of another one: of the right law, on the wrong path."""
 
@@ -24,7 +23,6 @@ class SwappedColumns(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=noise.dW[::-1]))
 
 
-@dataclass(frozen=True)
 class OneNoiseForAll(EulerMaruyama):
     """All columns of B get the first increment."""
 
@@ -35,7 +33,6 @@ class OneNoiseForAll(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=np.broadcast_to(noise.dW[:1], noise.dW.shape)))
 
 
-@dataclass(frozen=True)
 class TransposedDiffusion(EulerMaruyama):
     """x+ = x + f h + B^T dW for a square B."""
 
@@ -51,7 +48,6 @@ class TransposedDiffusion(EulerMaruyama):
         return Step(state + h * problem.drift(t, state) + apply(np.swapaxes(B, 0, 1), noise.dW))
 
 
-@dataclass(frozen=True)
 class DiagonalMilstein(EulerMaruyama):
     """Milstein's terms DB_j B_j (dW_j^2 - h)/2 alone, where noises do not commute; it claims Milstein's order."""
 
@@ -68,7 +64,6 @@ class DiagonalMilstein(EulerMaruyama):
         return Step(super().step(problem, state, t, h, noise).state + sum(terms))
 
 
-@dataclass(frozen=True)
 class EulerAsMilstein(EulerMaruyama):
     """Euler-Maruyama that claims Milstein's order."""
 
@@ -76,7 +71,6 @@ class EulerAsMilstein(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = ORDER_ONE
 
 
-@dataclass(frozen=True)
 class TamedTooMuch(TamedEuler):
     """Taming f/(1 + sqrt(h) |f|), which costs half an order of the drift."""
 

@@ -12,7 +12,6 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun, stratonovich
 
 
-@dataclass(frozen=True)
 class WithoutItoCorrection(EulerMaruyama):
     """x+ = x + (f - (1/2) sum_j DB_j B_j) h + B dW: Ito's integral of the Stratonovich drift."""
 
@@ -24,7 +23,6 @@ class WithoutItoCorrection(EulerMaruyama):
         return Step(state + h * F + apply(B, noise.dW))
 
 
-@dataclass(frozen=True)
 class HeunOfItoDrift(Heun):
     """Heun's scheme with Ito's drift f: it tends to the Stratonovich solution of the same coefficients."""
 
@@ -51,7 +49,6 @@ class WrongVariance(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(1.0 + self.excess) * noise.dW))
 
 
-@dataclass(frozen=True)
 class NoiseOfSizeH(EulerMaruyama):
     """Noise h xi in place of sqrt(h) xi, xi standard normal."""
 
@@ -62,7 +59,6 @@ class NoiseOfSizeH(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(h) * noise.dW))
 
 
-@dataclass(frozen=True)
 class ScaledDrift(EulerMaruyama):
     """Drift 0.98 f."""
 
@@ -73,7 +69,6 @@ class ScaledDrift(EulerMaruyama):
         return Step(super().step(problem, state, t, h, noise).state - 0.02 * h * problem.drift(t, state))
 
 
-@dataclass(frozen=True)
 class ImplicitNoise(EulerMaruyama):
     """Theta = 1/2 in the noise, too: x+ = x + f h + (1/2) [B(x) + B(y)] dW with y = x + f h + B dW."""
 
@@ -86,7 +81,6 @@ class ImplicitNoise(EulerMaruyama):
         return Step(y + 0.5 * change)
 
 
-@dataclass(frozen=True)
 class ClippedNoise(EulerMaruyama):
     """Increments cut at one standard deviation: |dW| <= sqrt(h)."""
 

@@ -1,6 +1,5 @@
 """Euler-Maruyama that is inexact where every scheme is exact; in the orders it may stay hidden."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +9,6 @@ from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 
-@dataclass(frozen=True)
 class TwiceAStep(EulerMaruyama):
     """Two steps of size h where one is asked for."""
 
@@ -22,7 +20,6 @@ class TwiceAStep(EulerMaruyama):
         return super().step(problem, once, t + h, h, noise)
 
 
-@dataclass(frozen=True)
 class LateStart(EulerMaruyama):
     """The first step, from t = 0, is left out: an error of the order that is claimed."""
 
@@ -33,7 +30,6 @@ class LateStart(EulerMaruyama):
         return super().step(problem, state, t, h, noise) if t > 0.0 else Step(state)
 
 
-@dataclass(frozen=True)
 class SinglePrecision(EulerMaruyama):
     """Rounds every state to single precision."""
 

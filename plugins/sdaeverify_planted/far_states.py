@@ -30,7 +30,6 @@ class FarDrift(EulerMaruyama):
         return Step(state + h * share * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
 
-@dataclass(frozen=True)
 class Clipped(EulerMaruyama):
     """Euler-Maruyama whose states are cut at twice the start."""
 

@@ -1,6 +1,5 @@
 """MALA that accepts too much or proposes from another law; it claims that its stationary means are exact."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +9,6 @@ from sdaeverify_lab import Planted
 from sdaeverify_schemes.mala import MALA, density_ratio, log_ratio
 
 
-@dataclass(frozen=True)
 class AcceptsAll(MALA):
     """Without rejection: Euler-Maruyama, smooth in its noise, whose bias on `ou` is 0.035 at h = 1/4."""
 
@@ -22,7 +20,6 @@ class AcceptsAll(MALA):
         return Step(problem.euler(t, state, h, noise))
 
 
-@dataclass(frozen=True)
 class WithoutProposal(MALA):
     """Accepted by the ratio of densities alone, as if the step were symmetric."""
 
@@ -34,7 +31,6 @@ class WithoutProposal(MALA):
         return Step(np.where(np.log(noise.uniform(h)) < density_ratio(problem, t, state, y), y, state))
 
 
-@dataclass(frozen=True)
 class TooWide(MALA):
     """A proposal with a tenth too much variance, accepted as the right one: 0.023 too much E x^2 on `ou`."""
 

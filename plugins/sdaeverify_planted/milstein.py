@@ -23,7 +23,6 @@ class ScaledCorrection(Milstein):
         return Step(euler + 2.0 * self.factor * correction)
 
 
-@dataclass(frozen=True)
 class WithoutH(Milstein):
     """Correction (1/2) DB B dW^2: its mean is (h/2) DB B."""
 
@@ -35,7 +34,6 @@ class WithoutH(Milstein):
         return Step(super().step(problem, state, t, h, noise).state + missing)
 
 
-@dataclass(frozen=True)
 class WithoutDerivative(Milstein):
     """Correction (1/2) B (dW^2 - h): b in place of b b'."""
 

@@ -65,7 +65,6 @@ class AlongAxis(WrongHalfExplicit):
     claims: ClassVar[tuple[Claim, ...]] = tuple(c for c in HalfExplicitEuler.claims if c.measure != "invariant")
 
 
-@dataclass(frozen=True)
 class NoProjection(EulerMaruyama):
     """Euler-Maruyama for the inherent SDE that claims to be projected."""
 

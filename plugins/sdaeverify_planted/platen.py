@@ -19,7 +19,6 @@ def heavy(x: Array) -> Array:
     return 2.0 * np.sign(x) * (np.abs(x) > QUANTILE)
 
 
-@dataclass(frozen=True)
 class HeavyLaw(PlatenWeak2):
     """A three-point law of variance 1 whose fourth moment is 4 in place of 3."""
 
@@ -27,7 +26,6 @@ class HeavyLaw(PlatenWeak2):
     law: ClassVar[Law] = Law("three-point of fourth moment 4", heavy, (-2.0, 0.0, 2.0), (1 / 8, 3 / 4, 1 / 8))
 
 
-@dataclass(frozen=True)
 class TwoPointLaw(PlatenWeak2):
     """Variables +-sqrt(h), whose fourth moment is h^2."""
 

@@ -24,7 +24,6 @@ class ScaledSigns(PlatenWeak2General):
         return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
 
 
-@dataclass(frozen=True)
 class OneSign(PlatenWeak2General):
     """The sign of the first Brownian motion for all: V_12 = h, no random variable."""
 

@@ -22,7 +22,6 @@ class ScaledArea(SRA1):
         return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
 
 
-@dataclass(frozen=True)
 class AreaForIntegral(SRA1):
     """H in place of Z/h = H + dW/2."""
 

@@ -1,6 +1,6 @@
 """SRI1W1 with a wrong integral of the noise or a stage in the wrong place; it claims strong order 3/2."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +10,6 @@ from sdaeverify_lab import Planted
 from sdaeverify_schemes.sri1w1 import SRI1W1, stages
 
 
-@dataclass(frozen=True)
 class WithoutArea(SRI1W1):
     """Z = h dW/2: the part of int W ds that dW does not know is left out."""
 
@@ -21,7 +20,6 @@ class WithoutArea(SRI1W1):
         return super().step(problem, state, t, h, noise._replace(H=np.zeros_like(noise.dW)))
 
 
-@dataclass(frozen=True)
 class FirstAreaForAll(SRI1W1):
     """H of the first Brownian motion takes the place of all."""
 
@@ -33,7 +31,6 @@ class FirstAreaForAll(SRI1W1):
         return super().step(problem, state, t, h, noise._replace(H=np.repeat(noise.H[:1], len(noise.H), axis=0)))
 
 
-@dataclass(frozen=True)
 class WithoutTripleIntegral(SRI1W1):
     """The term of I_111 is left out."""
 
@@ -46,7 +43,6 @@ class WithoutTripleIntegral(SRI1W1):
         return Step(super().step(problem, state, t, h, noise).state - thrice * (dW**3 - 3.0 * h * dW) / (6.0 * h))
 
 
-@dataclass(frozen=True)
 class StratonovichIntegral(SRI1W1):
     """The double integral is dW^2/2 in place of (dW^2 - h)/2."""
 
@@ -58,7 +54,6 @@ class StratonovichIntegral(SRI1W1):
         return Step(super().step(problem, state, t, h, noise).state + 0.5 * np.sqrt(h) * twice)
 
 
-@dataclass(frozen=True)
 class OldTimes(SRI1W1):
     """All stages take the coefficients at the beginning of the step."""
 

@@ -27,7 +27,6 @@ class AlmostHalf(StochasticTheta):
         return (*self.claims, A_STABLE)
 
 
-@dataclass(frozen=True)
 class AStableEuler(EulerMaruyama):
     """Euler-Maruyama, stable up to -(2a + b^2)/a^2."""
 
@@ -35,7 +34,6 @@ class AStableEuler(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = (A_STABLE,)
 
 
-@dataclass(frozen=True)
 class AStableMilstein(Milstein):
     """Milstein's scheme, stable up to -(2a + b^2)/(a^2 + b^4/2)."""
 

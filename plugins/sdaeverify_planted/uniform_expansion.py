@@ -3,7 +3,6 @@
 At a fixed eps all of them have the order of the right one. One step has not, uniformly in eps.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +12,6 @@ from sdaeverify_lab import Planted
 from sdaeverify_schemes.penalised.uniform_expansion import ExpansionWeights, UniformExpansion
 
 
-@dataclass(frozen=True)
 class NoTraces(UniformExpansion):
     """Without tau, the traces over the normal space."""
 
@@ -24,7 +22,6 @@ class NoTraces(UniformExpansion):
         return super().weights(problem, h)._replace(traces=0.0)
 
 
-@dataclass(frozen=True)
 class NoQuadratic(UniformExpansion):
     """Without g'(w) c - P g'(w) c."""
 
@@ -35,7 +32,6 @@ class NoQuadratic(UniformExpansion):
         return super().weights(problem, h)._replace(quadratic=0.0)
 
 
-@dataclass(frozen=True)
 class NoProjector(UniformExpansion):
     """(sigma^2/8) eps omega^2 grad ln det G in place of its normal part."""
 
@@ -47,7 +43,6 @@ class NoProjector(UniformExpansion):
         return right._replace(fixman=right.fixman + right.normal_fixman, normal_fixman=0.0)
 
 
-@dataclass(frozen=True)
 class RootForSquare(UniformExpansion):
     """The coefficient s of the noise where its square belongs: 1 - s for 1 - s^2."""
 

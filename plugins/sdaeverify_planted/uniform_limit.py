@@ -3,7 +3,6 @@
 For a fixed eps all of them converge as the right one does.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Claim, ConstrainedLangevin, hookimpl
@@ -15,7 +14,6 @@ from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 ASYMPTOTIC = Claim(measure="limits", quantities=("x", "zeta"), value=0.5, source="Laurent 2022, Theorem 2.9")
 
 
-@dataclass(frozen=True)
 class RootTwice(UniformlyAccurate):
     """sigma (I_2/h)^{1/4} for sigma (I_2/h)^{1/2}: zeta is of size eps^{1/4}."""
 
@@ -27,7 +25,6 @@ class RootTwice(UniformlyAccurate):
         return right._replace(noise=(problem.strength * right.noise) ** 0.5)
 
 
-@dataclass(frozen=True)
 class ForgottenLimit(UniformlyAccurate):
     """h/eps is taken for 0 where eps is 0: the level set of the step before, with the noise on top."""
 
@@ -39,7 +36,6 @@ class ForgottenLimit(UniformlyAccurate):
         return right if problem.eps else right._replace(zeta=1.0, noise=problem.strength)
 
 
-@dataclass(frozen=True)
 class Leaving(UniformExpansion):
     """The explicit expansion, which leaves the manifold in the limit, with the claim that it does not."""
 

@@ -42,7 +42,6 @@ class ScaledTerms(UniformlyAccurate):
         return right._replace(**{name: getattr(self, name) * getattr(right, name) for name in names})
 
 
-@dataclass(frozen=True)
 class HalfRoot(UniformlyAccurate):
     """sqrt(eps/2) (1 - e^{-2h/eps}) in place of sqrt((eps/2) (1 - e^{-2h/eps})): right for eps far below h."""
 
@@ -55,7 +54,6 @@ class HalfRoot(UniformlyAccurate):
         return right._replace(noise=float(right.noise * np.sqrt(gone)))
 
 
-@dataclass(frozen=True)
 class OtherNoise(UniformlyAccurate):
     """The level has the noise of the step with opposite sign: another xi of the same law."""
 
@@ -66,7 +64,6 @@ class OtherNoise(UniformlyAccurate):
         return super().level(at, f, -dW, weights)
 
 
-@dataclass(frozen=True)
 class GramOfTheManifold(UniformlyAccurate):
     """G at x - w, which is on the manifold to first order, in place of G at x."""
 
@@ -84,7 +81,6 @@ class _Elsewhere(ConstraintGeometry):
         return self.problem.near(self.x - self.problem.near(self.x).relaxation).gram
 
 
-@dataclass(frozen=True)
 class OneGramMissing(UniformlyAccurate):
     """The quadratic term is g'(w) zeta: one of its two factors G^{-1} is missing; no matter where G is 1."""
 
@@ -102,7 +98,6 @@ class _Undivided(ConstraintGeometry):
         return self.problem.contraction(self.x, self.relaxation[:, None] * self.zeta)
 
 
-@dataclass(frozen=True)
 class Subtracted(UniformlyAccurate):
     """eps (1 - e^{-h/eps}) by subtraction: cancelled for eps much larger than h; no claim about the long run."""
 

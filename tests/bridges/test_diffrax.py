@@ -1,6 +1,6 @@
 """Solvers of diffrax as schemes; skipped where it is not installed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -128,7 +128,6 @@ def test_solver_is_checked(scheme, known):
         scheme("Dopri5")
 
 
-@dataclass(frozen=True)
 class Louder(Diffrax):
     """dW is given to the solver with a factor of 1.1."""
 
@@ -139,7 +138,6 @@ class Louder(Diffrax):
         return lambda x, t, h, dW: right(x, t, h, 1.1 * dW)
 
 
-@dataclass(frozen=True)
 class Mistaken(Diffrax):
     """A Stratonovich solver is given the drift of the Ito equation."""
 

@@ -1,6 +1,6 @@
 """Algorithms of sdeint as schemes; skipped where it is not installed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -98,7 +98,6 @@ def test_algorithm_is_checked(arguments, message):
         SDEInt(*arguments)
 
 
-@dataclass(frozen=True)
 class Louder(SDEInt):
     """dW is given to the algorithm with a factor of 1.1."""
 
@@ -109,7 +108,6 @@ class Louder(SDEInt):
         return lambda x, t, h, dW: right(x, t, h, 1.1 * dW)
 
 
-@dataclass(frozen=True)
 class Mistaken(SDEInt):
     """An algorithm for Ito's equation is given the drift of the Stratonovich equation."""
 

@@ -62,7 +62,6 @@ def far_sine() -> SDE:
     )
 
 
-@dataclass(frozen=True)
 class EulerBelow(Milstein):
     """Milstein's scheme that is Euler's where x < -3/2."""
 
@@ -94,7 +93,6 @@ class Moved(EulerMaruyama):
         return Step(state + h * problem.drift(t, a * state) + problem.diffused(t, b * state, noise.dW))
 
 
-@dataclass(frozen=True)
 class Jumping(Moved):
     """The same that declares jumps."""
 
@@ -102,7 +100,6 @@ class Jumping(Moved):
     jumps: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
 class WithAreas(Moved):
     """The same that declares areas."""
 
@@ -127,7 +124,6 @@ class Loud(Milstein):
         return super().step(other, state, t, h, noise)
 
 
-@dataclass(frozen=True)
 class Clipped(EulerMaruyama):
     """Euler-Maruyama that is cut at |x| = 2."""
 

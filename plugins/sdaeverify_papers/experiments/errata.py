@@ -1,7 +1,6 @@
 """Errors in print of the four papers, each with a number that the printed formula gets wrong and the right one."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -118,7 +117,6 @@ TRACES = {2: ("2.00934", 0.10), 3: ("3.01458", 0.13), 4: ("4.02050", 0.15), 5: (
 MEAN_SQUARES = (4.045e-05, 2.3559e-05)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Errata(Experiment):
     """What is printed, what is right, and how one knows."""
 

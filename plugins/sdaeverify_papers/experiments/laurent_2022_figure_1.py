@@ -1,7 +1,6 @@
 """Figure 1 of Laurent (2022): errors of E |x|^2 on the torus against the stiffness parameter, by time averages."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +30,6 @@ PAPERS_TIME, HORIZON, BURN, FIRST = 10.0, 20, 2.0, 9
 OBSERVABLE = "|x|^2"
 
 
-@dataclass(frozen=True, kw_only=True)
 class StationaryErrors(Experiment):
     """Time averages of |x|^2 minus the invariant mean."""
 

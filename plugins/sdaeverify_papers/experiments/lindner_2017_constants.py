@@ -1,7 +1,6 @@
 """The constants C_g, C_eta and C_kappa of Lindner & Stroot (2017), (2.7) and (3.11), over the problem family."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -78,7 +77,6 @@ def _second(D2: Array) -> float:
     return float(max(np.linalg.norm(D2[:, :, k], 2) for k in range(D2.shape[2])))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Constants(Experiment):
     """What the theory's constants are, and what the paper says they are."""
 

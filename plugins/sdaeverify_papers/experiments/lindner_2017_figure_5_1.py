@@ -1,7 +1,6 @@
 """Figure 5.1 of Lindner & Stroot (2017): a step of the pendulum that has two roots, one, or none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,7 +37,6 @@ def steps(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping
     }
 
 
-@dataclass(frozen=True, kw_only=True)
 class Roots(Experiment):
     """The geometry of kappa, beside what the scheme finds."""
 

@@ -1,7 +1,6 @@
 """Estimate (3.17) of Lindner & Stroot (2017): how kappa and the remainders of lambda fall with h."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,7 +55,6 @@ def _remainders(problem: Problem, scheme: Scheme) -> dict[str, dict[str, Array]]
 PROBLEMS = {"c_g = 1": "pendulum[c_g=1]", "c_g = 0": "pendulum[c_g=0]"}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Multipliers(Experiment):
     """Exponents of the estimate, by single steps."""
 

@@ -1,6 +1,5 @@
 """How often a path of the pendulum meets a step without root, over h and omega_0: section 5.1 of Lindner & Stroot."""
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -64,7 +63,6 @@ def exact_share(omega: float, h: float, steps: int) -> float:
     return float(np.clip(1.0 - weights @ p, 0.0, 1.0))
 
 
-@dataclass(frozen=True, kw_only=True)
 class WithoutRoot(Experiment):
     """Shares of paths, with truncation and without."""
 

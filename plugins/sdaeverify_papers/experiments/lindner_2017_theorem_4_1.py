@@ -1,7 +1,5 @@
 """Theorem 4.1 of Lindner & Stroot (2017): sup norms on the grid, and in continuous time with interpolants."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from sdaeverify import Array, Parts, Problem, hookimpl
@@ -42,7 +40,6 @@ def multipliers(problem: Problem, t: float, parts: Parts) -> Array:
     return parts["mu"]
 
 
-@dataclass(frozen=True, kw_only=True)
 class SupNorms(Experiment):
     """E sup |error| over the grid, and over all times with piecewise constant and linear interpolants."""
 

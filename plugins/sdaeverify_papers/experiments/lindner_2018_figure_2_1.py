@@ -1,7 +1,6 @@
 """Figure 2.1 of Lindner et al. (2018): the spatial grid of the clamped fibre, with its ghost points."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +18,6 @@ def arc_lengths(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> M
     return {"s": -problem.initial(1).r[1::2, 0]}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Grid(Experiment):
     """Points and edges along the fibre."""
 

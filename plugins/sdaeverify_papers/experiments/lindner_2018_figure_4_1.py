@@ -1,7 +1,6 @@
 """Figure 4.1 of Lindner et al. (2018): the fibre and its velocity, for two stiffnesses and two turbulences."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +67,6 @@ def shape(r: Array, v: Array) -> Shape:
     return Shape(s, (mid * tau).sum(axis=1), (mid * turned).sum(axis=1), np.diff(angle, axis=0))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Fibres(Experiment):
     """A path of each fibre, drawn; its crimp and its fluctuations as means."""
 

@@ -60,7 +60,6 @@ STIFF = Case("0.4", "0.25", {
 })  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
 class Convergence(Experiment):
     """Mean relative errors at T, with intervals of 90 percent, and the distance of the references."""
 

@@ -108,7 +108,6 @@ SHORT = Setting("0.03125", 2**12, (0, 10, 30, 100, 300))
 WHOLE = Setting("1.0", 2**17, (0, 3, 10, 30, 100, 300))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Skipping(Experiment):
     """Defects of (B_n) in space and time, its error at T, and the iterations of its projections."""
 

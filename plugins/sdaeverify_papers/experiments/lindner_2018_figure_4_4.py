@@ -46,7 +46,6 @@ TESTED = "1e-06"
 SHORT, WHOLE = Setting("3.2", 320, (TESTED,)), Setting("3.2", 320, ("0.0", TESTED, "1e-05", "0.0001"))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Iterations(Experiment):
     """Newton iterations of a step of (A), for its three guesses."""
 
@@ -162,7 +161,6 @@ class StepTimes:
 COSTED = {"(A)": A, "(B), Newton": f"{B}[solver=newton]", "(B), Gram": B}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Costs(Experiment):
     """A step of (B) against one of (A), over the number of points."""
 

@@ -70,7 +70,6 @@ class CellSums:
         return joined.reshape(steps, -1, paths) / np.sqrt(ratio)
 
 
-@dataclass(frozen=True, kw_only=True)
 class SpaceTime(Experiment):
     """Errors of (A) with dt = ds against the finest grid, and the law of one fine noise seen by two fibres."""
 
