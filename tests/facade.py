@@ -334,9 +334,8 @@ from sdaeverify_papers.experiments import (
 )
 from sdaeverify_papers.mean_table import orders
 from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
-from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
-from sdaeverify_planted.euler_noise import WrongVariance
+from sdaeverify_planted.coefficients import WrongVariance
+from sdaeverify_planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
 from sdaeverify_problems._gaussian_step import gaussian_step
 from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_problems.curves import _circle
