@@ -123,13 +123,13 @@ class TooWide(MALA):
 # Parts of the half-explicit step.
 
 
-def kick(problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, dw: Array) -> Array:
+def _kick(problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, dw: Array) -> Array:
     """Return M^{-1} (h a + B dw)."""
     r, v, _ = state
     return problem.inverse_mass(h * problem.force(t, r, v) + problem.diffused(t, r, v, dw))
 
 
-def multiplier(problem: HolonomicSDAE, r: Array, old: ConstraintJacobian, x: Array) -> Array:
+def _multiplier(problem: HolonomicSDAE, r: Array, old: ConstraintJacobian, x: Array) -> Array:
     """Return lambda with Dg(r) (x + M^{-1} grad g(r_0) lambda) = 0, for the linearisation at another position r_0."""
     J = problem.linearised(r)
     return -J.gram(old).solve(J.times(x))
@@ -168,10 +168,10 @@ class WrongHalfExplicit(HalfExplicitEuler):
         if self.position != "free":
             new = onto_constraint(problem, y, old if self.position == "normal" else upright(problem.dg(r)))
             y, failed = np.where(new.found, new.r, r), ~new.found if self.position == "normal" else failed
-        x = v + kick(problem, state, t, h, self.strength * noise.dW)
+        x = v + _kick(problem, state, t, h, self.strength * noise.dW)
         if self.velocity == "free":
             return Step(HolonomicState(y, np.where(failed, v, x), mu), failed)
-        lam = multiplier(problem, y if self.velocity == "new" else r, old, x)
+        lam = _multiplier(problem, y if self.velocity == "new" else r, old, x)
         moved = x + problem.push(old, lam)
         return Step(HolonomicState(y, np.where(failed, v, moved), np.where(failed, mu, mu + lam)), failed)
 
@@ -265,10 +265,10 @@ class WithoutCoriolis(HalfExplicitEuler):
         r, v, mu = state
         old = problem.linearised(r)
         new = onto_constraint(problem, r + h * v, old)
-        change = kick(problem, state, t, h, noise.dW)
-        first = multiplier(problem, r, old, change)
+        change = _kick(problem, state, t, h, noise.dW)
+        first = _multiplier(problem, r, old, change)
         x = v + change + problem.push(old, first)
-        lam = multiplier(problem, new.r, old, x)
+        lam = _multiplier(problem, new.r, old, x)
         return Step(HolonomicState(new.r, x + problem.push(old, lam), mu + first + lam), ~new.found)
 
 

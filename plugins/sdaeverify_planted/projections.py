@@ -31,7 +31,7 @@ from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiIm
 # Projection along given directions, of schemes that take wrong ones.
 
 
-def project_step(problem: SDE, x: Array, y: Array, normals: Array) -> Step:
+def _project_step(problem: SDE, x: Array, y: Array, normals: Array) -> Step:
     """Return the step from x to the point of the constraint near y along directions of shape (1, d, P)."""
     new = onto_constraint(problem, y, DenseJacobian(normals))
     return Step(np.where(new.found, new.r, x), ~new.found)
@@ -49,7 +49,7 @@ class FixedDirection(ProjectedEuler):
         """Make one step; the state x has shape (d, P)."""
         axis = np.zeros((1, *state.shape))
         axis[0, 0] = 1.0
-        return project_step(problem, state, problem.euler(t, state, h, noise), axis)
+        return _project_step(problem, state, problem.euler(t, state, h, noise), axis)
 
 
 class OneNewtonStep(ProjectedEuler):
@@ -107,7 +107,7 @@ class RadialProjection(ProjectedEuler):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         y = tangential(problem, state, t, h, noise)
-        return project_step(problem, state, y, y[None])
+        return _project_step(problem, state, y, y[None])
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class WrongFixman(ProjectedEuler):
         x, tangent = state, problem.diffusion(t, state)[:, 0]
         f = problem.drift(t, x) + self.part * fixman(problem, x, tangent)
         y = x + h * f + tangent * noise.dW
-        return project_step(problem, x, y, problem.dg(y))
+        return _project_step(problem, x, y, problem.dg(y))
 
 
 def tangential(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
