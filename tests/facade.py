@@ -224,7 +224,7 @@ from sdaeverify.store.files import digest_of_file, opened_by
 from sdaeverify.store.keys import asked_for, differences, key, made_with, measure_ingredients
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
-from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, judging, plan, run, sequence
+from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
 from sdaeverify.study.blocks import LATE, BlockBatch, Blocks, simulate_batch
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlEvidence, ControlVerdicts

@@ -74,7 +74,7 @@ class Note:
         return (last,) if self.at is None else self.at
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class SchemeRun:
     """Paths of a scheme with one step size.
 
@@ -106,7 +106,7 @@ class SchemeRun:
                 raise ProblemError(f"note {note.name!r} must be taken after 1 to {self.steps} steps, got {note.at!r}")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Probe:
     """Numbers that need no paths.
 

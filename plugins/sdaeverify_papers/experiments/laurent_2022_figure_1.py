@@ -61,7 +61,7 @@ class StationaryErrors(Experiment):
 def _run(scheme: str, eps: str, k: int) -> SchemeRun:
     steps = 2**k * round(HORIZON / PAPERS_TIME)
     average = Note("mean", OBSERVABLE, range(round(BURN / HORIZON * steps) + 1, steps + 1), "mean")
-    return SchemeRun(problem=_problem(eps), scheme=scheme, steps=steps, notes=(average,))
+    return SchemeRun(_problem(eps), scheme, steps, (average,))
 
 
 def _problem(eps: str) -> str:
@@ -95,11 +95,11 @@ def _entries(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Ite
     value, std_error = mean_and_error(evidence, scheme, eps, k)
     if np.isfinite(value):
         yield TableEntry(
-            group=f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
-            at={"h": f"10/2^{k}", "eps": eps, "mean": f"{value:.5f}"},
-            value=value - exact(evidence, eps),
-            std_error=std_error,
-            paths=evidence.paths,
+            f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
+            {"h": f"10/2^{k}", "eps": eps, "mean": f"{value:.5f}"},
+            value - exact(evidence, eps),
+            std_error,
+            evidence.paths,
             more={"invariant_mean": exact(evidence, eps)},
         )
 

@@ -61,7 +61,7 @@ class Multipliers(Experiment):
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
         scheme = "half-explicit-euler[truncation=none]"
-        return {"steps": Probe(of=remainders, problems=tuple(PROBLEMS.values()), schemes=(scheme,))}
+        return {"steps": Probe(remainders, tuple(PROBLEMS.values()), (scheme,))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the exponents beside those of the closed forms."""
@@ -75,9 +75,9 @@ class Multipliers(Experiment):
 def _entry(found: Mapping[str, Array], name: str, row: int) -> TableEntry:
     here, exact = (np.abs(found[f"{name} {kind}"][row]) for kind in ("here", "exact"))
     return TableEntry(
-        group=f"exponent of h, slope over h = 2^-4 to 2^-11, {list(PROBLEMS)[row]}",
-        at={"of": name, "claimed": f"{ORDERS[name][0]:g}", "expected here": f"{ORDERS[name][row]:g}"},
-        value=slope(SIZES, here),
+        f"exponent of h, slope over h = 2^-4 to 2^-11, {list(PROBLEMS)[row]}",
+        {"of": name, "claimed": f"{ORDERS[name][0]:g}", "expected here": f"{ORDERS[name][row]:g}"},
+        slope(SIZES, here),
         exact=slope(SIZES, exact),
         exact_source="closed form on the circle, the same fit",
     )

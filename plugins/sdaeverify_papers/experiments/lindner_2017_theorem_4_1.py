@@ -46,7 +46,7 @@ class SupNorms(Experiment):
     def work(self, budget: Budget) -> Work:
         """Return the runs, each noted after every step."""
         return {
-            (problem, steps): SchemeRun(problem=label, scheme=SCHEME, steps=steps, notes=_notes(steps))
+            (problem, steps): SchemeRun(label, SCHEME, steps, _notes(steps))
             for problem, label in PROBLEMS.items()
             for steps in (*STEPS, 2 * STEPS[-1], REFERENCE)
         }
@@ -111,12 +111,9 @@ def _entry(problem: str, part: str, where: str, errors: Array) -> TableEntry:
     rough = where != "grid" and (part != "r" or where == "constant")
     brownian = slope(h, np.sqrt(h * np.log(1.0 / h)))
     expected = (min(1.0, EXPECTED[problem]) if part == "r" else brownian) if rough else EXPECTED[problem]
-    return TableEntry(
-        group=f"order of E sup |error|, {problem}",
-        at={"of": part, "sup over": "grid" if where == "grid" else f"all t, {where}", "expected": f"{expected:.2f}"},
-        value=fitted.value,
-        std_error=fitted.std_error,
-        paths=errors.shape[1],
+    return fitted.entry(
+        f"order of E sup |error|, {problem}",
+        {"of": part, "sup over": "grid" if where == "grid" else f"all t, {where}", "expected": f"{expected:.2f}"},
     )
 
 

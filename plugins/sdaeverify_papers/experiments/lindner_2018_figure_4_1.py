@@ -80,9 +80,7 @@ class Fibres(Experiment):
         at = (steps // 4, steps // 2, steps)
         notes = (Note("r", positions, at), Note("v", velocities, at))
         return {
-            (alpha, beta): SchemeRun(
-                problem=fibre_label(alpha=alpha, beta=beta, N=N, horizon=horizon), scheme=A, steps=steps, notes=notes
-            )
+            (alpha, beta): SchemeRun(fibre_label(alpha=alpha, beta=beta, N=N, horizon=horizon), A, steps, notes)
             for alpha in ALPHAS
             for beta in BETAS
         }
@@ -108,13 +106,7 @@ def _entries(evidence: ExperimentEvidence, alpha: str, beta: str) -> Iterator[Ta
         ("fluctuation: root mean square difference of v_n between neighbouring edges", rough),
     ):
         each = mean(np.sqrt((values**2).mean(axis=0)))
-        yield TableEntry(
-            group=group,
-            at={"alpha": float(alpha), "beta": float(beta)},
-            value=float(each.value),
-            std_error=float(each.std_error),
-            paths=values.shape[1],
-        )
+        yield each.entry(group, {"alpha": float(alpha), "beta": float(beta)})
 
 
 def _curves(evidence: ExperimentEvidence, alpha: str, horizon: float) -> Panel:
