@@ -75,7 +75,6 @@ class EulerInStrip(Scheme):
         return Step(np.where((self.low < state[0]) & (state[0] < self.high), simple, better))
 
 
-@dataclass(frozen=True)
 class TooMuchNoise(Milstein):
     """Milstein's scheme with .03 % more noise where that depends on the state: paths and their errors hide it."""
 
@@ -88,7 +87,6 @@ class TooMuchNoise(Milstein):
         return Step(x + 3e-4 * apply(np.where(elsewhere == B, 0.0, B), noise.dW))
 
 
-@dataclass(frozen=True)
 class Clipped(EulerMaruyama):
     """Euler-Maruyama that goes on from |x| = 2 where |x| is larger."""
 
@@ -99,7 +97,6 @@ class Clipped(EulerMaruyama):
         return EULER.step(problem, np.clip(state, -2.0, 2.0), t, h, noise)
 
 
-@dataclass(frozen=True)
 class ModestSRA1(SRA1):
     """SRA1 of which the order 1 is claimed, which it has where the drift has a kink."""
 

@@ -220,7 +220,7 @@ from sdaeverify.store.files import digest_of_file, opened_by
 from sdaeverify.store.keys import asked_for, differences, key, made_with, measure_ingredients
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
-from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, judging, plan, run, sequence
+from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
 from sdaeverify.study.blocks import LATE, BlockBatch, Blocks, simulate_batch
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlEvidence, ControlVerdicts
@@ -330,9 +330,8 @@ from sdaeverify_papers.experiments import (
 )
 from sdaeverify_papers.mean_table import orders
 from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
-from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
-from sdaeverify_planted.euler_noise import WrongVariance
+from sdaeverify_planted.coefficients import WrongVariance
+from sdaeverify_planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
 from sdaeverify_problems._gaussian_step import gaussian_step
 from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_problems.curves import _circle

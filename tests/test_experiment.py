@@ -1,7 +1,5 @@
 """The declaration of an experiment."""
 
-from dataclasses import dataclass
-
 import pytest
 
 from facade import Budget, Exhibit, Experiment, FineRun, MeanTable, Note, Printed, Row, SchemeRun
@@ -99,7 +97,6 @@ def test_runs_that_cannot_be_made(steps, at, message):
         SchemeRun(problem="gbm", scheme="milstein", steps=steps, notes=(Note("n", "x", at),))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Nothing(Experiment):
     """An experiment of nothing."""
 

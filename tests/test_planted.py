@@ -1,7 +1,6 @@
 """Planted bugs: what they must say, and how they are registered."""
 
 import sys
-from dataclasses import dataclass
 from typing import ClassVar
 
 import pytest
@@ -29,19 +28,16 @@ def sdaeverify_planted():
 CLAIM = Claim(measure="strong", value=1.0, source="made up")
 
 
-@dataclass(frozen=True)
 class Wrong(Scheme):
     name: ClassVar[str] = "planted-wrong"
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (CLAIM,)
 
 
-@dataclass(frozen=True)
 class Plain(Wrong):
     name: ClassVar[str] = "plain"
 
 
-@dataclass(frozen=True)
 class Modest(Wrong):
     claims: ClassVar[tuple] = ()
 

@@ -318,8 +318,8 @@ def test_broken_plugin(one: Callable[[str], PluginRow], text: str, reason: str) 
             "parameter mode of scheme 'fake-scheme' has a default of type tuple",
         ),
         (
-            ("schemes():\n", "schemes():\n    class Bare(Fake): ...\n    return [Bare()]\n"),
-            "scheme 'fake-scheme': put @dataclass(frozen=True) above the class Bare",
+            ("schemes():\n", "schemes():\n    class Bare(Fake):\n        more: int = 1\n    return [Bare()]\n"),
+            "scheme 'fake-scheme': put @dataclass(frozen=True) above the class Bare, for more",
         ),
         (
             ("Fake(order=2.0), Fake()", "Fake(mode=(1, 2))"),

@@ -57,7 +57,6 @@ class TinyDiffEq(Bridge):
         return sde_step(self.solver, problem)
 
 
-@dataclass(frozen=True)
 class TinyDiffEqSDAE(TinyDiffEq):
     """Euler's method of solve_semi_explicit_sdae for dx = f(t, x, y) dt + g(t, x, y) dW, 0 = u(t, x, y).
 

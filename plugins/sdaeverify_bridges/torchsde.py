@@ -83,7 +83,6 @@ class TorchSDE(Bridge):
         return sde_step(problem, self.calculus, self.method, options)
 
 
-@dataclass(frozen=True)
 class TorchSDEIto(TorchSDE):
     """Methods of torchsde for dx = f dt + B dW."""
 

@@ -13,7 +13,7 @@ from sdaeverify.studying import check_scheme, parse_label
 PREFIX = "planted-"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Planted:
     """A wrong scheme and the problem on which it has to be found out.
 

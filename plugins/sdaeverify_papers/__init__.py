@@ -6,9 +6,10 @@ is an `Experiment`, in most cases a `MeanTable`. Its schemes and problems are la
 """
 
 from .exhibit import Curve, Exhibit, Panel, Printed, Range, TableEntry
-from .experiment import Budget, Experiment, ExperimentEvidence, Note, Probe, SchemeRun, SharedNoise, Work
+from .experiment import Budget, Experiment, Note, Probe, SchemeRun, SharedNoise, Work
 from .mean_sample import MeanSample
 from .mean_table import FineRun, MeanLine, MeanTable, Row
+from .run import ExperimentEvidence
 
 __all__ = [
     "Budget",

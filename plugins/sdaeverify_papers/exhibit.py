@@ -53,7 +53,7 @@ class Printed:
         return 0.5 * 10.0 ** int(exponent)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class TableEntry:
     """A number of a table: ours with its error, the printed and the exact one.
 

@@ -1,16 +1,19 @@
 """An experiment of a paper: what is run, as data, and a pure function from the evidence to a table and to curves."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Container, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sdaeverify import Array, Parts, Problem, ProblemError, Scheme
 
 from .exhibit import Exhibit
+
+if TYPE_CHECKING:
+    from .run import ExperimentEvidence
 
 # How the values of a note at several steps are put together.
 EACH, MEAN, MAX = "each", "mean", "max"
@@ -71,7 +74,7 @@ class Note:
         return (last,) if self.at is None else self.at
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class SchemeRun:
     """Paths of a scheme with one step size.
 
@@ -103,7 +106,7 @@ class SchemeRun:
                 raise ProblemError(f"note {note.name!r} must be taken after 1 to {self.steps} steps, got {note.at!r}")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Probe:
     """Numbers that need no paths.
 
@@ -206,49 +209,6 @@ class SchemeValue(NamedTuple):
     at: int
 
 
-class ExperimentEvidence(Protocol):
-    """What was found: nothing else may enter a table."""
-
-    @property
-    def paths(self) -> int:
-        """Paths that were asked for."""
-
-    @property
-    def budget(self) -> Budget:
-        """The budget it was run with."""
-
-    @property
-    def keys(self) -> Container[Hashable]:
-        """Keys of what was run."""
-
-    def run(self, key: Hashable) -> RunFound:
-        """Return what came of a run."""
-
-    def probe(self, key: Hashable) -> Mapping[str, Array]:
-        """Return what came of a probe.
-
-        Raises
-        ------
-        ProblemError
-            If it failed or was not reached.
-        """
-
-    def values(self, key: Hashable, note: str) -> Array:
-        """Return the values of a note, shape (times, ..., P).
-
-        Raises
-        ------
-        ProblemError
-            If the run failed or was not reached.
-        """
-
-    def problem(self, label: str) -> Problem:
-        """Return a problem."""
-
-    def scheme_means(self, problem: str, values: Sequence[SchemeValue]) -> Mapping[SchemeValue, SchemeMean]:
-        """Return exact means of schemes, where they have one: of quadratic observables of linear equations."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Experiment(ABC):
     """A table or figure of a paper.
@@ -289,5 +249,5 @@ class Experiment(ABC):
         """Return what is run, each under a key of the experiment's own."""
 
     @abstractmethod
-    def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
+    def exhibit(self, evidence: "ExperimentEvidence") -> Exhibit:
         """Return the table and the curves: a pure function of the evidence."""

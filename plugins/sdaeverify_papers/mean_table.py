@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan, sqrt
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from .exhibit import Exhibit, Panel, Printed, TableEntry
 from .experiment import (
     Budget,
     Experiment,
-    ExperimentEvidence,
     Note,
     RunFound,
     SchemeMean,
@@ -24,6 +23,9 @@ from .experiment import (
     Work,
 )
 from .mean_sample import MeanSample
+
+if TYPE_CHECKING:
+    from .run import ExperimentEvidence
 
 # Step sizes that make a fit.
 FEWEST = 3
@@ -229,7 +231,7 @@ class MeanTable(Experiment):
             for key, noted in notes.items()
         }
 
-    def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
+    def exhibit(self, evidence: "ExperimentEvidence") -> Exhibit:
         """Return the means beside print and truth, orders from the rows with a reference, and the panels."""
         found = self.lines(evidence)
         fitted = orders(found)
@@ -240,11 +242,11 @@ class MeanTable(Experiment):
             tuple(word for line in found for word in line.in_words),
         )
 
-    def panels(self, found: "Sequence[MeanLine]", evidence: ExperimentEvidence) -> tuple[Panel, ...]:
+    def panels(self, found: "Sequence[MeanLine]", evidence: "ExperimentEvidence") -> tuple[Panel, ...]:
         """Return what is drawn of the rows: nothing, unless a subclass knows better."""
         return ()
 
-    def lines(self, evidence: ExperimentEvidence) -> "list[MeanLine]":
+    def lines(self, evidence: "ExperimentEvidence") -> "list[MeanLine]":
         """Return the rows with everything that stands in them."""
         rows = self.chosen(evidence.budget)
         means = {
@@ -253,7 +255,7 @@ class MeanTable(Experiment):
         }
         return [self._line(row, evidence, means[row.problem]) for row in rows]
 
-    def _line(self, row: Row, evidence: ExperimentEvidence, means: Mapping[SchemeValue, SchemeMean]) -> "MeanLine":
+    def _line(self, row: Row, evidence: "ExperimentEvidence", means: Mapping[SchemeValue, SchemeMean]) -> "MeanLine":
         problem = evidence.problem(row.problem)
         h, t = problem.horizon / row.steps, problem.horizon * (row.steps_made / row.steps)
         sample = _sample(row, evidence)
@@ -319,7 +321,7 @@ def _order(lines: Sequence[MeanLine]) -> FittedOrder:
     return FittedOrder(lines[0].row, len(lines), jackknife(groups[..., 1].T, groups[0, :, 0], slope))
 
 
-def _sample(row: Row, evidence: ExperimentEvidence) -> MeanSample:
+def _sample(row: Row, evidence: "ExperimentEvidence") -> MeanSample:
     """Return the sample of a row, or why there is none."""
     found = [_look_up_notes(value, evidence.run((row.problem, value.scheme, value.steps))) for value in row.values]
     if error := next((each for each in found if isinstance(each, str)), ""):
@@ -339,7 +341,7 @@ def _look_up_notes(value: SchemeValue, found: RunFound) -> tuple[Array, Array, A
     return note.error or (note.values[index], note.without_root[index], note.lost[index])
 
 
-def _has_mean(row: Row, problem: str, evidence: ExperimentEvidence) -> bool:
+def _has_mean(row: Row, problem: str, evidence: "ExperimentEvidence") -> bool:
     found = evidence.run((row.problem, row.scheme, row.steps))
     return row.problem == problem and row.reference is None and not found.error and found.paths > 0
 

@@ -10,7 +10,7 @@ from sdaeverify import Array, Problem, ProblemError
 from sdaeverify.studying import Advanced, in_turn
 
 from .block import run_block, run_probe
-from .experiment import Budget, Noted, ProbeFound, RunFound, SchemeMean, SchemeValue
+from .experiment import Noted, ProbeFound, RunFound, SchemeMean, SchemeValue
 from .experiment_plan import PROBE, ExperimentPlan, Job, named_problem, named_scheme
 from .scheme_means import scheme_means
 
@@ -18,8 +18,8 @@ Call = Callable[[], ProbeFound | tuple[RunFound, ...]]
 NOT_REACHED = "not reached"
 
 
-class FoundEvidence:
-    """The evidence of a plan.
+class ExperimentEvidence:
+    """What was found: nothing else may enter a table.
 
     Parameters
     ----------
@@ -27,6 +27,15 @@ class FoundEvidence:
     blocks : mapping of Hashable to sequence of RunFound
         What came of each run, in the order of its blocks.
     probes : mapping of Hashable to ProbeFound
+
+    Attributes
+    ----------
+    paths : int
+        Paths that were asked for.
+    budget : Budget
+        The budget it was run with.
+    keys : frozenset of Hashable
+        Keys of what was planned.
     """
 
     def __init__(
@@ -35,24 +44,10 @@ class FoundEvidence:
         blocks: Mapping[Hashable, Sequence[RunFound]],
         probes: Mapping[Hashable, ProbeFound],
     ) -> None:
-        self.plan, self.probes = plan, probes
+        self.registry, self.paths, self.budget, self.keys = plan.registry, plan.paths, plan.budget, plan.keys
+        self.probes = probes
         self.runs = {key: _join_blocks(found) for key, found in blocks.items()}
         self.problems: dict[str, Problem] = {}
-
-    @property
-    def paths(self) -> int:
-        """Paths that were asked for."""
-        return self.plan.paths
-
-    @property
-    def budget(self) -> Budget:
-        """The budget it was run with."""
-        return self.plan.budget
-
-    @property
-    def keys(self) -> frozenset[Hashable]:
-        """Keys of what was planned."""
-        return self.plan.keys
 
     @property
     def failures(self) -> list[str]:
@@ -66,14 +61,26 @@ class FoundEvidence:
         return self.runs.get(key, RunFound())
 
     def probe(self, key: Hashable) -> Mapping[str, Array]:
-        """Return what came of a probe."""
+        """Return what came of a probe.
+
+        Raises
+        ------
+        ProblemError
+            If it failed or was not reached.
+        """
         found = self.probes.get(key, ProbeFound(error=NOT_REACHED))
         if found.error:
             raise ProblemError(f"{key}: {found.error}")
         return found.values
 
     def values(self, key: Hashable, note: str) -> Array:
-        """Return the values of a note."""
+        """Return the values of a note, shape (times, ..., P).
+
+        Raises
+        ------
+        ProblemError
+            If the run failed or was not reached.
+        """
         found = self.run(key)
         noted = found.noted.get(note, Noted(error=found.error or NOT_REACHED))
         if noted.error:
@@ -83,12 +90,12 @@ class FoundEvidence:
     def problem(self, label: str) -> Problem:
         """Return a problem."""
         if label not in self.problems:
-            self.problems[label] = named_problem(self.plan.registry, label).build()
+            self.problems[label] = named_problem(self.registry, label).build()
         return self.problems[label]
 
     def scheme_means(self, problem: str, values: Sequence[SchemeValue]) -> Mapping[SchemeValue, SchemeMean]:
-        """Return exact means of schemes, where they have one."""
-        schemes = {value.scheme: named_scheme(self.plan.registry, value.scheme) for value in values}
+        """Return exact means of schemes, where they have one: of quadratic observables of linear equations."""
+        schemes = {value.scheme: named_scheme(self.registry, value.scheme) for value in values}
         return scheme_means(self.problem(problem), values, schemes)
 
 
@@ -143,9 +150,9 @@ class ExperimentRun:
             yield Advanced(done, self.total, self._keep(job, found))
 
     @property
-    def evidence(self) -> FoundEvidence:
+    def evidence(self) -> ExperimentEvidence:
         """What is known now."""
-        return FoundEvidence(self.plan, self.blocks, self.probes)
+        return ExperimentEvidence(self.plan, self.blocks, self.probes)
 
     def _call(self, job: Job) -> Call:
         index, block = job

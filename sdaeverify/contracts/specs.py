@@ -6,8 +6,9 @@ The recipe is what is planned with, compared, and sent to worker processes; it i
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
+from itertools import takewhile
 
 import numpy as np
 
@@ -175,7 +176,8 @@ def check_scheme(scheme: object) -> None:
     Raises
     ------
     UsageError
-        If it is no instance of a frozen dataclass that sets the class variables.
+        If it is no instance of a frozen dataclass, or of a subclass without further parameters, that sets the class
+        variables.
     """
     if isinstance(scheme, type) and issubclass(scheme, Scheme):
         raise UsageError(f"expected a scheme, got {describe(scheme)}; write {scheme.__name__}()")
@@ -184,8 +186,10 @@ def check_scheme(scheme: object) -> None:
     kind = type(scheme)
     check_name(f"scheme (class {kind.__name__})", getattr(kind, "name", None))
     owner = f"scheme {kind.name!r}"
-    if "__dataclass_params__" not in vars(kind):
-        raise UsageError(f"{owner}: put @dataclass(frozen=True) above the class {kind.__name__}")
+    if lost := sorted(_lost_parameters(kind)):
+        raise UsageError(
+            f"{owner}: put @dataclass(frozen=True) above the class {kind.__name__}, for {', '.join(lost)}"
+        )
     if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
         raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
     check_parameters(owner, dataclass_parameters(kind))
@@ -193,6 +197,14 @@ def check_scheme(scheme: object) -> None:
     if kind.label is not Scheme.label:
         raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
     _check_declarations(owner, kind)
+
+
+def _lost_parameters(kind: type[Scheme]) -> set[str]:
+    """Return the parameters that a class without a decorator of its own declares, or has from its other bases."""
+    plain = takewhile(lambda base: "__dataclass_params__" not in vars(base), kind.__mro__)
+    hints = {name: hint for base in plain for name, hint in inspect.get_annotations(base).items()}
+    inherited = {field.name for base in kind.__mro__ if is_dataclass(base) for field in fields(base)}
+    return {name for name in hints if "ClassVar" not in str(hints[name])} | inherited - {f.name for f in fields(kind)}
 
 
 def check_problem_function(function: object) -> None:

@@ -4,6 +4,8 @@ import numpy as np
 
 from sdaeverify import SDE, Increment
 
+H, PATHS = 0.125, 7
+
 
 def curved(rate=1.0, horizon=1.0):
     """Return dx = (t - rate x^2) dt + (cos x + t) dW."""
@@ -22,3 +24,8 @@ def drawn(problem, h, paths):
     rng = np.random.default_rng(20261122)
     dW, areas = np.sqrt(h) * rng.standard_normal((2, problem.noise_dim, paths))
     return Increment(dW, areas / np.sqrt(12.0))
+
+
+def shifted(problem):
+    """Return states of all paths, each another one."""
+    return problem.initial(PATHS) + 0.1 * np.arange(PATHS)

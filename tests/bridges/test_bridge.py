@@ -1,6 +1,5 @@
 """The base of bridges, with NumPy in the place of another library."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +14,6 @@ COMPILED = []
 NOISE = Increment(np.array([[0.3, -0.7, 0.0]]), np.array([[0.1, 0.2, -0.1]]))
 
 
-@dataclass(frozen=True)
 class Bridged(Bridge):
     """Euler-Maruyama, as if of a library."""
 

@@ -130,10 +130,10 @@ def test_interrupt(selftest, odd_bug, monkeypatch):
 def test_planted_schemes_are_no_schemes(call):
     """A planted scheme is neither listed nor selected among the schemes; plugins say how many they bring."""
     listed = call("list", "schemes").out
-    plugins = [line.split() for line in call("list", "plugins").out.splitlines() if "planted.milstein" in line]
+    plugins = [line.split() for line in call("list", "plugins").out.splitlines() if "planted.higher_orders" in line]
 
     assert "planted" not in "".join(line.split()[0] for line in listed.splitlines() if line.strip())
-    assert plugins[0][-3:] == ["loaded", "5", "planted"]
+    assert plugins[0][-3:] == ["loaded", "20", "planted"]
     assert call("matrix", "-s", "planted-*", "--dry-run").code == 2
 
 

@@ -38,4 +38,4 @@ def test_catalogue_needs_no_heavy_library(command: str) -> None:
 
 def test_lab_is_loaded_when_asked_for() -> None:
     """Planted bugs are found where somebody asks for one of their plugins by name."""
-    assert "sdaeverify_planted.milstein" in modules("info", "sdaeverify-planted.milstein")
+    assert "sdaeverify_planted.higher_orders" in modules("info", "sdaeverify-planted.higher_orders")

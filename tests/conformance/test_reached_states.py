@@ -25,8 +25,8 @@ from facade import (
     violation,
 )
 from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step
-from sdaeverify_planted.contract import LatePaths
-from sdaeverify_planted.far_states import Clipped
+from sdaeverify_planted.contracts import LatePaths
+from sdaeverify_planted.states import Clipped
 from sdaeverify_problems.hyperbolic import hyperbolic
 
 SDES = {"gbm": gbm(), "linear-test": linear_test(), "double-well": double_well(), "spiral": spiral()}

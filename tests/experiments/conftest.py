@@ -1,22 +1,11 @@
 """A registry with one experiment more."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
 
-from facade import (
-    EXPERIMENTS,
-    Budget,
-    ExperimentRun,
-    MeanTable,
-    Origin,
-    Registered,
-    Registry,
-    Row,
-    experiment_plan,
-    load_registry,
-)
+from experiments.running import planned_run
+from facade import Budget, ExperimentRun, MeanTable, Registry, Row, load_registry
 
 
 @pytest.fixture(scope="session")
@@ -31,14 +20,6 @@ def planned(registry: Registry) -> Callable[..., ExperimentRun]:
 
     def plan(*rows: Row, paths: int = 10, budget: Budget = Budget.SMOKE, **attributes: object) -> ExperimentRun:
         experiment = MeanTable(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
-        entry = Registered("mine", experiment, Origin("mine", "", "", "mine.py"))
-        return ExperimentRun(
-            experiment_plan(
-                replace(registry, further={EXPERIMENTS: {"mine": entry}}),
-                "mine",
-                paths=paths,
-                budget=budget,
-            )
-        )
+        return planned_run(registry, "mine", experiment, paths, budget)
 
     return plan

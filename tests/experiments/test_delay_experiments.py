@@ -6,8 +6,8 @@ from math import isnan
 import numpy as np
 import pytest
 
-from experiments.euler_errors import lines_of
-from facade import EXPERIMENTS, ExperimentRun, experiment_plan, orders
+from experiments.running import lines_of, planned_run, with_rows
+from facade import orders
 
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.
@@ -15,11 +15,8 @@ MEASURED = {8: 2.962e-4, 16: 1.476e-4, 32: 7.22e-5, 64: 3.581e-5, 128: 1.751e-5}
 
 
 def changed(registry, name, change, paths):
-    """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.further[EXPERIMENTS][name]
-    rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
-    other = replace(entry, thing=replace(entry.thing, rows=rows, block=paths))
-    run = ExperimentRun(experiment_plan(replace(registry, further={EXPERIMENTS: {name: other}}), name, paths=paths))
+    """Run an experiment whose rows are changed, or left out where the change is None, and return its lines."""
+    run = planned_run(registry, name, with_rows(registry, name, change, block=paths), paths)
     list(run.run())
     return lines_of(run)
 

@@ -1,10 +1,11 @@
 """Planning of experiments: labels, budget, order of the blocks."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import pytest
 
-from facade import Budget, Exhibit, Experiment, Origin, Registered, Row, SchemeRun, SharedNoise, experiment_plan
+from experiments.running import planned_run
+from facade import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise, experiment_plan
 from sdaeverify import UsageError
 
 
@@ -86,14 +87,8 @@ class OnOneNoise(Experiment):
 
 def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
-    for steps, fits in (((4, 8), True), ((4, 12), False)):
-        entry = Registered(
-            "mine", OnOneNoise(name="mine", title="t", source="s", steps=steps), Origin("mine", "", "", "mine.py")
-        )
-        changed = replace(registry, further={"sdaeverify_experiments": {"mine": entry}})
-        if fits:
-            ((task, keys),) = experiment_plan(changed, "mine").groups
-            assert (task.label, keys) == ("common", ("gbm", "ou"))
-        else:
-            with pytest.raises(UsageError, match=r"must be the least times powers of 2, got \[4, 12\]"):
-                experiment_plan(changed, "mine")
+    own = {"name": "mine", "title": "t", "source": "s"}
+    ((task, keys),) = planned_run(registry, "mine", OnOneNoise(**own, steps=(4, 8))).plan.groups
+    assert (task.label, keys) == ("common", ("gbm", "ou"))
+    with pytest.raises(UsageError, match=r"must be the least times powers of 2, got \[4, 12\]"):
+        planned_run(registry, "mine", OnOneNoise(**own, steps=(4, 12)))

@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from experiments.euler_errors import lines_of, mean_square
+from experiments.running import lines_of, mean_square
 from facade import EulerMaruyama, FineRun, Milstein, Note, Row, SchemeRun, SharedNoise, problem_spec
 from sdaeverify import SDE
 from sdaeverify_papers.block import NoiseTask, PlannedRun, ProbeTask, run_block, run_probe

@@ -4,7 +4,7 @@ from math import isnan, nan
 
 import pytest
 
-from experiments.euler_errors import lines_of
+from experiments.running import lines_of
 from facade import FineRun, MeanLine, MeanSample, Printed, Row, SchemeMean
 from sdaeverify import InvariantMean
 

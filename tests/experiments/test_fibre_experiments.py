@@ -5,23 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facade import EXPERIMENTS, Budget, ExperimentRun, SharedNoise, clamped_chain, experiment_plan, fibre_clamped
+from experiments.running import evidence_of
+from facade import EXPERIMENTS, Budget, SharedNoise, clamped_chain, fibre_clamped
 from facade import lindner_2018_figure_4_2 as convergence
 from facade import lindner_2018_figure_4_3 as skipping
 from facade import lindner_2018_figure_5_1 as refinement
 from sdaeverify.probing import Source, brownian_steps
 from sdaeverify_papers.experiments._estimates import mean, order
 from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
-
-
-def evidence_of(registry, name, experiment=None, paths=4):
-    """Run an experiment, changed or not, in this process."""
-    entry = registry.further[EXPERIMENTS][name]
-    changed = replace(registry, further={EXPERIMENTS: {name: replace(entry, thing=experiment or entry.thing)}})
-    run = ExperimentRun(experiment_plan(changed, name, paths=paths))
-    list(run.run())
-    assert run.evidence.failures == []
-    return run.evidence
 
 
 @pytest.mark.parametrize(("p", "reference"), [(1.0, 0.0), (1.0, 1 / 256), (0.5, 1 / 256), (2.0, 1 / 64)])

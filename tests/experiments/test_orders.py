@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.euler_errors import lines_of, mean_square
+from experiments.running import lines_of, mean_square
 from facade import FineRun, MeanLine, MeanSample, Row, orders
 
 REFERENCE = FineRun("s", 1024)

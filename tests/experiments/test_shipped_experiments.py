@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.euler_errors import lines_of
-from facade import EXPERIMENTS, Budget, ExperimentRun, experiment_plan
+from experiments.running import lines_of, planned_run, with_rows
+from facade import Budget
 
 TABLE = "laurent-2022-table-1"
 UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"
@@ -23,14 +23,7 @@ MEASURED = {
 
 def changed(registry, name, change, paths, budget=Budget.SMOKE):
     """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.further[EXPERIMENTS][name]
-    rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
-    other = replace(entry, thing=replace(entry.thing, rows=rows))
-    return ExperimentRun(
-        experiment_plan(
-            replace(registry, further={"sdaeverify_experiments": {name: other}}), name, paths=paths, budget=budget
-        )
-    )
+    return planned_run(registry, name, with_rows(registry, name, change), paths, budget)
 
 
 def shorter(row):

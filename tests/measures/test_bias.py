@@ -12,7 +12,7 @@ from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
 from sdaeverify.measuring import Evidence, Verdict
 from sdaeverify.numerics import GROUPS
 from sdaeverify.probing import why_not_operator
-from sdaeverify_planted.mala import AcceptsAll
+from sdaeverify_planted.mechanics import AcceptsAll
 from stationary_cells import euler_variance
 
 H = 0.25 / 2.0 ** np.arange(4)

@@ -6,17 +6,10 @@ import pytest
 from facade import HalfExplicitEuler, WrongVariance, flatten, load_registry, select_problems
 from sdaeverify import Increment
 from sdaeverify.probing import OneStep, cloud
-from sdaeverify_planted.baoab import WrongBAOAB
-from sdaeverify_planted.ellipse import WrongFixman
-from sdaeverify_planted.euler_arguments import WrongPlaces
-from sdaeverify_planted.heun_additive import WrongStages
-from sdaeverify_planted.implicit_euler_ggl import WrongImplicitEuler
-from sdaeverify_planted.milstein import ScaledCorrection
-from sdaeverify_planted.multiplier import WithoutCoriolis
-from sdaeverify_planted.pendulum import WrongHalfExplicit
-from sdaeverify_planted.platen import WrongSupport
-from sdaeverify_planted.sra1 import ScaledArea
-from sdaeverify_planted.stability import AlmostHalf
+from sdaeverify_planted.coefficients import AlmostHalf, WrongPlaces, WrongStages
+from sdaeverify_planted.higher_orders import ScaledArea, ScaledCorrection, WrongSupport
+from sdaeverify_planted.mechanics import WithoutCoriolis, WrongBAOAB, WrongHalfExplicit, WrongImplicitEuler
+from sdaeverify_planted.projections import WrongFixman
 
 H, T = 2.0**-5, 0.25
 RIGHT = [

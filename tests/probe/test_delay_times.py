@@ -33,7 +33,7 @@ from facade import (
 )
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Settings, Step
 from sdaeverify.measuring import Verdict
-from sdaeverify_planted.delay_late import LateLag
+from sdaeverify_planted.delays import LateLag
 
 STEPS = (8, 16, 32, 64, 128)
 

@@ -13,7 +13,6 @@ HERE = Origin("test", "", "", __file__)
 CLAIM = Claim(measure="sharp", value=1.0, source="made up")
 
 
-@dataclass(frozen=True)
 class Good(Scheme):
     name: ClassVar[str] = "good"
     form: ClassVar[type] = SDE

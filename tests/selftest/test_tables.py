@@ -57,13 +57,7 @@ def test_everything_unexpected_is_told(matrix):
         "survives: a sly bug (planted-bad[kind=sly] on line): sharp x inconclusive: inconclusive by tier 3",
         "refuted though equivalent: a harmless bug: sharp x refuted: refuted by tier 3",
         "false alarm: good on line, sharp x: refuted by tier 1",
-        counts(matrix),
-    ]
-
-
-def test_counts(matrix):
-    """One sentence counts bugs, equivalent changes and false alarms."""
-    assert counts(matrix) == (
         "1 of 2 planted bugs are refuted, 0 of 1 equivalent changes are not; "
-        "of 1 findings on claims of registered schemes, 1 refuted"
-    )
+        "of 1 findings on claims of registered schemes, 1 refuted",
+    ]
+    assert lines[-1] == counts(matrix)

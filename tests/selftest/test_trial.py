@@ -13,7 +13,10 @@ def cells(trial):
 
 
 def test_bugs_run_on_their_problem_and_schemes_on_all(registry_of):
-    """A planted scheme meets its problem alone, a registered one all, by the measures they claim something about."""
+    """A planted scheme meets its problem alone, a registered one all, by what they claim something about.
+
+    There are no controls, which only take back what is verified.
+    """
     trial = selftest_trial(registry_of(bug()))
 
     assert cells(trial) == {
@@ -21,6 +24,8 @@ def test_bugs_run_on_their_problem_and_schemes_on_all(registry_of):
         ("good", "line", "sharp"),
         ("planted-bad", "line", "sharp"),
     }
+    assert {type(cell.scheme) for cell in trial.plan.cells} == {Good, Bad}
+    assert not any(made.controls for made in trial.plan.problems)
     assert not trial.missing
 
 
@@ -65,15 +70,3 @@ def test_nothing_that_matches_is_an_error(registry_of):
     """A pattern that selects nothing does not pass for a test that succeeds."""
     with pytest.raises(UsageError, match="matches 'gooseberry'"):
         selftest_trial(registry_of(bug()), "gooseberry")
-
-
-def test_no_controls_are_run(registry_of):
-    """Controls only take back what is verified: a self-test does without."""
-    assert not any(made.controls for made in selftest_trial(registry_of(bug())).plan.problems)
-
-
-def test_schemes_are_told_apart_by_class(registry_of):
-    """A planted scheme is not the scheme it is derived from."""
-    trial = selftest_trial(registry_of(bug()))
-
-    assert {type(cell.scheme) for cell in trial.plan.cells} == {Good, Bad}

@@ -1,6 +1,6 @@
 """Increments with few values put x on a lattice: the law of 1(x > 1) tends to its limit with order 1/2."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -60,7 +60,6 @@ def gbm_above(a: float = 0.5, b: float = 0.6) -> SDE:
     return above(gbm(a, b, x_0=0.9), a - 0.5 * b * b, b, -float(np.log(0.9)))
 
 
-@dataclass(frozen=True)
 class PlatenAbove(PlatenWeak2):
     """Platen's scheme, which claims its order of P(x > 1) as well."""
 
@@ -68,7 +67,6 @@ class PlatenAbove(PlatenWeak2):
     claims: ClassVar[tuple[Claim, ...]] = (OF_PLATEN,)
 
 
-@dataclass(frozen=True)
 class CoinEuler(PlatenWeak2):
     """Euler-Maruyama with +-sqrt(h) in place of dW, which claims its order of P(x > 1) as well."""
 

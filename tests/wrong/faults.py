@@ -239,7 +239,6 @@ class Remembering(NamedTuple):
     memory: Array
 
 
-@dataclass(frozen=True)
 class RememberedDrift(Scheme):
     """Euler-Maruyama that keeps the drift of its end for the next step: x+ = x + h m + B dW, m+ = f(t + h, x+)."""
 

@@ -1,7 +1,7 @@
 """The base of schemes that hand each step to a solver of another library."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -18,7 +18,6 @@ from .installed import Library
 Compiled = Callable[..., Any]
 
 
-@dataclass(frozen=True)
 class Bridge(Scheme):
     """A solver of another library as a scheme: a subclass says what it is called there and compiles one step of it.
 

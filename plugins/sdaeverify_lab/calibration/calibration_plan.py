@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Protocol
 
 from sdaeverify import Scheme, UsageError
 from sdaeverify.measuring import Measure
@@ -39,17 +38,7 @@ STUDIES: dict[str, Callable[[Sample], Iterator[Rate]]] = {
 }
 
 
-class CalibrationJob(Protocol):
-    """A piece of work for a worker process."""
-
-    @property
-    def label(self) -> str:
-        """What it works on."""
-        ...
-
-    def run(self) -> list[Sample] | list[Rate]:
-        """Return samples, or rates where nothing is to be joined."""
-        ...
+CalibrationJob = PathJob | ChainJob
 
 
 @dataclass(frozen=True)

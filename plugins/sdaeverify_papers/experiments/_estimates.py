@@ -1,25 +1,41 @@
 """Estimates that several experiments share: means with their error, orders with theirs."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdaeverify import Array
+from sdaeverify_papers import TableEntry
 
 # Of the normal law: an interval of 90 percent, as in the paper on fibres.
 NINETY = 1.6448536269514722
 
 
 class Mean(NamedTuple):
-    """A mean over paths.
+    """A mean over paths, or what is found from means.
 
     Attributes
     ----------
-    value, std_error : ndarray, shape (...)
+    value, std_error : ndarray, shape (...), or float
+    paths : int
     """
 
     value: Array
     std_error: Array
+    paths: int
+
+    def entry(self, group: str, at: Mapping[str, object], **known: Any) -> TableEntry:
+        """Return its row in a table.
+
+        Parameters
+        ----------
+        group : str
+        at : mapping of str to object
+        **known : object
+            What it is compared with.
+        """
+        return TableEntry(group, at, float(self.value), float(self.std_error), self.paths, **known)
 
     @property
     def low(self) -> Array:
@@ -35,18 +51,11 @@ class Mean(NamedTuple):
 def mean(values: Array) -> Mean:
     """Return the mean over the last axis with its standard error."""
     paths = values.shape[-1]
-    return Mean(values.mean(axis=-1), values.std(axis=-1, ddof=1) / np.sqrt(paths))
+    return Mean(values.mean(axis=-1), values.std(axis=-1, ddof=1) / np.sqrt(paths), paths)
 
 
-class FittedOrder(NamedTuple):
-    """The slope of log2 E e over log2 h, and its standard error: the errors share their paths."""
-
-    value: float
-    std_error: float
-
-
-def order(h: Array, errors: Array, reference: float = 0.0) -> FittedOrder:
-    """Return the order p of mean errors E e = C (h^p - h_ref^p).
+def order(h: Array, errors: Array, reference: float = 0.0) -> Mean:
+    """Return the order p of mean errors E e = C (h^p - h_ref^p), with its standard error: errors share their paths.
 
     The slope of log E e over log (h^p - h_ref^p) is 1 at the right p, which takes what a reference with the step
     size h_ref > 0 has of its own out of the errors. Errors that fall more slowly than log (h/h_ref) are not of this
@@ -66,7 +75,8 @@ def order(h: Array, errors: Array, reference: float = 0.0) -> FittedOrder:
         weights = centred / (centred @ centred)
         p = float(weights @ np.log(means))
     influence = (weights[:, None] * errors / means[:, None]).sum(axis=0)
-    return FittedOrder(p, float(influence.std(ddof=1) / np.sqrt(errors.shape[1])))
+    paths = errors.shape[1]
+    return Mean(p, float(influence.std(ddof=1) / np.sqrt(paths)), paths)
 
 
 def slope(x: Array, y: Array) -> float:

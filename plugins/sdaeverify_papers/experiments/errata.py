@@ -1,7 +1,6 @@
 """Errors in print of the four papers, each with a number that the printed formula gets wrong and the right one."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -107,18 +106,17 @@ def averages(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapp
 
 
 PROBES = {
-    "sign": Probe(of=curvature_sign, problems=("pendulum[c_g=1]",)),
-    "gravity": Probe(of=gravity, problems=("pendulum[c_g=2.0]",)),
-    "last line": Probe(of=last_line),
-    "branch": Probe(of=second_branch),
-    "averages": Probe(of=averages),
+    "sign": Probe(curvature_sign, ("pendulum[c_g=1]",)),
+    "gravity": Probe(gravity, ("pendulum[c_g=2.0]",)),
+    "last line": Probe(last_line),
+    "branch": Probe(second_branch),
+    "averages": Probe(averages),
 }
 # By m, with the standard deviation of tr x that laurent-2022-table-1 measures.
 TRACES = {2: ("2.00934", 0.10), 3: ("3.01458", 0.13), 4: ("4.02050", 0.15), 5: ("5.02669", 0.17)}
 MEAN_SQUARES = (4.045e-05, 2.3559e-05)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Errata(Experiment):
     """What is printed, what is right, and how one knows."""
 
@@ -132,7 +130,7 @@ class Errata(Experiment):
 
 
 def _number(group: str, of: str, value: float, exact: float = np.nan) -> TableEntry:
-    return TableEntry(group=group, at={"of": of}, value=value, exact=exact)
+    return TableEntry(group, {"of": of}, value, exact=exact)
 
 
 def _lindner(evidence: ExperimentEvidence) -> list[TableEntry]:
@@ -148,9 +146,9 @@ def _lindner(evidence: ExperimentEvidence) -> list[TableEntry]:
         ),
         _number("LS (5.77b): printed gravity (0, -1); right (0, -c_g)", "as printed", pull["printed"][0], 2.0),
         TableEntry(
-            group="LS section 5.1: printed C_eta in (1/32, 1/4) for all eps in (0, 1); right (0, 1/4)",
-            at={"of": "C_eta at eps = 1/2"},
-            value=0.25 * 4.0**-3,
+            "LS section 5.1: printed C_eta in (1/32, 1/4) for all eps in (0, 1); right (0, 1/4)",
+            {"of": "C_eta at eps = 1/2"},
+            0.25 * 4.0**-3,
             exact=0.25 * (1.0 - 0.5) ** 6,
             printed=Printed("0.03125"),
         ),
@@ -177,8 +175,8 @@ def _laurent(evidence: ExperimentEvidence) -> list[TableEntry]:
     for m, (digits, deviation) in TRACES.items():
         entries.append(
             TableEntry(
-                group="Laurent Table 1: printed J(m) are means of the scheme with h = 2^-9, of 10^6 paths",
-                at={"of": f"J({m})"},
+                "Laurent Table 1: printed J(m) are means of the scheme with h = 2^-9, of 10^6 paths",
+                {"of": f"J({m})"},
                 exact=exact_trace(evidence, m),
                 printed=Printed(digits, 10**6),
                 printed_std_error=deviation * 1e-3,
@@ -194,9 +192,7 @@ def _qu(evidence: ExperimentEvidence) -> list[TableEntry]:
     means = "Qu Figures 1 to 3: averages of x^2 over 1000 paths for set I at T = 10 lie, drawn 400 times"
     return [
         _number(second, f"largest B^2/(4 A), {branch['cases'][0]:.0f} cases", branch["ratio"][-1]),
-        TableEntry(
-            group=table, at={"of": "ratio of the two, order 1/2"}, value=MEAN_SQUARES[0] / MEAN_SQUARES[1], exact=2.0
-        ),
+        TableEntry(table, {"of": "ratio of the two, order 1/2"}, MEAN_SQUARES[0] / MEAN_SQUARES[1], exact=2.0),
         _number(means, "median of the averages", float(np.median(drawn["mean"])), drawn["exact"][0]),
         _number(means, "median of the effective paths", float(np.median(drawn["effective"]))),
     ]

@@ -1,7 +1,6 @@
 """Figure 1 of Laurent (2022): errors of E |x|^2 on the torus against the stiffness parameter, by time averages."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +30,6 @@ PAPERS_TIME, HORIZON, BURN, FIRST = 10.0, 20, 2.0, 9
 OBSERVABLE = "|x|^2"
 
 
-@dataclass(frozen=True, kw_only=True)
 class StationaryErrors(Experiment):
     """Time averages of |x|^2 minus the invariant mean."""
 
@@ -63,7 +61,7 @@ class StationaryErrors(Experiment):
 def _run(scheme: str, eps: str, k: int) -> SchemeRun:
     steps = 2**k * round(HORIZON / PAPERS_TIME)
     average = Note("mean", OBSERVABLE, range(round(BURN / HORIZON * steps) + 1, steps + 1), "mean")
-    return SchemeRun(problem=_problem(eps), scheme=scheme, steps=steps, notes=(average,))
+    return SchemeRun(_problem(eps), scheme, steps, (average,))
 
 
 def _problem(eps: str) -> str:
@@ -97,11 +95,11 @@ def _entries(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Ite
     value, std_error = mean_and_error(evidence, scheme, eps, k)
     if np.isfinite(value):
         yield TableEntry(
-            group=f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
-            at={"h": f"10/2^{k}", "eps": eps, "mean": f"{value:.5f}"},
-            value=value - exact(evidence, eps),
-            std_error=std_error,
-            paths=evidence.paths,
+            f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
+            {"h": f"10/2^{k}", "eps": eps, "mean": f"{value:.5f}"},
+            value - exact(evidence, eps),
+            std_error,
+            evidence.paths,
             more={"invariant_mean": exact(evidence, eps)},
         )
 

@@ -1,7 +1,6 @@
 """Table 1 of Laurent (2022): the mean trace of matrices near the orthogonal group."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,7 +42,6 @@ def rows(m: int) -> Iterator[Row]:
         yield Row(problem=problem, scheme=scheme, steps=2**k, observable="tr x", printed=printed, costly=k > 8)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Traces(MeanTable):
     """The table, with a bar for each m."""
 

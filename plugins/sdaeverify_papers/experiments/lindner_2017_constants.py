@@ -1,7 +1,6 @@
 """The constants C_g, C_eta and C_kappa of Lindner & Stroot (2017), (2.7) and (3.11), over the problem family."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -78,13 +77,12 @@ def _second(D2: Array) -> float:
     return float(max(np.linalg.norm(D2[:, :, k], 2) for k in range(D2.shape[2])))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Constants(Experiment):
     """What the theory's constants are, and what the paper says they are."""
 
     def work(self, budget: Budget) -> Work:
         """Return one probe of all problems."""
-        return {"constants": Probe(of=constants, problems=tuple(labels().values()))}
+        return {"constants": Probe(constants, tuple(labels().values()))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the constants beside their closed forms, and C_g against eps."""
@@ -113,10 +111,10 @@ def _entries(name: str, declared: float, found: float) -> list[TableEntry]:
     straight = name.startswith("fibre")
     what = "|G| of the straight fibre, at most C_g" if straight else "largest norm of (2.7) around it"
     return [
-        TableEntry(group=name, at={"of": what}, value=found, exact=closed_form(name), exact_source="closed form"),
-        TableEntry(group=name, at={"of": "C_g as the problem declares it"}, value=declared),
-        TableEntry(group=name, at={"of": "C_eta = 1/(4 C_g^3)"}, value=0.25 * declared**-3),
-        TableEntry(group=name, at={"of": "C_kappa = 1/(8 C_g^4)"}, value=0.125 * declared**-4),
+        TableEntry(name, {"of": what}, found, exact=closed_form(name), exact_source="closed form"),
+        TableEntry(name, {"of": "C_g as the problem declares it"}, declared),
+        TableEntry(name, {"of": "C_eta = 1/(4 C_g^3)"}, 0.25 * declared**-3),
+        TableEntry(name, {"of": "C_kappa = 1/(8 C_g^4)"}, 0.125 * declared**-4),
     ]
 
 
@@ -131,9 +129,9 @@ QUOTED = {
 def _quoted_entry(name: str, printed: str, right: float) -> TableEntry:
     at_half = {"C_g": 4.0, "C_eta": 0.25 / 64.0, "C_kappa": 0.125 / 256.0}[name]
     return TableEntry(
-        group="pendulum at eps = 1/2, beside the end of the interval that section 5.1 quotes for all eps",
-        at={"of": name, "eps -> 1": right},
-        value=at_half,
+        "pendulum at eps = 1/2, beside the end of the interval that section 5.1 quotes for all eps",
+        {"of": name, "eps -> 1": right},
+        at_half,
         exact=at_half,
         exact_source="C_g = 1/(1 - eps)^2",
         printed=Printed(printed),

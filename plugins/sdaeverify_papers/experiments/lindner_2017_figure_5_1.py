@@ -1,7 +1,6 @@
 """Figure 5.1 of Lindner & Stroot (2017): a step of the pendulum that has two roots, one, or none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,13 +37,12 @@ def steps(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping
     }
 
 
-@dataclass(frozen=True, kw_only=True)
 class Roots(Experiment):
     """The geometry of kappa, beside what the scheme finds."""
 
     def work(self, budget: Budget) -> Work:
         """Return one probe of single steps."""
-        return {"steps": Probe(of=steps, problems=("pendulum[c_g=0]",), schemes=tuple(SCHEMES.values()))}
+        return {"steps": Probe(steps, ("pendulum[c_g=0]",), tuple(SCHEMES.values()))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return kappa beside its closed form, and the pictures."""
@@ -59,9 +57,9 @@ def _entry(found: Mapping[str, Array], which: int, turn: int) -> TableEntry:
     reach = TURNS[turn] * found["eta"][which, turn]
     failed = bool(found["failed"][which, turn])
     return TableEntry(
-        group=f"kappa of a step, {list(SCHEMES)[which]}",
-        at={"omega h": TURNS[turn], "eta": float(found["eta"][which, turn]), "root": "no" if failed else "yes"},
-        value=np.nan if failed else float(found["kappa"][which, turn]),
+        f"kappa of a step, {list(SCHEMES)[which]}",
+        {"omega h": TURNS[turn], "eta": float(found["eta"][which, turn]), "root": "no" if failed else "yes"},
+        np.nan if failed else float(found["kappa"][which, turn]),
         exact=1.0 - np.sqrt(1.0 - reach**2) if reach <= 1.0 else np.nan,
         exact_source="1 - sqrt(1 - (eta omega h)^2); the other root is 1 + sqrt(...), and there is none above 1",
     )

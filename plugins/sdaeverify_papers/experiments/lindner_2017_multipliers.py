@@ -1,7 +1,6 @@
 """Estimate (3.17) of Lindner & Stroot (2017): how kappa and the remainders of lambda fall with h."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,14 +55,13 @@ def _remainders(problem: Problem, scheme: Scheme) -> dict[str, dict[str, Array]]
 PROBLEMS = {"c_g = 1": "pendulum[c_g=1]", "c_g = 0": "pendulum[c_g=0]"}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Multipliers(Experiment):
     """Exponents of the estimate, by single steps."""
 
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
         scheme = "half-explicit-euler[truncation=none]"
-        return {"steps": Probe(of=remainders, problems=tuple(PROBLEMS.values()), schemes=(scheme,))}
+        return {"steps": Probe(remainders, tuple(PROBLEMS.values()), (scheme,))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the exponents beside those of the closed forms."""
@@ -77,9 +75,9 @@ class Multipliers(Experiment):
 def _entry(found: Mapping[str, Array], name: str, row: int) -> TableEntry:
     here, exact = (np.abs(found[f"{name} {kind}"][row]) for kind in ("here", "exact"))
     return TableEntry(
-        group=f"exponent of h, slope over h = 2^-4 to 2^-11, {list(PROBLEMS)[row]}",
-        at={"of": name, "claimed": f"{ORDERS[name][0]:g}", "expected here": f"{ORDERS[name][row]:g}"},
-        value=slope(SIZES, here),
+        f"exponent of h, slope over h = 2^-4 to 2^-11, {list(PROBLEMS)[row]}",
+        {"of": name, "claimed": f"{ORDERS[name][0]:g}", "expected here": f"{ORDERS[name][row]:g}"},
+        slope(SIZES, here),
         exact=slope(SIZES, exact),
         exact_source="closed form on the circle, the same fit",
     )

@@ -1,6 +1,5 @@
 """How often a path of the pendulum meets a step without root, over h and omega_0: section 5.1 of Lindner & Stroot."""
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -64,7 +63,6 @@ def exact_share(omega: float, h: float, steps: int) -> float:
     return float(np.clip(1.0 - weights @ p, 0.0, 1.0))
 
 
-@dataclass(frozen=True, kw_only=True)
 class WithoutRoot(Experiment):
     """Shares of paths, with truncation and without."""
 
@@ -72,10 +70,7 @@ class WithoutRoot(Experiment):
         """Return the runs."""
         return {
             (truncation, omega, steps): SchemeRun(
-                problem=f"pendulum[c_g=0,omega_0={omega},horizon={HORIZON}]",
-                scheme=scheme,
-                steps=steps,
-                notes=(Note("r", positions),),
+                f"pendulum[c_g=0,omega_0={omega},horizon={HORIZON}]", scheme, steps, (Note("r", positions),)
             )
             for truncation, scheme in SCHEMES.items()
             for omega in OMEGAS
@@ -118,11 +113,11 @@ def _entry(evidence: ExperimentEvidence, truncation: str, omega: str, steps: int
         # Where no path or every path is lost the error is that of the exact share, and a quarter of a path at least.
         std_error = max(std_error, float(np.sqrt(exact * (1.0 - exact) / evidence.paths)), 0.25 / evidence.paths)
     return TableEntry(
-        group=f"share of paths that meet a step without root up to T = 1, truncation = {truncation}",
-        at={"omega_0": float(omega), "h": h},
-        value=p,
-        std_error=std_error,
-        paths=evidence.paths,
+        f"share of paths that meet a step without root up to T = 1, truncation = {truncation}",
+        {"omega_0": float(omega), "h": h},
+        p,
+        std_error,
+        evidence.paths,
         expected=exact,
         more={"expected_source": "transfer operator of omega" if truncation == "none" else "Theorem 3.4"},
     )

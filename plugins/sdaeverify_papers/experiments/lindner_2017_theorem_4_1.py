@@ -1,7 +1,5 @@
 """Theorem 4.1 of Lindner & Stroot (2017): sup norms on the grid, and in continuous time with interpolants."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from sdaeverify import Array, Parts, Problem, hookimpl
@@ -42,14 +40,13 @@ def multipliers(problem: Problem, t: float, parts: Parts) -> Array:
     return parts["mu"]
 
 
-@dataclass(frozen=True, kw_only=True)
 class SupNorms(Experiment):
     """E sup |error| over the grid, and over all times with piecewise constant and linear interpolants."""
 
     def work(self, budget: Budget) -> Work:
         """Return the runs, each noted after every step."""
         return {
-            (problem, steps): SchemeRun(problem=label, scheme=SCHEME, steps=steps, notes=_notes(steps))
+            (problem, steps): SchemeRun(label, SCHEME, steps, _notes(steps))
             for problem, label in PROBLEMS.items()
             for steps in (*STEPS, 2 * STEPS[-1], REFERENCE)
         }
@@ -114,12 +111,9 @@ def _entry(problem: str, part: str, where: str, errors: Array) -> TableEntry:
     rough = where != "grid" and (part != "r" or where == "constant")
     brownian = slope(h, np.sqrt(h * np.log(1.0 / h)))
     expected = (min(1.0, EXPECTED[problem]) if part == "r" else brownian) if rough else EXPECTED[problem]
-    return TableEntry(
-        group=f"order of E sup |error|, {problem}",
-        at={"of": part, "sup over": "grid" if where == "grid" else f"all t, {where}", "expected": f"{expected:.2f}"},
-        value=fitted.value,
-        std_error=fitted.std_error,
-        paths=errors.shape[1],
+    return fitted.entry(
+        f"order of E sup |error|, {problem}",
+        {"of": part, "sup over": "grid" if where == "grid" else f"all t, {where}", "expected": f"{expected:.2f}"},
     )
 
 

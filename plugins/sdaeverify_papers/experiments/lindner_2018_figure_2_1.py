@@ -1,7 +1,6 @@
 """Figure 2.1 of Lindner et al. (2018): the spatial grid of the clamped fibre, with its ghost points."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,24 +18,18 @@ def arc_lengths(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> M
     return {"s": -problem.initial(1).r[1::2, 0]}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Grid(Experiment):
     """Points and edges along the fibre."""
 
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
-        return {"grid": Probe(of=arc_lengths, problems=(fibre_label(N=N),))}
+        return {"grid": Probe(arc_lengths, (fibre_label(N=N),))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the arc lengths beside (i + 1/2) ds, and the drawing."""
         s, ds = evidence.probe("grid")["s"], spacing(N)
         entries = [
-            TableEntry(
-                group=f"arc length s_i, N = {N}, ds = 1/{N + 1}",
-                at={"i": i},
-                value=float(s[i - 1]),
-                exact=(i + 0.5) * ds,
-            )
+            TableEntry(f"arc length s_i, N = {N}, ds = 1/{N + 1}", {"i": i}, float(s[i - 1]), exact=(i + 0.5) * ds)
             for i in range(1, N + 1)
         ]
         ghosts, beyond = np.array([-0.5, 0.5]) * ds, np.array([N + 1.5, N + 2.5]) * ds

@@ -1,7 +1,6 @@
 """Figure 4.1 of Lindner et al. (2018): the fibre and its velocity, for two stiffnesses and two turbulences."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +67,6 @@ def shape(r: Array, v: Array) -> Shape:
     return Shape(s, (mid * tau).sum(axis=1), (mid * turned).sum(axis=1), np.diff(angle, axis=0))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Fibres(Experiment):
     """A path of each fibre, drawn; its crimp and its fluctuations as means."""
 
@@ -82,9 +80,7 @@ class Fibres(Experiment):
         at = (steps // 4, steps // 2, steps)
         notes = (Note("r", positions, at), Note("v", velocities, at))
         return {
-            (alpha, beta): SchemeRun(
-                problem=fibre_label(alpha=alpha, beta=beta, N=N, horizon=horizon), scheme=A, steps=steps, notes=notes
-            )
+            (alpha, beta): SchemeRun(fibre_label(alpha=alpha, beta=beta, N=N, horizon=horizon), A, steps, notes)
             for alpha in ALPHAS
             for beta in BETAS
         }
@@ -110,13 +106,7 @@ def _entries(evidence: ExperimentEvidence, alpha: str, beta: str) -> Iterator[Ta
         ("fluctuation: root mean square difference of v_n between neighbouring edges", rough),
     ):
         each = mean(np.sqrt((values**2).mean(axis=0)))
-        yield TableEntry(
-            group=group,
-            at={"alpha": float(alpha), "beta": float(beta)},
-            value=float(each.value),
-            std_error=float(each.std_error),
-            paths=values.shape[1],
-        )
+        yield each.entry(group, {"alpha": float(alpha), "beta": float(beta)})
 
 
 def _curves(evidence: ExperimentEvidence, alpha: str, horizon: float) -> Panel:

@@ -60,7 +60,6 @@ STIFF = Case("0.4", "0.25", {
 })  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
 class Convergence(Experiment):
     """Mean relative errors at T, with intervals of 90 percent, and the distance of the references."""
 
@@ -71,9 +70,7 @@ class Convergence(Experiment):
     def work(self, budget: Budget) -> Work:
         """Return the runs."""
         return {
-            (case.alpha, beta, scheme, steps): SchemeRun(
-                problem=case.problem(beta), scheme=scheme, steps=steps, notes=FINAL
-            )
+            (case.alpha, beta, scheme, steps): SchemeRun(case.problem(beta), scheme, steps, FINAL)
             for case in self.cases(budget)
             for beta in BETAS
             for scheme, all_steps in case.steps.items()
@@ -129,12 +126,9 @@ def _entries(evidence: ExperimentEvidence, case: Case, z: str, beta: str, scheme
         if part.sum() >= 2:
             # What is not resolved has no expansion from which the error of a reference could be taken.
             fitted = order(h[part], found[part], case.h(reference) if name == "h resolved" else 0.0)
-            yield TableEntry(
-                group=group,
-                at={"scheme": NAMES[scheme], "beta": float(beta), "step sizes": name, "number": int(part.sum())},
-                value=fitted.value,
-                std_error=fitted.std_error,
-                paths=found.shape[1],
+            yield fitted.entry(
+                group,
+                {"scheme": NAMES[scheme], "beta": float(beta), "step sizes": name, "number": int(part.sum())},
                 exact=1.0 if name != "h longer" else np.nan,
                 exact_source="noise that does not depend on v: the Milstein term vanishes",
             )
@@ -147,12 +141,8 @@ def _references(evidence: ExperimentEvidence, case: Case, z: str, beta: str) -> 
 
 def _distance(evidence: ExperimentEvidence, case: Case, z: str, beta: str) -> TableEntry:
     away = mean(_references(evidence, case, z, beta))
-    return TableEntry(
-        group="relative distance of the references of (A) and (B)",
-        at={"z": z, "alpha": case.alpha, "beta": float(beta)},
-        value=float(away.value),
-        std_error=float(away.std_error),
-        paths=evidence.paths,
+    return away.entry(
+        "relative distance of the references of (A) and (B)", {"z": z, "alpha": case.alpha, "beta": float(beta)}
     )
 
 

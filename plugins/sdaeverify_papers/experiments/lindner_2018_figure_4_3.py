@@ -108,7 +108,6 @@ SHORT = Setting("0.03125", 2**12, (0, 10, 30, 100, 300))
 WHOLE = Setting("1.0", 2**17, (0, 3, 10, 30, 100, 300))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Skipping(Experiment):
     """Defects of (B_n) in space and time, its error at T, and the iterations of its projections."""
 
@@ -123,10 +122,10 @@ class Skipping(Experiment):
         notes = (Note("length", length_defect, every, "mean"), Note("velocity", velocity_defect, every, "mean"))
         return {
             (skip, tolerance): SchemeRun(
-                problem=at.problem,
-                scheme=at.scheme(skip, tolerance),
-                steps=at.steps,
-                notes=(*FINAL, *notes, *at.before(skip)) if tolerance == TOLERANCES[0] else (),
+                at.problem,
+                at.scheme(skip, tolerance),
+                at.steps,
+                (*FINAL, *notes, *at.before(skip)) if tolerance == TOLERANCES[0] else (),
             )
             for skip in at.skips
             for tolerance in TOLERANCES
@@ -193,34 +192,24 @@ def iterations(evidence: ExperimentEvidence, skip: int, tolerance: str) -> tuple
 
 def _defect(evidence: ExperimentEvidence, at: Setting, title: str, skip: int) -> TableEntry:
     found = defect(evidence, at, DEFECTS[title], skip)
-    return TableEntry(
-        group=f"{title} in L2(space x time), T = {at.horizon}, dt = {float(at.horizon) / at.steps:.4g}",
-        at={"n": skip},
-        value=float(found.value),
-        std_error=float(found.std_error),
-        paths=evidence.paths,
+    return found.entry(
+        f"{title} in L2(space x time), T = {at.horizon}, dt = {float(at.horizon) / at.steps:.4g}", {"n": skip}
     )
 
 
 def _error(evidence: ExperimentEvidence, at: Setting, skip: int) -> TableEntry:
     found = error(evidence, skip)
-    return TableEntry(
-        group="relative difference of (r, v) at T from that with every projection",
-        at={"n": skip},
-        value=float(found.value),
-        std_error=float(found.std_error),
-        paths=evidence.paths,
-    )
+    return found.entry("relative difference of (r, v) at T from that with every projection", {"n": skip})
 
 
 def _count(evidence: ExperimentEvidence, at: Setting, skip: int, tolerance: str) -> TableEntry:
     value, std_error, a_step = iterations(evidence, skip, tolerance)
     return TableEntry(
-        group="Newton iterations of a projected step, by the tolerance of Newton's iteration (0: rounding)",
-        at={"tolerance": tolerance, "n": skip, "a step": f"{a_step:.4f}"},
-        value=value,
-        std_error=std_error,
-        paths=evidence.paths,
+        "Newton iterations of a projected step, by the tolerance of Newton's iteration (0: rounding)",
+        {"tolerance": tolerance, "n": skip, "a step": f"{a_step:.4f}"},
+        value,
+        std_error,
+        evidence.paths,
     )
 
 
@@ -234,12 +223,9 @@ def count_if_early(evidence: ExperimentEvidence, skip: int) -> Mean:
 
 def _entry_of_early_test(evidence: ExperimentEvidence, at: Setting, skip: int) -> TableEntry:
     found = count_if_early(evidence, skip)
-    return TableEntry(
-        group=f"the same where the defect is tested before an update, by {BEFORE:g}",
-        at={"n": skip},
-        value=float(found.value),
-        std_error=float(found.std_error),
-        paths=evidence.paths,
+    return found.entry(
+        f"the same where the defect is tested before an update, by {BEFORE:g}",
+        {"n": skip},
         printed=Printed(COUNTED[skip]) if at is WHOLE else None,
     )
 

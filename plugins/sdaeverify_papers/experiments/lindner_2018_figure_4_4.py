@@ -46,7 +46,6 @@ TESTED = "1e-06"
 SHORT, WHOLE = Setting("3.2", 320, (TESTED,)), Setting("3.2", 320, ("0.0", TESTED, "1e-05", "0.0001"))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Iterations(Experiment):
     """Newton iterations of a step of (A), for its three guesses."""
 
@@ -59,9 +58,9 @@ class Iterations(Experiment):
         horizon, steps, tolerances = self.setting(budget)
         return {
             (guess, beta, tolerance): SchemeRun(
-                problem=fibre_label(alpha="0.4", beta=beta, N=N, horizon=horizon),
-                scheme=f"{A}[guess={guess},tolerance={tolerance}]",
-                steps=steps,
+                fibre_label(alpha="0.4", beta=beta, N=N, horizon=horizon),
+                f"{A}[guess={guess},tolerance={tolerance}]",
+                steps,
             )
             for tolerance in tolerances
             for guess in GUESSES
@@ -101,11 +100,11 @@ def _entry(evidence: ExperimentEvidence, key: tuple[str, str, str]) -> TableEntr
     value, std_error = iterations(evidence, key)
     whole = evidence.budget is Budget.FULL and tolerance == TESTED
     return TableEntry(
-        group=f"Newton iterations of a step of (A), tolerance {tolerance}",
-        at={"guess": guess, "beta": float(beta), "beta/sqrt(ds)": effective(beta)},
-        value=value,
-        std_error=std_error,
-        paths=evidence.run(key).paths,
+        f"Newton iterations of a step of (A), tolerance {tolerance}",
+        {"guess": guess, "beta": float(beta), "beta/sqrt(ds)": effective(beta)},
+        value,
+        std_error,
+        evidence.run(key).paths,
         printed=Printed(COUNTED[guess, beta]) if whole and (guess, beta) in COUNTED else None,
     )
 
@@ -162,7 +161,6 @@ class StepTimes:
 COSTED = {"(A)": A, "(B), Newton": f"{B}[solver=newton]", "(B), Gram": B}
 
 
-@dataclass(frozen=True, kw_only=True)
 class Costs(Experiment):
     """A step of (B) against one of (A), over the number of points."""
 
@@ -170,7 +168,7 @@ class Costs(Experiment):
         """Return one probe."""
         problems = tuple(fibre_label(alpha="0.4", N=each, horizon="1.0") for each in SIZES)
         repeats = 40 if budget is Budget.FULL else 8
-        return {"times": Probe(of=StepTimes(1e-6, repeats), problems=problems, schemes=tuple(COSTED.values()))}
+        return {"times": Probe(StepTimes(1e-6, repeats), problems, tuple(COSTED.values()))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return measured ratios and counted unknowns."""
@@ -181,9 +179,9 @@ class Costs(Experiment):
             for column, name in enumerate(COSTED):
                 entries.append(
                     TableEntry(
-                        group=f"seconds of a step over those of (A), {PATHS} paths, dt = 1e-6",
-                        at={"N": points, "scheme": name, "iterations": made[row, column]},
-                        value=float(seconds[row, column] / seconds[row, 0]),
+                        f"seconds of a step over those of (A), {PATHS} paths, dt = 1e-6",
+                        {"N": points, "scheme": name, "iterations": made[row, column]},
+                        float(seconds[row, column] / seconds[row, 0]),
                         paths=PATHS,
                     )
                 )
@@ -203,9 +201,9 @@ def work_of(points: int, made: Array) -> float:
 
 def _count_unknowns(points: int, made: Array) -> TableEntry:
     return TableEntry(
-        group="counted: unknowns of all linear systems of a step of (B) over those of (A)",
-        at={"N": points},
-        value=work_of(points, made),
+        "counted: unknowns of all linear systems of a step of (B) over those of (A)",
+        {"N": points},
+        work_of(points, made),
     )
 
 

@@ -70,7 +70,6 @@ class CellSums:
         return joined.reshape(steps, -1, paths) / np.sqrt(ratio)
 
 
-@dataclass(frozen=True, kw_only=True)
 class SpaceTime(Experiment):
     """Errors of (A) with dt = ds against the finest grid, and the law of one fine noise seen by two fibres."""
 
@@ -100,10 +99,10 @@ class SpaceTime(Experiment):
 
 def _run(beta: str, cells: int, finest: int, horizon: str, steps: int) -> SchemeRun:
     return SchemeRun(
-        problem=fibre_label(alpha="0.4", beta=beta, N=cells - 1, horizon=horizon),
-        scheme=A,
-        steps=steps,
-        notes=FINAL,
+        fibre_label(alpha="0.4", beta=beta, N=cells - 1, horizon=horizon),
+        A,
+        steps,
+        FINAL,
         noise=SharedNoise(f"white noise of {finest} cells, beta = {beta}", (finest - 1) * D),
         drive=CellSums(cells, finest),
     )
@@ -163,24 +162,15 @@ def _order(evidence: ExperimentEvidence, at: Cells, beta: str, z: str) -> TableE
     ds = 1.0 / np.array(at.numbers[:-1])
     pairs = zip(at.numbers[:-1], at.numbers[1:], strict=True)
     fitted = order(ds, np.array([distance(evidence, beta, z, *pair) for pair in pairs]))
-    return TableEntry(
-        group=f"order in ds = dt of the distance of neighbouring grids, T = {at.horizon}, alpha = 0.4",
-        at={"beta": float(beta), "z": z, "grids": len(ds)},
-        value=fitted.value,
-        std_error=fitted.std_error,
-        paths=evidence.paths,
+    return fitted.entry(
+        f"order in ds = dt of the distance of neighbouring grids, T = {at.horizon}, alpha = 0.4",
+        {"beta": float(beta), "z": z, "grids": len(ds)},
     )
 
 
 def _error(evidence: ExperimentEvidence, at: Cells, beta: str, z: str, cells: int) -> TableEntry:
     found = mean(relative_error(evidence, at, beta, z, cells))
-    return TableEntry(
-        group="relative error",
-        at={"beta": float(beta), "z": z, "1/ds": cells},
-        value=float(found.value),
-        std_error=float(found.std_error),
-        paths=evidence.paths,
-    )
+    return found.entry("relative error", {"beta": float(beta), "z": z, "1/ds": cells})
 
 
 def _scale(cells: int, part: str) -> tuple[float, float]:
@@ -207,11 +197,11 @@ def _variance(evidence: ExperimentEvidence, cells: int, part: str) -> TableEntry
     exact, scheme = _scale(cells, part)
     # Of a normal sample the standard deviation is known up to 1/sqrt(2 (P - 1)) of it.
     return TableEntry(
-        group=f"standard deviation of the tip across the fibre, beta = {WEAK}, t = {TIME}, one noise of 40 cells",
-        at={"N + 1": cells, "of": f"{part}_1"},
-        value=float(x.std(ddof=1)),
-        std_error=float(x.std(ddof=1) / np.sqrt(2.0 * (len(x) - 1))),
-        paths=len(x),
+        f"standard deviation of the tip across the fibre, beta = {WEAK}, t = {TIME}, one noise of 40 cells",
+        {"N + 1": cells, "of": f"{part}_1"},
+        float(x.std(ddof=1)),
+        float(x.std(ddof=1) / np.sqrt(2.0 * (len(x) - 1))),
+        len(x),
         exact=exact,
         exact_source="linearised fibre, Lyapunov equation; the flow makes it relative 1.5 percent wrong",
         expected=scheme,

@@ -1,7 +1,6 @@
 """Figures 1 to 6 of Qu, Huang & Liu (2010): E x_n^2 in time for six sets of coefficients."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +66,6 @@ def rows(figure: Figure) -> Iterator[Row]:
             )
 
 
-@dataclass(frozen=True, kw_only=True)
 class MeanSquares(MeanTable):
     """E x^2 in time: exact, exact of the scheme, and by averages."""
 

@@ -1,7 +1,6 @@
 """Table 1 of Qu, Huang & Liu (2010): mean square errors of backward Euler on a delay equation."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -61,7 +60,6 @@ def row(scheme: str, finer: int, observable: str, printed: Printed | None = None
     )
 
 
-@dataclass(frozen=True, kw_only=True)
 class MeanSquareErrors(MeanTable):
     """The table, with the printed numbers beside ours against h."""
 

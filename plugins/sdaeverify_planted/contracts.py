@@ -1,6 +1,5 @@
-"""Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it."""
+"""Schemes that break the contract of a step, or are not exact where every scheme is."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,10 +9,12 @@ from sdaeverify.numerics import apply
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
+# Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it.
+
+
 CALLS: list[float] = []
 
 
-@dataclass(frozen=True)
 class HiddenState(EulerMaruyama):
     """Every second call takes the increment with the other sign: the same step is not the same twice."""
 
@@ -25,7 +26,6 @@ class HiddenState(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=(-1.0) ** len(CALLS) * noise.dW))
 
 
-@dataclass(frozen=True)
 class OwnNoise(EulerMaruyama):
     """Draws its own increments."""
 
@@ -37,7 +37,6 @@ class OwnNoise(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=own))
 
 
-@dataclass(frozen=True)
 class WritesIntoState(EulerMaruyama):
     """x += f h, and then x += B dW at the moved x, in the caller's array."""
 
@@ -51,7 +50,6 @@ class WritesIntoState(EulerMaruyama):
         return Step(x)
 
 
-@dataclass(frozen=True)
 class FirstPathForAll(EulerMaruyama):
     """The drift of the first path of the batch moves them all."""
 
@@ -63,7 +61,6 @@ class FirstPathForAll(EulerMaruyama):
         return Step(state + h * f + apply(problem.diffusion(t, state), noise.dW))
 
 
-@dataclass(frozen=True)
 class SharedTaming(EulerMaruyama):
     """Drift f/(1 + h max |f|), the maximum over all paths of the batch: of the right order, not path by path."""
 
@@ -75,7 +72,6 @@ class SharedTaming(EulerMaruyama):
         return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
 
 
-@dataclass(frozen=True)
 class LatePaths(EulerMaruyama):
     """The drift moves the first 200 paths of a batch as it should, and the others by less."""
 
@@ -87,15 +83,55 @@ class LatePaths(EulerMaruyama):
         return Step(state + h * share * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW))
 
 
+# Euler-Maruyama that is inexact where every scheme is exact; in the orders it may stay hidden.
+
+
+class TwiceAStep(EulerMaruyama):
+    """Two steps of size h where one is asked for."""
+
+    name: ClassVar[str] = "planted-em-double-step"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make two steps."""
+        once = super().step(problem, state, t, h, noise).state
+        return super().step(problem, once, t + h, h, noise)
+
+
+class LateStart(EulerMaruyama):
+    """The first step, from t = 0, is left out: an error of the order that is claimed."""
+
+    name: ClassVar[str] = "planted-em-late-start"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step, except for the first."""
+        return super().step(problem, state, t, h, noise) if t > 0.0 else Step(state)
+
+
+class SinglePrecision(EulerMaruyama):
+    """Rounds every state to single precision."""
+
+    name: ClassVar[str] = "planted-em-single-precision"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        new = super().step(problem, state, t, h, noise).state
+        return Step(new.astype(np.float32).astype(float))
+
+
+BUGS = [
+    Planted("EM: a counter outside the state", HiddenState(), "gbm"),
+    Planted("EM: own random numbers", OwnNoise(), "gbm"),
+    Planted("EM: writes into the state it is given", WritesIntoState(), "gbm"),
+    Planted("EM: drift of the first path for the whole batch", FirstPathForAll(), "gbm"),
+    Planted("EM: taming by the largest drift of the batch", SharedTaming(), "gbm"),
+    Planted("EM: paths treated by their place in the batch", LatePaths(), "gbm"),
+    Planted("EM: two steps in place of one", TwiceAStep(), "gbm"),
+    Planted("EM: first step left out", LateStart(), "gbm"),
+    Planted("EM: states rounded to single precision", SinglePrecision(), "gbm"),
+]
+
+
 @hookimpl
 def sdaeverify_planted() -> list[Planted]:
     """Register the bugs."""
-    bugs: dict[str, EulerMaruyama] = {
-        "a counter outside the state": HiddenState(),
-        "own random numbers": OwnNoise(),
-        "writes into the state it is given": WritesIntoState(),
-        "drift of the first path for the whole batch": FirstPathForAll(),
-        "taming by the largest drift of the batch": SharedTaming(),
-        "paths treated by their place in the batch": LatePaths(),
-    }
-    return [Planted(bug=f"EM: {bug}", scheme=scheme, problem="gbm") for bug, scheme in bugs.items()]
+    return BUGS

@@ -1,0 +1,265 @@
+"""Schemes of higher order for SDEs with one of their terms, variables or supporting values changed."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, TWO_POINT, Array, Increment, Law, Step, hookimpl
+from sdaeverify.numerics import apply
+from sdaeverify_lab import Planted
+from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
+from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.sri1w1 import SRI1W1, stages
+
+# Milstein's scheme for one Brownian motion with a wrong correction; it claims Milstein's order.
+
+
+@dataclass(frozen=True)
+class ScaledCorrection(Milstein):
+    """x+ = x + f h + B dW + factor DB B (dW^2 - h), where Milstein's factor is 1/2."""
+
+    factor: float = 1.0
+
+    name: ClassVar[str] = "planted-milstein-factor"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (1, P)."""
+        euler = problem.euler(t, state, h, noise)
+        correction = super().step(problem, state, t, h, noise).state - euler
+        return Step(euler + 2.0 * self.factor * correction)
+
+
+class WithoutH(Milstein):
+    """Correction (1/2) DB B dW^2: its mean is (h/2) DB B."""
+
+    name: ClassVar[str] = "planted-milstein-without-h"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (1, P)."""
+        missing = 0.5 * h * problem.derivative_of_diffusion(t, state, problem.diffusion(t, state)[:, 0])[:, 0]
+        return Step(super().step(problem, state, t, h, noise).state + missing)
+
+
+class WithoutDerivative(Milstein):
+    """Correction (1/2) B (dW^2 - h): b in place of b b'."""
+
+    name: ClassVar[str] = "planted-milstein-without-derivative"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (1, P)."""
+        B = problem.diffusion(t, state)
+        return Step(problem.euler(t, state, h, noise) + 0.5 * B[:, 0] * (noise.dW**2 - h))
+
+
+# Platen's scheme with wrong variables or wrong supporting values; it claims weak order 2.
+
+
+# P(|N| <= QUANTILE) = 3/4 for a standard normal N.
+QUANTILE = 1.1503493803760079
+
+
+def heavy(x: Array) -> Array:
+    """Return 2 sign(x) where |x| is beyond its quartiles, 0 elsewhere: variance 1 and fourth moment 4."""
+    return 2.0 * np.sign(x) * (np.abs(x) > QUANTILE)
+
+
+class HeavyLaw(PlatenWeak2):
+    """A three-point law of variance 1 whose fourth moment is 4 in place of 3."""
+
+    name: ClassVar[str] = "planted-platen-fourth-moment"
+    law: ClassVar[Law] = Law("three-point of fourth moment 4", heavy, (-2.0, 0.0, 2.0), (1 / 8, 3 / 4, 1 / 8))
+
+
+class TwoPointLaw(PlatenWeak2):
+    """Variables +-sqrt(h), whose fourth moment is h^2."""
+
+    name: ClassVar[str] = "planted-platen-two-point"
+    law: ClassVar[Law] = TWO_POINT
+
+
+@dataclass(frozen=True)
+class WrongSupport(PlatenWeak2):
+    """Supporting values y_+- = x + a h f +- s sqrt(h) B and y = x + a h f + B dW, for one Brownian motion.
+
+    Attributes
+    ----------
+    s, a : float
+        1 is right for both.
+    """
+
+    s: float = 1.0
+    a: float = 1.0
+
+    name: ClassVar[str] = "planted-platen-support"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x, dW = state, noise.dW
+        f, B = problem.drift(t, x), problem.diffusion(t, x)
+        centre, spread = x + self.a * h * f, self.s * np.sqrt(h) * B[:, 0]
+        up, down = problem.diffusion(t + h, centre + spread), problem.diffusion(t + h, centre - spread)
+        drift = 0.5 * h * (f + problem.drift(t + h, centre + apply(B, dW)))
+        kick = 0.25 * (apply(up + down + 2.0 * B, dW) + apply(up - down, dW * dW - h) / np.sqrt(h))
+        return Step(x + drift + kick)
+
+
+# Platen's scheme of weak order 2 for several noises with a wrong double integral; it claims weak order 2.
+
+
+@dataclass(frozen=True)
+class ScaledSigns(PlatenWeak2General):
+    """V_rj times factor^2, where the factor is 1."""
+
+    factor: float = 0.0
+
+    name: ClassVar[str] = "planted-platen-general-signs"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
+
+
+class OneSign(PlatenWeak2General):
+    """The sign of the first Brownian motion for all: V_12 = h, no random variable."""
+
+    name: ClassVar[str] = "planted-platen-general-one-sign"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        return super().step(problem, state, t, h, noise._replace(H=np.repeat(noise.H[:1], len(noise.H), axis=0)))
+
+
+# SRA1 with a wrong time integral Z of the noise; it claims strong order 3/2.
+
+
+@dataclass(frozen=True)
+class ScaledArea(SRA1):
+    """Z/h = dW/2 + factor H, where the factor is 1."""
+
+    factor: float = 2.0
+
+    name: ClassVar[str] = "planted-sra1-area"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
+
+
+class AreaForIntegral(SRA1):
+    """H in place of Z/h = H + dW/2."""
+
+    name: ClassVar[str] = "planted-sra1-area-for-integral"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return super().step(problem, state, t, h, _OnlyArea(*noise))
+
+
+class _OnlyArea(Increment):
+    """An increment whose time integral lacks the part of dW."""
+
+    __slots__ = ()
+
+    def time_integral(self, h: float) -> Array:
+        """Return h H, shape (l, P)."""
+        assert self.H is not None
+        return h * self.H
+
+
+# SRI1W1 with a wrong integral of the noise or a stage in the wrong place; it claims strong order 3/2.
+
+
+class WithoutArea(SRI1W1):
+    """Z = h dW/2: the part of int W ds that dW does not know is left out."""
+
+    name: ClassVar[str] = "planted-sri1w1-without-area"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return super().step(problem, state, t, h, noise._replace(H=np.zeros_like(noise.dW)))
+
+
+class FirstAreaForAll(SRI1W1):
+    """H of the first Brownian motion takes the place of all."""
+
+    name: ClassVar[str] = "planted-sri1w1-first-area-for-all"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        return super().step(problem, state, t, h, noise._replace(H=np.repeat(noise.H[:1], len(noise.H), axis=0)))
+
+
+class WithoutTripleIntegral(SRI1W1):
+    """The term of I_111 is left out."""
+
+    name: ClassVar[str] = "planted-sri1w1-without-triple-integral"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        *_, thrice = stages(problem, state, t, h, problem.drift(t, state))
+        dW = noise.dW
+        return Step(super().step(problem, state, t, h, noise).state - thrice * (dW**3 - 3.0 * h * dW) / (6.0 * h))
+
+
+class StratonovichIntegral(SRI1W1):
+    """The double integral is dW^2/2 in place of (dW^2 - h)/2."""
+
+    name: ClassVar[str] = "planted-sri1w1-stratonovich-integral"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        _, _, twice, _ = stages(problem, state, t, h, problem.drift(t, state))
+        return Step(super().step(problem, state, t, h, noise).state + 0.5 * np.sqrt(h) * twice)
+
+
+class OldTimes(SRI1W1):
+    """All stages take the coefficients at the beginning of the step."""
+
+    name: ClassVar[str] = "planted-sri1w1-old-times"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        held = replace(
+            problem,
+            drift=lambda _, x: problem.drift(t, x),
+            diffusion=lambda _, x: problem.diffusion(t, x),
+            diffusion_derivative=None,
+        )
+        return super().step(held, state, t, h, noise)
+
+
+BUGS = [
+    Planted("Milstein: without -h", WithoutH(), "gbm"),
+    Planted("Milstein: correction sign", ScaledCorrection(-0.5), "gbm"),
+    Planted("Milstein: factor 1 instead of 1/2", ScaledCorrection(), "gbm"),
+    Planted("Milstein: factor .45", ScaledCorrection(0.45), "gbm"),
+    Planted("Milstein: b instead of b b'", WithoutDerivative(), "gbm"),
+    Planted("Platen: support +5 %", WrongSupport(1.05), "gbm"),
+    Planted("Platen: wrong 4th moment", HeavyLaw(), "gbm"),
+    Planted("Platen: two-point variables", TwoPointLaw(), "gbm"),
+    Planted("Platen: predictor without drift", WrongSupport(a=0.0), "gbm"),
+    Planted("Platen-2, general: without signs", ScaledSigns(), "noncommuting"),
+    Planted("Platen-2, general: signs 10 % too small", ScaledSigns(0.9), "noncommuting"),
+    Planted("Platen-2, general: one sign for all", OneSign(), "noncommuting"),
+    Planted("SRA1: H for Z/h", AreaForIntegral(), "double-well"),
+    Planted("SRA1: H doubled", ScaledArea(), "double-well"),
+    Planted("SRA1: H sign", ScaledArea(-1.0), "double-well"),
+    Planted("SRI1W1: H left out", WithoutArea(), "hyperbolic"),
+    Planted("SRI1W1: H of the first motion for all", FirstAreaForAll(), "hyperbolic-pair"),
+    Planted("SRI1W1: I_111 left out", WithoutTripleIntegral(), "spiral"),
+    Planted("SRI1W1: Stratonovich's double integral", StratonovichIntegral(), "hyperbolic"),
+    Planted("SRI1W1: stages at the old time", OldTimes(), "growing-volatility"),
+]
+
+
+@hookimpl
+def sdaeverify_planted() -> list[Planted]:
+    """Register the bugs."""
+    return BUGS
