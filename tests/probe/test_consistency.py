@@ -7,7 +7,7 @@ import pytest
 
 from facade import EulerMaruyama, HalfExplicitEuler, Milstein, ProjectedEuler, circle, consistency, gbm, ou, pendulum
 from sdaeverify import SDE, HolonomicState, Scheme, Step
-from sdaeverify.measures.uniform.findings import judge_consistency
+from sdaeverify.measures.path_errors.consistency import judge_consistency
 from sdaeverify.measuring import Kind, Verdict
 from sdaeverify.numerics import apply
 

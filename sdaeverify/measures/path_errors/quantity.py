@@ -1,19 +1,22 @@
 """The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from math import inf, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import LevelFinding
+from ...contracts.finding import Finding, Judgement, LevelFinding, Opinion
 from ...contracts.measure import Evidence
 from ...contracts.scheme import AT_T
 from ...contracts.tally import Tally
 from ...numerics.statistics import (
     EPS,
+    GROUPS,
     Estimate,
     Tail,
     estimates,
@@ -22,8 +25,11 @@ from ...numerics.statistics import (
     slope_weights,
     tail,
 )
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import leave_open
+from ...verdicts.rules import withhold_in_doubt
 from ..slopes import Logarithms, Sloped, of_each, once
-from .errors import POWERS
+from .errors import ERROR, POWERS
 
 
 class ErrorLogarithms(Logarithms):
@@ -215,28 +221,38 @@ class Quantity(Sloped):
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
 
 
-def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
-    """Return the quantities of a cell in the order in which they were noted."""
-    return evidence.along_paths.read(_quantities, evidence.settings.extremes, *evidence.step_sizes)
+def quantities_of(evidence: Evidence, kind: str = ERROR) -> tuple[Quantity, ...]:
+    """Return the quantities of a cell in the order in which they were noted.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    kind : str, optional
+        Which errors, by the name that `tally_errors` noted them under; those of `ErrorObserver` if left out.
+    """
+    return evidence.along_paths.read(_quantities, kind, evidence.settings.extremes, *evidence.step_sizes)
 
 
-def _quantities(tally: Tally, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
-    sums, names = tally.sums, [name.removeprefix("error ") for name in tally.sums if name.startswith("error ")]
-    h, kinds = np.array(step_sizes), ("error", "difference", "blurred")
-    noted = [tuple(sums[key] for kind in kinds if (key := f"{kind} {name}") in sums) for name in names]
+def _quantities(tally: Tally, kind: str, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
+    sums, prefix = tally.sums, f"{kind} "
+    names = [name.removeprefix(prefix) for name in sums if name.startswith(prefix)]
     if not names:
         return ()
-    logarithms = ErrorLogarithms(h, noted, sums["paths"])
+    h, nothing = np.array(step_sizes), np.empty((GROUPS, 0))
+    differences = [sums[f"difference {name}"] if kind == ERROR else nothing for name in names]
+    blurred = [sums.get(f"blurred {name}") if kind == ERROR else None for name in names]
+    noted = [(sums[prefix + name], *rest) for name, *rest in zip(names, differences, blurred, strict=True)]
+    logarithms = ErrorLogarithms(h, [tuple(each for each in own if each is not None) for own in noted], sums["paths"])
     return tuple(
         Quantity(
             name=name,
             h=h,
-            error=sums[f"error {name}"],
-            difference=sums[f"difference {name}"],
-            blurred=sums.get(f"blurred {name}"),
+            error=sums[prefix + name],
+            difference=differences[place],
+            blurred=blurred[place],
             relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
-            largest=tally.largest[name][..., :extremes],
+            largest=tally.largest[name if kind == ERROR else prefix + name][..., :extremes],
             size=float(tally.maxima[f"size {name.removesuffix(AT_T)}"][0]),
             moved=float(tally.maxima[f"moved {name.removesuffix(AT_T)}"][0]),
             logarithms=logarithms,
@@ -290,6 +306,51 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
             **_relative(quantity, level),
         }
         yield LevelFinding(quantity.name, level, float(one), float(spread), details)
+
+
+class JudgedQuantity(NamedTuple):
+    """The finding on a quantity, and the levels that its slope was fitted on."""
+
+    quantity: Quantity
+    finding: Finding
+    fitted: Container[int] = frozenset()
+
+
+def judge_together(
+    judged: Sequence[JudgedQuantity], others: Iterable[Finding], norms: Mapping[str, int]
+) -> Judgement:
+    """Return what a measure found: nothing is verified where another quantity tends to a wrong limit.
+
+    Parameters
+    ----------
+    judged : sequence of JudgedQuantity
+    others : iterable of Finding
+        On what was not compared along paths.
+    norms : mapping of str to int
+        What is shown of each step size, see `level_rows`.
+    """
+    findings = withhold_in_doubt([*(each.finding for each in judged), *others])
+    rows = (level_rows(each.quantity, each.fitted, norms) for each in judged)
+    return Judgement(tuple(findings), chain.from_iterable(rows))
+
+
+def unknown_components(evidence: Evidence, measure: str, suffix: str = "") -> Iterator[tuple[str, Coverage, Opinion]]:
+    """Yield the components that the truth does not know, what is claimed of them, and that it is left open.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    measure : str
+        Under which name claims are looked up.
+    suffix : str
+        What makes a component's name that of a quantity.
+    """
+    known, view = {each.name for each in quantities_of(evidence)}, evidence.view
+    start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
+    for name in evidence.scheme.parts(view, start):
+        if name not in known:
+            covered = coverage(evidence, measure, f"{name}{suffix}")
+            yield name, covered, leave_open(covered, f"the problem's truth does not know {name}")
 
 
 def _relative(quantity: Quantity, level: int) -> dict[str, float]:
