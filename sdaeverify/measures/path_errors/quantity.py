@@ -28,93 +28,13 @@ from ...numerics.statistics import (
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import leave_open
 from ...verdicts.rules import withhold_in_doubt
-from ..slopes import Logarithms, Sloped, of_each, once
+from ..slopes import Slopes, once
 from .errors import ERROR, POWERS
 
 
-class ErrorLogarithms(Logarithms):
-    """Logarithms of the mean errors of some quantities, of successive differences and of blurred errors.
-
-    In columns: log2 (E e_l^p)^(1/p) of all levels, one power after the other; log2 E d_l; those of blurred errors.
-
-    Parameters
-    ----------
-    h : ndarray, shape (L,)
-        Step sizes.
-    noted : sequence of (ndarray, ...)
-        Sums over groups of each quantity: of e_l^p, shape (G, L, 3) or (G, L, 4); of |x_l - x_{l+1}|, shape
-        (G, L - 1) or (G, 0); of blurred errors, shape (G, L), if there are any.
-    counts : ndarray, shape (G,)
-    """
-
-    def __init__(self, h: Array, noted: Sequence[tuple[Array, ...]], counts: Array) -> None:
-        self.levels, self.powers = (int(length) for length in noted[0][0].shape[1:])
-        columns = np.stack([np.concatenate([sums.T.reshape(-1, len(counts)) for sums in own]) for own in noted])
-        # A column's groups lie side by side: the bits of the sums of some columns are those of all.
-        left_out = leave_out(np.moveaxis(np.ascontiguousarray(columns), -1, 0), counts)
-        p = np.ones(columns.shape[1])
-        p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
-        # Of all levels, those that no slope is fitted to included.
-        with np.errstate(all="ignore"):
-            super().__init__(h, log_norms(left_out, p))
-
-    def linear(self, levels: Array, weights: Array, power: int = 1) -> tuple[Estimate, ...]:
-        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape of levels
-        power : int
-            The place of p among `POWERS`.
-        """
-        return super().linear(levels + power * self.levels, weights)
-
-    @once
-    def slope_in(self, levels: Array, power: int) -> tuple[Estimate, ...]:
-        """Return the least-squares slopes of y on some levels, p being at a place among `POWERS`."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
-
-    @once
-    def contrast(self, levels: Array, share: float) -> tuple[Estimate, ...]:
-        """Return slopes of log2 E e_{l+1} minus a share of those of log2 E d_l over the same levels l."""
-        coarse, fine = levels[:-1], levels[1:]
-        weights = slope_weights(np.log2(self.h[coarse]))
-        columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
-        return super().linear(columns, np.concatenate([weights, -share * weights]))
-
-    @once
-    def contrast_rise(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return by how much contrasts of three levels grow from the last but one three to the last."""
-        weights = np.array([-1.0, 2.0, -1.0])
-        columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
-        return super().linear(columns, np.concatenate([weights, -weights]))
-
-    @once
-    def ahead(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return local orders at the next step size, if they grow by as much as they did between the last two."""
-        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
-
-    @once
-    def blur(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return by how much slopes change if the truth is taken at half its resolution."""
-        weights, last = slope_weights(np.log2(self.h[levels])), self.values.shape[-1] - self.levels
-        columns = np.concatenate([levels + self.levels, levels + last])
-        return super().linear(columns, np.concatenate([-weights, weights]))
-
-    @cached_property
-    def local_orders(self) -> list[tuple[Estimate, ...]]:
-        """Orders between each level and the one before, but for the coarsest, of each quantity."""
-        x, y = np.log2(self.h[: self.levels]), self.values[..., self.levels : 2 * self.levels]
-        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
-        # Of levels and quantities without errors as well.
-        with np.errstate(invalid="ignore"):
-            return of_each(weights[0] * y[..., :-1] + weights[1] * y[..., 1:])
-
-
 @dataclass(frozen=True)
-class Quantity(Sloped):
-    """The evidence on one component.
+class Quantity(Slopes):
+    """The evidence on one component: y = log2 E e, of errors along paths.
 
     Attributes
     ----------
@@ -133,10 +53,6 @@ class Quantity(Sloped):
     largest : ndarray, shape (L, k)
     size, moved : float
         Largest value of the true component, and how far it has moved from its initial value.
-    logarithms : ErrorLogarithms
-        Of the quantity and others.
-    place : int
-        Its place among these.
     motion : float
         The mean over paths of how far the component has moved; infinite where it was not noted.
     """
@@ -151,8 +67,6 @@ class Quantity(Sloped):
     largest: Array
     size: float
     moved: float
-    logarithms: ErrorLogarithms
-    place: int
     motion: float = inf
 
     @property
@@ -173,47 +87,91 @@ class Quantity(Sloped):
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    @property
-    def together(self) -> ErrorLogarithms:
-        """The slopes of y = log2 E e, of all quantities alike."""
-        return self.logarithms
+    @cached_property
+    def logarithms(self) -> Array:
+        """Of all levels: log2 (E e_l^p)^(1/p), one power after the other; log2 E d_l; those of blurred errors."""
+        blurred = [] if self.blurred is None else [self.blurred.T]
+        columns = np.concatenate([self.error.T.reshape(-1, len(self.counts)), self.difference.T, *blurred])
+        p = np.ones(len(columns))
+        p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
+        # A column's groups lie side by side. Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            return log_norms(leave_out(np.ascontiguousarray(columns).T, self.counts), p)
 
+    @property
+    def levels(self) -> int:
+        """Number of levels whose errors are known."""
+        return int(self.error.shape[1])
+
+    @property
+    def powers(self) -> int:
+        """How many of `POWERS` were noted."""
+        return int(self.error.shape[2])
+
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
+        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        power : int
+            The place of p among `POWERS`.
+        """
+        return super().linear(levels + power * self.levels, weights)
+
+    @once
     def slope_in(self, levels: Array, power: int) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
-        return self.logarithms.slope_in(levels, power)[self.place]
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
 
+    @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
 
         Or minus a share of the latter.
         """
-        return self.logarithms.contrast(levels, share)[self.place]
+        coarse, fine = levels[:-1], levels[1:]
+        weights = slope_weights(np.log2(self.h[coarse]))
+        columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -share * weights]))
 
+    @once
     def contrast_rise(self, levels: Array) -> Estimate:
         """Return by how much contrasts of three levels grow from the last but one three of four or more to the last.
 
         Errors towards a wrong limit level off further with each halving: it is negative then.
         """
-        return self.logarithms.contrast_rise(levels)[self.place]
+        weights = np.array([-1.0, 2.0, -1.0])
+        columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -weights]))
 
+    @once
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
-        return self.logarithms.ahead(levels)[self.place]
+        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
 
+    @once
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
-        return self.logarithms.blur(levels)[self.place]
+        weights, last = slope_weights(np.log2(self.h[levels])), self.logarithms.shape[-1] - self.levels
+        columns = np.concatenate([levels + self.levels, levels + last])
+        return super().linear(columns, np.concatenate([-weights, weights]))
+
+    @cached_property
+    def local_orders(self) -> tuple[Estimate, ...]:
+        """Order between each level and the one before, but for the coarsest."""
+        x, y = np.log2(self.h[: self.levels]), self.logarithms[:, self.levels : 2 * self.levels]
+        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
+        # Of levels and quantities without errors as well.
+        with np.errstate(invalid="ignore"):
+            return estimates(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
 
     @property
     def relative_errors(self) -> tuple[Estimate, ...]:
         """E |x_l - x|/|x| at T of each level, if it was noted."""
         return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
-
-    @property
-    def local_orders(self) -> tuple[Estimate, ...]:
-        """Order between each level and the one before, but for the coarsest."""
-        return self.logarithms.local_orders[self.place]
 
     @once
     def tail(self, level: int) -> Tail:
@@ -236,30 +194,22 @@ def quantities_of(evidence: Evidence, kind: str = ERROR) -> tuple[Quantity, ...]
 def _quantities(tally: Tally, kind: str, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
     sums, prefix = tally.sums, f"{kind} "
     names = [name.removeprefix(prefix) for name in sums if name.startswith(prefix)]
-    if not names:
-        return ()
-    h, nothing = np.array(step_sizes), np.empty((GROUPS, 0))
-    differences = [sums[f"difference {name}"] if kind == ERROR else nothing for name in names]
-    blurred = [sums.get(f"blurred {name}") if kind == ERROR else None for name in names]
-    noted = [(sums[prefix + name], *rest) for name, *rest in zip(names, differences, blurred, strict=True)]
-    logarithms = ErrorLogarithms(h, [tuple(each for each in own if each is not None) for own in noted], sums["paths"])
+    h, nothing, own = np.array(step_sizes), np.empty((GROUPS, 0)), kind == ERROR
     return tuple(
         Quantity(
             name=name,
             h=h,
             error=sums[prefix + name],
-            difference=differences[place],
-            blurred=blurred[place],
+            difference=sums[f"difference {name}"] if own else nothing,
+            blurred=sums.get(f"blurred {name}") if own else None,
             relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
-            largest=tally.largest[name if kind == ERROR else prefix + name][..., :extremes],
+            largest=tally.largest[name if own else prefix + name][..., :extremes],
             size=float(tally.maxima[f"size {name.removesuffix(AT_T)}"][0]),
             moved=float(tally.maxima[f"moved {name.removesuffix(AT_T)}"][0]),
-            logarithms=logarithms,
-            place=place,
             motion=_mean(sums.get(f"motion {name}"), sums["paths"]),
         )
-        for place, name in enumerate(names)
+        for name in names
     )
 
 
