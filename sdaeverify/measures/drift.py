@@ -220,7 +220,7 @@ class Defect(Slopes):
         left_out = (leave_out(squares, self.counts) for squares in self.squares)
         return np.stack([0.5 * np.log2(means.max(axis=-1)) for means in left_out], axis=1)
 
-    @cached_property
+    @property
     def sup_rms(self) -> tuple[Estimate, ...]:
         """log2 of sup_t RMS |g| at each level."""
         return estimates(self.logarithms)
@@ -433,9 +433,10 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:
+    sups = defect.sup_rms
     # A level's groups lie side by side: its sums have the bits of one level.
     for level, l2 in enumerate(jackknives(np.asfortranarray(defect.l2), defect.counts, np.asarray)):
-        log_rms = defect.sup_rms[level]
+        log_rms = sups[level]
         rms = 2.0**log_rms.value
         details = {
             "l2": l2.value,

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from operator import eq, gt, lt
 
 import numpy as np
@@ -109,17 +109,17 @@ class Means(Slopes):
     off_reference: tuple[Estimate, float] | None = None
     sizes: Array | None = None
 
-    @cached_property
+    @property
     def left_out(self) -> Array:
         """Means over all paths and without each group, shape (1 + G, L) or (1 + G, L + 1)."""
         return leave_out(self.sums, self.counts)
 
-    @cached_property
+    @property
     def differences(self) -> Array:
         """Differences of these means to the truth's, or to the next level's."""
         return self.left_out[:, :-1] - (self.left_out[:, -1:] if self.coupled else self.left_out[:, 1:])
 
-    @cached_property
+    @property
     def logarithms(self) -> Array:
         """log2 |difference l| of all levels, those that no slope is fitted to included."""
         with np.errstate(all="ignore"):

@@ -74,7 +74,7 @@ class Quantity(Slopes):
         """Number of paths."""
         return int(self.counts.sum())
 
-    @cached_property
+    @property
     def totals(self) -> Array:
         """Sums of e_l^p over all paths, shape (L, 3) or (L, 4)."""
         return np.asarray(self.error.sum(axis=0))
@@ -159,7 +159,7 @@ class Quantity(Slopes):
         columns = np.concatenate([levels + self.levels, levels + last])
         return super().linear(columns, np.concatenate([-weights, weights]))
 
-    @cached_property
+    @property
     def local_orders(self) -> tuple[Estimate, ...]:
         """Order between each level and the one before, but for the coarsest."""
         x, y = np.log2(self.h[: self.levels]), self.logarithms[:, self.levels : 2 * self.levels]
@@ -242,12 +242,12 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ------
     LevelFinding
     """
-    means = quantity.totals / quantity.paths
+    means, orders = quantity.totals / quantity.paths, quantity.local_orders
     roots = [(f"estimate_{name}", p, 1.0 / POWERS[p]) for name, p in norms.items()]
     for level, (_, one, two, *_) in enumerate(means):
         spread = np.sqrt(max(two - one**2, 0.0) / quantity.paths)
         known = level and one and means[level - 1, 1]
-        local = quantity.local_orders[level - 1] if known else Estimate(nan, nan)
+        local = orders[level - 1] if known else Estimate(nan, nan)
         details = {
             **{name: float(means[level, p] ** root) for name, p, root in roots},
             "local_order": local.value,
