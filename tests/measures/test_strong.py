@@ -99,11 +99,6 @@ def on_all_paths(sizes):
     return [np.full(4000, size) for size in sizes]
 
 
-def rough():
-    """Return a problem whose truth is not half an order better than the claim."""
-    return replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
-
-
 def blind():
     """Return a problem without truth: a scheme is its own reference."""
     plain = gbm()
@@ -111,52 +106,34 @@ def blind():
 
 
 ON_THEIR_WAY = 0.1 * 2.0 ** -np.cumsum([0.0, 0.1, 0.15, 0.25, 0.5, 0.8])
+# In units of what the solution moves.
+COMES_UP, STAYS_OFF = (0.999, 0.995, 0.989, 0.979, 0.963, 0.938), (0.999, 0.959, 0.939, 0.929, 0.924, 0.9215)
+FEW, LOST = {"health_of": health(truncated=[1, 1, 1, 1, 0, 0])}, {"health_of": health(failed=[1] * 6, lost=[1] * 6)}
+# The truth is not half an order better than the claim.
+ROUGH = {"problem": replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),)), "blurred": np.zeros(4000)}
 OPEN, RIGHT, WRONG = Verdict.INCONCLUSIVE, Verdict.VERIFIED, Verdict.REFUTED
 # Errors, what else is given, the verdict, and what the reason says.
 CASES = {
     "an order of 1/2": (errors(0.5), {}, WRONG, "claimed 1.0"),
     "an interval around claim - margin": (scattered(H**0.8, 400, 6), {}, OPEN, "paths would decide"),
-    "a small wrong limit": (errors(1.0, limit=0.02), {}, WRONG, ""),
-    "a wrong limit of .3": (errors(1.0, limit=0.3), {}, WRONG, ""),
-    "a wrong limit of .9": (errors(1.0, limit=0.9), {}, WRONG, ""),
-    "a wrong limit of 3": (errors(1.0, limit=3.0), {}, WRONG, ""),
+    **{f"a limit off by {off}": (errors(1.0, limit=off), {}, WRONG, "") for off in (0.02, 0.3, 0.9, 3.0)},
     "steps that do not resolve the solution": (
         scattered(UNRESOLVED),
         {},
         OPEN,
         "halving the step still changes that",
     ),
-    "a solution that comes up by more with each halving": (
-        off_by([0.999, 0.995, 0.989, 0.979, 0.963, 0.938]),
-        {},
-        OPEN,
-        "no order shows; add finer levels",
-    ),
-    "one that stays off": (off_by([0.999, 0.959, 0.939, 0.929, 0.924, 0.9215]), {}, WRONG, ""),
+    "one that comes up by more with each halving": (off_by(COMES_UP), {}, OPEN, "no order shows; add finer levels"),
+    "one that stays off": (off_by(STAYS_OFF), {}, WRONG, ""),
     "local orders on their way to the claim": (scattered(ON_THEIR_WAY, 800, 9), {}, OPEN, "its local orders rise"),
     "local orders that are not": (scattered(0.1 * H**0.45, 800, 9), {}, WRONG, ""),
-    "too few levels": (
-        errors(1.0),
-        {"health_of": health(truncated=[1, 1, 1, 1, 0, 0])},
-        OPEN,
-        "fewer than 3 levels can be fitted: truncated steps at 4 levels",
-    ),
-    "paths that are lost at every level": (
-        errors(1.0),
-        {"health_of": health(failed=[1] * 6, lost=[1] * 6)},
-        Verdict.DIVERGED,
-        "",
-    ),
+    "too few levels": (errors(1.0), FEW, OPEN, "fewer than 3 levels can be fitted: truncated steps at 4 levels"),
+    "paths that are lost at every level": (errors(1.0), LOST, Verdict.DIVERGED, ""),
     "rounding": (errors(0.0, sizes=np.full(4000, 1e-15)), {}, RIGHT, "exact to round-off"),
     "nothing, of its own reference": (errors(0.0, sizes=np.zeros(4000)), {"problem": blind()}, OPEN, ""),
     "a right order towards its own limit": (errors(1.0), {"problem": blind()}, OPEN, ""),
     "a low order towards its own limit": (errors(0.5), {"problem": blind()}, WRONG, ""),
-    "a rough truth": (
-        errors(1.0),
-        {"problem": rough(), "blurred": np.zeros(4000)},
-        OPEN,
-        "half an order above the claim",
-    ),
+    "a rough truth": (errors(1.0), ROUGH, OPEN, "half an order above the claim"),
     "sixty paths": (errors(1.0, paths=60), {}, OPEN, "100 paths"),
 }
 
