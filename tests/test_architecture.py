@@ -14,6 +14,7 @@ import sdaeverify.commands
 import sdaeverify.errors
 import sdaeverify.measuring
 import sdaeverify.numerics
+import sdaeverify.path_errors
 import sdaeverify.probing
 import sdaeverify.studying
 
@@ -36,6 +37,7 @@ LAYERS = {
     "measures": 4,
     "measuring": 5,
     "probing": 5,
+    "path_errors": 5,
     "store": 4,
     "workers": 5,
     "study": 5,
@@ -60,6 +62,7 @@ ROOMS = (
     sdaeverify.errors,
     sdaeverify.measuring,
     sdaeverify.numerics,
+    sdaeverify.path_errors,
     sdaeverify.probing,
     sdaeverify.studying,
 )
@@ -375,7 +378,9 @@ def test_shipped_plugins_use_the_public_names_only():
 
 
 @pytest.mark.parametrize(
-    ("room", "most"), [(sdaeverify.measuring, 40), (sdaeverify.probing, 32)], ids=["measuring", "probing"]
+    ("room", "most"),
+    [(sdaeverify.measuring, 40), (sdaeverify.probing, 32), (sdaeverify.path_errors, 20)],
+    ids=["measuring", "probing", "path_errors"],
 )
 def test_a_public_room_is_narrow_and_explains_itself(room, most):
     """An author of measures meets few names, and each class and function of them in its own words."""

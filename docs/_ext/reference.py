@@ -25,6 +25,7 @@ ROOMS = {
     "sdaeverify": "sdaeverify: schemes, problems, runs",
     "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
     "sdaeverify.probing": "sdaeverify.probing: for authors of measures that probe one step",
+    "sdaeverify.path_errors": "sdaeverify.path_errors: for authors of measures of errors along paths",
     "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
     "sdaeverify.commands": "sdaeverify.commands: for authors of commands",

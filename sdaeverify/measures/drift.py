@@ -59,7 +59,7 @@ from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ..verdicts.opinions import finding, guard, no_fit
 from ..verdicts.path_tests import SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .path_errors.errors import STATE
-from .slopes import Slopes, once
+from .slopes import Slopes
 from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {
@@ -186,7 +186,7 @@ def _histogram(values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Defect(Slopes[Estimate]):
+class Defect(Slopes):
     """The evidence on one constraint.
 
     Attributes
@@ -215,20 +215,20 @@ class Defect(Slopes[Estimate]):
     l2: Array
 
     @cached_property
+    def logarithms(self) -> Array:
+        """log2 of sup_t RMS |g| of all paths and without each group."""
+        left_out = (leave_out(squares, self.counts) for squares in self.squares)
+        return np.stack([0.5 * np.log2(means.max(axis=-1)) for means in left_out], axis=1)
+
+    @property
     def sup_rms(self) -> tuple[Estimate, ...]:
         """log2 of sup_t RMS |g| at each level."""
-        return estimates(np.stack([self._log_sups(level) for level in range(len(self.h))], axis=1))
+        return estimates(self.logarithms)
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
-        """Return a weighted sum of log2 sup_t RMS |g| on some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape of levels
-        """
-        parts = (w * self._log_sups(level) for w, level in zip(weights, levels.tolist(), strict=True))
-        return estimates(np.asarray(sum(parts)))[0]
+        """Return sum_l w_l y_l over some levels, one after the other."""
+        terms = (w * self.logarithms[:, level] for w, level in zip(weights, levels.tolist(), strict=True))
+        return estimates(np.asarray(sum(terms)))[0]
 
     def growth(self, level: int, times: Array) -> float:
         """Return the slope of log RMS against log t over the second half of the log-time axis."""
@@ -237,11 +237,6 @@ class Defect(Slopes[Estimate]):
         if np.count_nonzero(late) < 3 or not (rms[late] > 0.0).all():
             return float("nan")
         return float(slope_weights(np.log2(times[late])) @ np.log2(rms[late]))
-
-    @once
-    def _log_sups(self, level: int) -> Array:
-        """Return log2 of sup_t RMS |g| of all paths and without each group."""
-        return _log_sup(leave_out(self.squares[level], self.counts))
 
 
 class Drift(Measure):
@@ -294,10 +289,6 @@ class Drift(Measure):
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Drift()]
-
-
-def _log_sup(means: Array) -> Array:
-    return np.asarray(0.5 * np.log2(means.max(axis=-1)))
 
 
 def _defects(evidence: Evidence) -> tuple[Defect, ...]:
@@ -442,9 +433,10 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:
+    sups = defect.sup_rms
     # A level's groups lie side by side: its sums have the bits of one level.
     for level, l2 in enumerate(jackknives(np.asfortranarray(defect.l2), defect.counts, np.asarray)):
-        log_rms = defect.sup_rms[level]
+        log_rms = sups[level]
         rms = 2.0**log_rms.value
         details = {
             "l2": l2.value,

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..contracts.claimed import Order
-from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Verdict
+from ..contracts.finding import Finding, Judgement, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -28,13 +28,10 @@ from ..probe.local.consistency import (
 from ..probe.local.delay_links import why_not_algebraic
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
-from ..verdicts.fitted_levels import FITTED
 from ..verdicts.opinions import finding, local_doubt, local_opinion
-from ..verdicts.rules import withhold_in_doubt
 from .path_errors.errors import ErrorObserver
-from .path_errors.order import usable_levels
-from .path_errors.quantity import ERROR_COLUMNS, level_rows, quantities_of
-from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, local_orders, probe_strong, strong_finding
+from .path_errors.quantity import ERROR_COLUMNS, judge_together, quantities_of
+from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, judge_errors, local_orders, probe_strong
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
@@ -82,17 +79,12 @@ class Intervals(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
-        quantities = quantities_of(evidence)
         orders = {end: local_orders(evidence, span) for end, span in SPANS.items()}
-        findings: list[Finding] = []
-        rows: list[LevelFinding] = []
-        for each in quantities:
+        judged = []
+        for each in quantities_of(evidence):
             own = next(found for end, found in orders.items() if each.name.endswith(end))
-            order, usable = own.get(each.name.split(UP_TO, 1)[0]), usable_levels(evidence, each)
-            findings.append(strong_finding(evidence, each, coverage(evidence, self.name, each.name), order, usable))
-            rows += level_rows(each, set(usable[0][-FITTED:].tolist()), NORMS)
-        findings += _past_finding(evidence)
-        return Judgement(tuple(withhold_in_doubt(findings)), tuple(rows))
+            judged.append(judge_errors(evidence, each, self.name, own.get(each.name.split(UP_TO, 1)[0])))
+        return judge_together(judged, _past_finding(evidence), NORMS)
 
 
 @hookimpl

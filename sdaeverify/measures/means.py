@@ -15,7 +15,7 @@ from ..contracts.tally import Tally
 from ..forms import Problem
 from ..forms.truths import Moment
 from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
-from .slopes import Logarithms, Record, Sloped, of_each, once
+from .slopes import Slopes, once
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -78,44 +78,9 @@ class MeanObserver:
         return self.problem.observe(name, self.problem.horizon, parts)
 
 
-class Alike(Record):
-    """The means of some observables of a cell that are compared with the same, and what their differences come to.
-
-    Parameters
-    ----------
-    h : ndarray, shape (L,)
-        Step sizes.
-    sums : ndarray, shape (G, O, L) or (G, O, L + 1)
-        Of each observable over groups; the last column is the truth's, where it is known on every path.
-    counts : ndarray, shape (G,)
-    coupled : bool
-        Whether there is such a column.
-    """
-
-    def __init__(self, h: Array, sums: Array, counts: Array, *, coupled: bool) -> None:
-        self.left_out = leave_out(sums, counts)
-        compared = self.left_out[..., -1:] if coupled else self.left_out[..., 1:]
-        differences = self.left_out[..., :-1] - compared
-        self.means, self.differences, self.off = of_each(self.left_out), of_each(differences), differences
-        # Of all levels, those that no slope is fitted to included.
-        with np.errstate(all="ignore"):
-            self.logarithms = Logarithms(h, np.log2(np.abs(differences)))
-
-    @once
-    def changes(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return E [phi(x_l) - phi(x_k)] of each, l and k being the first level and the one after the last."""
-        return estimates(self.left_out[..., levels[0]] - self.left_out[..., levels[-1] + 1])
-
-    @once
-    def grown(self, levels: Array) -> list[tuple[Estimate, ...]]:
-        """Return by how much the last of some differences of each is larger than those before it."""
-        sizes = np.abs(self.off[..., levels])
-        return of_each(sizes[..., -1:] - sizes[..., :-1])
-
-
 @dataclass(frozen=True)
-class Means(Sloped):
-    """The evidence on one observable.
+class Means(Slopes):
+    """The evidence on one observable: y = log2 |difference l|.
 
     Attributes
     ----------
@@ -126,10 +91,6 @@ class Means(Sloped):
     counts : ndarray, shape (G,)
     coupled : bool
         Whether there is such a column.
-    alike : Alike
-        Of the observable and others.
-    place : int
-        Its place among these.
     squares : ndarray, shape (G,), or None
         Of the squares at the finest level.
     off_reference : (Estimate, float) or None
@@ -144,16 +105,25 @@ class Means(Sloped):
     sums: Array
     counts: Array
     coupled: bool
-    alike: Alike
-    place: int
     squares: Array | None = None
     off_reference: tuple[Estimate, float] | None = None
     sizes: Array | None = None
 
     @property
-    def together(self) -> Logarithms:
-        """The slopes of log2 |difference l|, of all observables alike."""
-        return self.alike.logarithms
+    def left_out(self) -> Array:
+        """Means over all paths and without each group, shape (1 + G, L) or (1 + G, L + 1)."""
+        return leave_out(self.sums, self.counts)
+
+    @property
+    def differences(self) -> Array:
+        """Differences of these means to the truth's, or to the next level's."""
+        return self.left_out[:, :-1] - (self.left_out[:, -1:] if self.coupled else self.left_out[:, 1:])
+
+    @property
+    def logarithms(self) -> Array:
+        """log2 |difference l| of all levels, those that no slope is fitted to included."""
+        with np.errstate(all="ignore"):
+            return np.asarray(np.log2(np.abs(self.differences)))
 
     @property
     def size(self) -> float:
@@ -179,21 +149,26 @@ class Means(Sloped):
         """Number of differences: errors against the truth, or between successive levels."""
         return len(self.h) if self.coupled else len(self.h) - 1
 
+    @once
     def mean(self, level: int) -> Estimate:
         """Return E phi(x_l(T))."""
-        return self.alike.means[self.place][level]
+        return estimates(self.left_out[:, level])[0]
 
+    @once
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
-        return self.alike.differences[self.place][level]
+        return estimates(self.differences[:, level])[0]
 
+    @once
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
-        return self.alike.changes(levels)[self.place]
+        return estimates(self.left_out[:, levels[0]] - self.left_out[:, levels[-1] + 1])[0]
 
+    @once
     def grown(self, levels: Array) -> tuple[Estimate, ...]:
         """Return by how much the last of some differences is larger in size than each of those before it."""
-        return self.alike.grown(levels)[self.place]
+        sizes = np.abs(self.differences[:, levels])
+        return estimates(sizes[:, -1:] - sizes[:, :-1])
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
@@ -213,23 +188,13 @@ def means_of(evidence: Evidence) -> Mapping[str, Means]:
 
 def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
     names = [key.removeprefix(VALUES) for key in tally.sums if key.startswith(VALUES)]
-    found: dict[str, Means] = {}
-    for coupled in (True, False):
-        alike = [name for name in names if (KNOWN + name in tally.sums) is coupled]
-        found |= _means_alike(tally, alike, np.array(step_sizes), coupled=coupled) if alike else {}
-    return {name: found[name] for name in names}
-
-
-def _means_alike(tally: Tally, names: Sequence[str], h: Array, *, coupled: bool) -> dict[str, Means]:
-    sums, counts = tally.sums, tally.sums["paths"]
-    noted, off = np.stack([sums[VALUES + name] for name in names], axis=1), _off_references(tally, names)
-    if coupled:
-        truths = np.stack([sums[KNOWN + name] for name in names], axis=1)
-        noted = np.concatenate([noted, truths[..., np.newaxis]], axis=2)
-    alike, found = Alike(h, noted, counts, coupled=coupled), {}
-    for place, name in enumerate(names):
+    sums, h, off = tally.sums, np.array(step_sizes), _off_references(tally, names)
+    found = {}
+    for name in names:
+        coupled = KNOWN + name in sums
+        noted = np.column_stack([sums[VALUES + name], sums[KNOWN + name]]) if coupled else sums[VALUES + name]
         further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name)
-        found[name] = Means(name, h, noted[:, place], counts, coupled, alike, place, *further)
+        found[name] = Means(name, h, noted, sums["paths"], coupled, *further)
     return found
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property, wraps
-from typing import Any, ClassVar, Generic, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from ..arrays import Array
 from ..numerics.statistics import Estimate, corrected_slope_weights, estimates, slope_weights, weighted_sum
 
 Method = TypeVar("Method", bound=Callable[..., Any])
-Found = TypeVar("Found")
 
 
 def once(method: Method) -> Method:
@@ -32,19 +31,8 @@ def once(method: Method) -> Method:
     return cast("Method", found)
 
 
-class Record:
-    """What keeps what its methods find that are asked `once`."""
-
-    @cached_property
-    def known(self) -> dict[Any, Any]:
-        """What has been found."""
-        return {}
-
-
-class Slopes(Record, Generic[Found]):
+class Slopes:
     """What is told by y_l, the logarithm to base 2 of what a record measures at step sizes h_l.
-
-    What is found is an estimate, or one of each of several quantities.
 
     Attributes
     ----------
@@ -56,85 +44,39 @@ class Slopes(Record, Generic[Found]):
     next_power: ClassVar[float] = 1.0
     h: Array
 
-    def linear(self, levels: Array, weights: Array) -> Found:
-        """Return sum_l w_l y_l over some levels.
+    @cached_property
+    def known(self) -> dict[Any, Any]:
+        """What has been found by methods that are asked `once`."""
+        return {}
+
+    @property
+    def logarithms(self) -> Array:
+        """Y over all paths and without each group, shape (1 + G, C): in columns, those of the levels first."""
+        raise NotImplementedError
+
+    def linear(self, levels: Array, weights: Array) -> Estimate:
+        """Return sum_l w_l y_l over some levels, or other columns.
 
         Parameters
         ----------
         levels : ndarray of int
         weights : ndarray, shape of levels
         """
-        raise NotImplementedError
+        # Of a record without errors as well. Taken, and not indexed: in C order.
+        with np.errstate(invalid="ignore"):
+            return estimates(weighted_sum(weights, self.logarithms.take(levels, axis=1)))[0]
 
     @once
-    def slope(self, levels: Array) -> Found:
+    def slope(self, levels: Array) -> Estimate:
         """Return the least-squares slope on some levels."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])))
 
     @once
-    def corrected_slope(self, levels: Array) -> Found:
+    def corrected_slope(self, levels: Array) -> Estimate:
         """Return the slope with one further term of the expansion."""
         return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), self.next_power))
 
     @once
-    def rise(self, levels: Array) -> Found:
-        """Return by how much the local order grows from the last but one pair of levels to the last."""
-        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
-
-
-class Logarithms(Slopes[tuple[Estimate, ...]]):
-    """Logarithms to base 2 of the means of the quantities of a cell, over all paths and without each group.
-
-    What is asked of one quantity is asked of the others next: it is found of all of them at once.
-
-    Parameters
-    ----------
-    h : ndarray, shape (L,)
-        Step sizes.
-    values : ndarray, shape (1 + G, Q, C)
-        Of Q quantities in C columns, those of the levels first.
-    """
-
-    def __init__(self, h: Array, values: Array) -> None:
-        self.h, self.values = h, values
-
-    def linear(self, levels: Array, weights: Array) -> tuple[Estimate, ...]:
-        """Return sum_l w_l y_l over some levels, or other columns, of each quantity."""
-        # Of quantities without errors as well. Taken, and not indexed: in C order.
-        with np.errstate(invalid="ignore"):
-            return estimates(weighted_sum(weights, self.values.take(levels, axis=2)))
-
-
-class Sloped(Record):
-    """One of the quantities of a cell that slopes are found of together.
-
-    Attributes
-    ----------
-    place : int
-        Its place among these.
-    """
-
-    place: int
-
-    @property
-    def together(self) -> Slopes[tuple[Estimate, ...]]:
-        """The slopes of all of them."""
-        raise NotImplementedError
-
-    def slope(self, levels: Array) -> Estimate:
-        """Return the least-squares slope on some levels."""
-        return self.together.slope(levels)[self.place]
-
-    def corrected_slope(self, levels: Array) -> Estimate:
-        """Return the slope with one further term of the expansion."""
-        return self.together.corrected_slope(levels)[self.place]
-
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
-        return self.together.rise(levels)[self.place]
-
-
-def of_each(values: Array) -> list[tuple[Estimate, ...]]:
-    """Return C estimates of each of Q quantities, from values of shape (1 + G, Q, C)."""
-    found, columns = estimates(values.reshape(len(values), -1)), values.shape[-1]
-    return [found[start : start + columns] for start in range(0, len(found), columns)]
+        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))

@@ -68,44 +68,6 @@ def test_exact_power_law_gives_its_order():
     assert finding.details["asymptotic_order"] == pytest.approx(1.0, abs=1e-8)
 
 
-def test_lower_order_is_refuted():
-    """An order of 1/2 refutes a claim of 1."""
-    finding = judged(errors(0.5))
-
-    assert finding.verdict is Verdict.REFUTED
-    assert "claimed 1.0" in str(finding.reason)
-
-
-def test_order_at_the_margin_is_inconclusive():
-    """A slope whose interval contains claim - margin decides nothing, and the reason says what would."""
-    rng = np.random.default_rng(6)
-    levels = [rng.normal(size=400) * h**0.8 for h in H]
-
-    finding = judged(levels)
-
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "paths would decide" in str(finding.reason)
-
-
-def test_wide_interval_does_not_verify():
-    """An interval above the bound but wider than the margin is inconclusive."""
-    rng = np.random.default_rng(7)
-    levels = [np.exp(2.0 * rng.normal(size=100)) * h**3 for h in H]
-
-    finding = judged(levels)
-
-    assert finding.low > 0.8
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "paths would decide" in str(finding.reason)
-
-
-def test_wrong_limit_is_refuted_by_the_contrast():
-    """Errors that level off while successive differences fall are refuted as a wrong limit."""
-    finding = judged(errors(1.0, limit=0.02))
-
-    assert finding.verdict is Verdict.REFUTED
-
-
 UNRESOLVED = np.array([0.9, 0.88, 0.87, 0.85, 0.8, 0.7])
 
 
@@ -120,19 +82,10 @@ def of_two(slow, fast):
     return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["r@T"]
 
 
-def scattered(sizes):
+def scattered(sizes, paths=4000, seed=8):
     """Return errors that are independent at each level."""
-    rng = np.random.default_rng(8)
-    return [size * rng.normal(size=4000) for size in sizes]
-
-
-def test_steps_that_do_not_resolve_the_solution_refute_nothing():
-    """Errors of nine tenths to seven tenths of what the solution moves are flat, whatever the order is."""
-    finding = judged(scattered(UNRESOLVED))
-
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "of what the solution moves at h = 0.00391, and halving the step still changes that" in str(finding.reason)
-    assert "would decide" not in str(finding.reason)
+    rng = np.random.default_rng(seed)
+    return [size * rng.normal(size=paths) for size in sizes]
 
 
 def off_by(shares):
@@ -141,14 +94,102 @@ def off_by(shares):
     return [share * sizes for share in shares]
 
 
-def test_solution_that_comes_up_by_more_with_each_halving_refutes_nothing():
-    """A tamed step far below a solution of 1e5 is off by all of it, less and less; a wrong limit stays off."""
-    held = judged(off_by([0.999, 0.995, 0.989, 0.979, 0.963, 0.938]))
-    wrong = judged(off_by([0.999, 0.959, 0.939, 0.929, 0.924, 0.9215]))
+def on_all_paths(sizes):
+    """Return errors that are the same on all paths."""
+    return [np.full(4000, size) for size in sizes]
 
-    assert held.verdict is Verdict.INCONCLUSIVE
-    assert "no order shows; add finer levels" in str(held.reason)
-    assert wrong.verdict is Verdict.REFUTED
+
+def blind():
+    """Return a problem without truth: a scheme is its own reference."""
+    plain = gbm()
+    return SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
+
+
+ON_THEIR_WAY = 0.1 * 2.0 ** -np.cumsum([0.0, 0.1, 0.15, 0.25, 0.5, 0.8])
+# In units of what the solution moves.
+COMES_UP, STAYS_OFF = (0.999, 0.995, 0.989, 0.979, 0.963, 0.938), (0.999, 0.959, 0.939, 0.929, 0.924, 0.9215)
+FEW, LOST = {"health_of": health(truncated=[1, 1, 1, 1, 0, 0])}, {"health_of": health(failed=[1] * 6, lost=[1] * 6)}
+# The truth is not half an order better than the claim.
+ROUGH = {"problem": replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),)), "blurred": np.zeros(4000)}
+OPEN, RIGHT, WRONG = Verdict.INCONCLUSIVE, Verdict.VERIFIED, Verdict.REFUTED
+# Errors, what else is given, the verdict, and what the reason says.
+CASES = {
+    "an order of 1/2": (errors(0.5), {}, WRONG, "claimed 1.0"),
+    "an interval around claim - margin": (scattered(H**0.8, 400, 6), {}, OPEN, "paths would decide"),
+    **{f"a limit off by {off}": (errors(1.0, limit=off), {}, WRONG, "") for off in (0.02, 0.3, 0.9, 3.0)},
+    "steps that do not resolve the solution": (
+        scattered(UNRESOLVED),
+        {},
+        OPEN,
+        "halving the step still changes that",
+    ),
+    "one that comes up by more with each halving": (off_by(COMES_UP), {}, OPEN, "no order shows; add finer levels"),
+    "one that stays off": (off_by(STAYS_OFF), {}, WRONG, ""),
+    "local orders on their way to the claim": (scattered(ON_THEIR_WAY, 800, 9), {}, OPEN, "its local orders rise"),
+    "local orders that are not": (scattered(0.1 * H**0.45, 800, 9), {}, WRONG, ""),
+    "too few levels": (errors(1.0), FEW, OPEN, "fewer than 3 levels can be fitted: truncated steps at 4 levels"),
+    "paths that are lost at every level": (errors(1.0), LOST, Verdict.DIVERGED, ""),
+    "rounding": (errors(0.0, sizes=np.full(4000, 1e-15)), {}, RIGHT, "exact to round-off"),
+    "nothing, of its own reference": (errors(0.0, sizes=np.zeros(4000)), {"problem": blind()}, OPEN, ""),
+    "a right order towards its own limit": (errors(1.0), {"problem": blind()}, OPEN, ""),
+    "a low order towards its own limit": (errors(0.5), {"problem": blind()}, WRONG, ""),
+    "a rough truth": (errors(1.0), ROUGH, OPEN, "half an order above the claim"),
+    "sixty paths": (errors(1.0, paths=60), {}, OPEN, "100 paths"),
+}
+
+
+@pytest.mark.parametrize(("levels", "given", "verdict", "reason"), CASES.values(), ids=CASES)
+def test_errors_of_a_known_law_have_their_verdict(levels, given, verdict, reason):
+    """Against a claim of order 1."""
+    finding = judged(levels, **given)
+
+    assert finding.verdict is verdict
+    assert reason in str(finding.reason)
+
+
+# Errors whose figures alone would say something else: what they show, the verdict, and what the reason says.
+MISLEADING = {
+    "an interval above the bound, and wider than the margin": (
+        [np.exp(2.0 * z) * h**3 for z, h in zip(scattered(np.ones(6), 100, 7), H, strict=True)],
+        lambda found: found.low > 0.8,
+        OPEN,
+        "paths would decide",
+    ),
+    "a plateau that the slope does not see": (
+        errors(1.0, limit=5e-4, sizes=np.ones(4000)),
+        lambda found: found.low > 0.8,
+        WRONG,
+        "wrong limit",
+    ),
+    "a h + b h^2, which level off above the claimed order": (
+        on_all_paths(H + 6.0 * H**2),
+        lambda found: found.details["contrast"] < -0.05,
+        OPEN,
+        "",
+    ),
+    "h/(1 + 60 h), of order 1 late": (
+        on_all_paths(H / (1.0 + 60.0 * H)),
+        lambda found: found.high < 0.8,
+        OPEN,
+        "still rises",
+    ),
+}
+
+
+@pytest.mark.parametrize(("levels", "shows", "verdict", "reason"), MISLEADING.values(), ids=MISLEADING)
+def test_no_single_figure_decides(levels, shows, verdict, reason):
+    """The slope, its interval and the contrast are heeded together."""
+    finding = judged(levels)
+
+    assert shows(finding)
+    assert finding.verdict is verdict
+    assert reason in str(finding.reason)
+
+
+def test_own_reference_bias_is_that_of_the_method():
+    """Over the four finest levels of order 1, three halvings bias the slope by at most 0.056 (coherent errors)."""
+    # The slope of log2(1 - 2^(l - 6)) against -l on levels l = 0 to 3.
+    assert judged(errors(1.0), problem=blind()).details["bias_bound"] == pytest.approx(0.0557, abs=1e-4)
 
 
 def test_one_component_that_is_not_resolved_speaks_for_all():
@@ -159,33 +200,6 @@ def test_one_component_that_is_not_resolved_speaks_for_all():
     assert held.verdict is Verdict.INCONCLUSIVE
     assert "v@T is off by" in str(held.reason) or "v is off by" in str(held.reason)
     assert resolved.verdict is Verdict.REFUTED
-
-
-def test_local_orders_on_their_way_to_the_claim_refute_nothing():
-    """Of few paths no rise is significant: orders of .25, .5 and .8 were held against a claim of 1."""
-    rng, orders = np.random.default_rng(9), np.array([0.0, 0.1, 0.15, 0.25, 0.5, 0.8])
-    sizes = 0.1 * 2.0 ** -np.cumsum(orders)
-    rising = judged([size * rng.normal(size=800) for size in sizes])
-    flat = judged([size * rng.normal(size=800) for size in 0.1 * H**0.45])
-
-    assert rising.verdict is Verdict.INCONCLUSIVE
-    assert "its local orders rise" in str(rising.reason)
-    assert flat.verdict is Verdict.REFUTED
-
-
-@pytest.mark.parametrize("limit", [0.3, 0.9, 3.0])
-def test_a_wrong_limit_far_off_is_refuted_all_the_same(limit):
-    """Its errors are as large and as flat, but halving the step changes the solution less and less."""
-    assert judged(errors(1.0, limit=limit)).verdict is Verdict.REFUTED
-
-
-def test_small_plateau_is_seen_before_the_slope_sees_it():
-    """A plateau that leaves the slope above claim - margin is still told by the contrast."""
-    finding = judged(errors(1.0, limit=5e-4, sizes=np.ones(4000)))
-
-    assert finding.low > 0.8
-    assert finding.verdict is Verdict.REFUTED
-    assert "wrong limit" in str(finding.reason)
 
 
 @pytest.mark.parametrize("kind", ["failed", "truncated"])
@@ -209,30 +223,6 @@ def test_fine_levels_that_went_wrong_leave_nothing_to_verify(kind, bad):
     finding = judged(errors(1.0), health_of=health(**counts))
 
     assert finding.verdict is (Verdict.DIVERGED if kind == "lost" and bad[-1] else Verdict.INCONCLUSIVE)
-
-
-def test_too_few_levels_decide_nothing():
-    """With fewer than three levels to fit there is no slope, and the reason says why."""
-    finding = judged(errors(1.0), health_of=health(truncated=[1, 1, 1, 1, 0, 0]))
-
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "fewer than 3 levels can be fitted: truncated steps at 4 levels" in str(finding.reason)
-    assert np.isnan(finding.estimate)
-
-
-def test_lost_paths_at_the_finest_level_are_a_divergence():
-    """Paths that are lost at every level give the verdict diverged."""
-    finding = judged(errors(1.0), health_of=health(failed=[1] * 6, lost=[1] * 6))
-
-    assert finding.verdict is Verdict.DIVERGED
-
-
-def test_round_off_is_exact_for_every_order():
-    """Errors at round-off level at every h verify any order."""
-    finding = judged(errors(0.0, sizes=np.full(4000, 1e-15)))
-
-    assert finding.verdict is Verdict.VERIFIED
-    assert "exact to round-off" in str(finding.reason)
 
 
 def test_standing_still_is_not_exact_on_a_solution_that_does_not_move():
@@ -261,45 +251,6 @@ def test_small_solutions_are_no_rounding():
     assert {finding.verdict for finding in findings} == {Verdict.REFUTED}
 
 
-def test_faster_than_claimed_with_a_bent_slope_is_no_wrong_limit():
-    """Errors a h + b h^2 have a negative contrast while b h matters; above the claimed order that is no level-off."""
-    bent = [h + 6.0 * h**2 for h in H]
-
-    finding = judged([np.full(4000, value) for value in bent])
-
-    assert finding.details["contrast"] < -0.05
-    assert finding.verdict is Verdict.INCONCLUSIVE
-
-
-def test_an_order_that_still_rises_is_not_refuted():
-    """Errors h/(1 + 60 h) come to order 1 late: a low slope that rises with refinement says that steps are coarse."""
-    late = [np.full(4000, h / (1.0 + 60.0 * h)) for h in H]
-
-    finding = judged(late)
-
-    assert finding.high < 0.8
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "still rises" in str(finding.reason)
-
-
-def test_a_rough_truth_decides_nothing():
-    """A truth that is not half an order better than the claim neither verifies nor refutes."""
-    rough = replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
-
-    finding = judged(errors(1.0), problem=rough, blurred=np.zeros(4000))
-
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "half an order above the claim" in str(finding.reason)
-
-
-def test_doing_nothing_is_not_exact():
-    """A scheme that is its own reference and differs from it by nothing has shown nothing."""
-    plain = gbm()
-    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
-
-    assert judged(errors(0.0, sizes=np.zeros(4000)), problem=blind).verdict is Verdict.INCONCLUSIVE
-
-
 def test_levels_at_round_off_are_not_fitted():
     """A level whose error is rounding is left out, so that it cannot flatten the slope."""
     levels = [np.maximum(np.abs(level), 1e-14) for level in errors(6.0)]
@@ -308,26 +259,6 @@ def test_levels_at_round_off_are_not_fitted():
 
     assert "rounding at" in str(finding.reason)
     assert finding.estimate == pytest.approx(6.0, abs=0.05)
-
-
-def test_own_reference_never_verifies():
-    """Without a truth the right slope is inconclusive: a wrong limit would not show."""
-    plain = gbm()
-    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
-
-    assert judged(errors(1.0), problem=blind).verdict is Verdict.INCONCLUSIVE
-    assert judged(errors(0.5), problem=blind).verdict is Verdict.REFUTED
-
-
-def test_own_reference_bias_is_that_of_the_method():
-    """Over the four finest levels of order 1, three halvings bias the slope by at most 0.056 (coherent errors)."""
-    plain = gbm()
-    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
-
-    finding = judged(errors(1.0), problem=blind)
-
-    # The slope of log2(1 - 2^(l - 6)) against -l on levels l = 0 to 3.
-    assert finding.details["bias_bound"] == pytest.approx(0.0557, abs=1e-4)
 
 
 def test_error_of_the_reference_widens_the_interval():
@@ -350,14 +281,6 @@ def test_heavy_tails_do_not_refute_a_small_sample():
 
     assert finding.details["heavy_tails"]
     assert finding.verdict is not Verdict.REFUTED
-
-
-def test_fewer_than_a_hundred_paths_decide_nothing():
-    """Intervals are not calibrated for tiny samples, so that these give no verdict."""
-    finding = judged(errors(1.0, paths=60))
-
-    assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "100 paths" in str(finding.reason)
 
 
 def test_no_claim_no_verdict():

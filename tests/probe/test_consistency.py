@@ -4,7 +4,7 @@ import pytest
 
 from facade import EulerMaruyama, HalfExplicitEuler, ProjectedEuler, circle, consistency, gbm, ou, pendulum
 from probe import strong_cells as s
-from sdaeverify.measures.uniform.findings import judge_consistency
+from sdaeverify.measures.path_errors.consistency import judge_consistency
 from sdaeverify.measuring import Kind, Verdict
 
 REFUTED, VERIFIED = Verdict.REFUTED, Verdict.VERIFIED

@@ -1,6 +1,6 @@
 """What the strong measure notes on one block: pathwise errors at T and as maximum over the coarsest grid."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from itertools import pairwise
 
@@ -18,6 +18,8 @@ POWERS = np.array([0.5, 1.0, 2.0, 4.0])
 # The last of them is noted only where it is asked for.
 COMMON = 3
 STATE = "state"
+# Under which name errors are noted.
+ERROR = "error"
 
 
 class ErrorObserver:
@@ -56,7 +58,7 @@ class ErrorObserver:
         self.names = [name for name in self.start if name in snapshot.truth]
         levels = snapshot.levels
         now = {
-            "error": [self._distances(level, snapshot.truth) for level in levels],
+            ERROR: [self._distances(level, snapshot.truth) for level in levels],
             "difference": [self._distances(a, b) for a, b in pairwise(levels)],
             "motion": [self._distances(snapshot.truth, self.start)],
         }
@@ -86,11 +88,11 @@ class ErrorObserver:
             for suffix, values in (("", self.worst), (AT_T, self.final))[: 1 + at_end]:
                 for kind, value in values.items():
                     key = f"{kind} {name}{suffix}"
-                    sums[key] = power_sums(value[index], self.powers) if kind == "error" else _sums(value[index])
-                tops[f"{name}{suffix}"] = largest_errors(values["error"][index])
+                    sums[key] = power_sums(value[index], self.powers) if kind == ERROR else _sums(value[index])
+                tops[f"{name}{suffix}"] = largest_errors(values[ERROR][index])
             if at_end:
                 sums[f"relative {name}{AT_T}"] = self._relative(index)
-        paths = self.final["error"].shape[-1]
+        paths = self.final[ERROR].shape[-1]
         sums["paths"] = group_sums(np.ones(paths))
         return Tally(sums=sums, maxima={**self.size, **self.moved}, largest=tops)
 
@@ -105,7 +107,7 @@ class ErrorObserver:
 
     def _relative(self, index: int) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return _sums(self.final["error"][index] / self.length[index])
+            return _sums(self.final[ERROR][index] / self.length[index])
 
     def _quantities(self) -> list[str]:
         return self.names if len(self.names) == 1 else [*self.names, STATE]
@@ -124,6 +126,22 @@ def power_sums(values: Array, powers: int) -> Array:
 def largest_errors(values: Array) -> Array:
     """Return the largest errors of each level, descending."""
     return significant(largest(values, EXTREMES), TAIL)
+
+
+def tally_errors(kind: str, errors: Mapping[str, Array]) -> Tally:
+    """Return the sums of all `POWERS` of errors over groups of paths, and the largest errors.
+
+    Parameters
+    ----------
+    kind : str
+        The name that they are noted under, see `quantities_of`.
+    errors : mapping of str to ndarray, shape (L, P)
+        Of each component.
+    """
+    return Tally(
+        sums={f"{kind} {name}": power_sums(value, len(POWERS)) for name, value in errors.items()},
+        largest={f"{kind} {name}": largest_errors(value) for name, value in errors.items()},
+    )
 
 
 def _sums(values: Array) -> Array:

@@ -5,19 +5,20 @@ four levels with a delete-a-group jackknife interval, widened by a bound of how 
 tilt it.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import Order
-from ...contracts.finding import Kind, Reason
+from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
-from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels, sound_levels_of
+from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels, sound_levels
 from ...verdicts.path_tests import COARSE, SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .quantity import Quantity, quantities_of
 
@@ -95,10 +96,13 @@ FALLING = 0.75 * (2.0**0.5 - 1.0)
 
 
 class Fit(NamedTuple):
-    """A fitted slope.
+    """A slope of errors along paths, fitted to the finest usable levels.
 
     Attributes
     ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
     usable, levels : ndarray of int
         Levels that could be fitted, and the finest of them that are.
     left_out : Reason
@@ -107,14 +111,47 @@ class Fit(NamedTuple):
     bias : Bias
     """
 
+    evidence: Evidence
+    quantity: Quantity
     usable: Array
     levels: Array
     left_out: Reason
     slope: Estimate
     bias: Bias
 
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval of the slope, widened by its bias."""
+        return self.slope.interval(self.evidence.settings.confidence, self.bias.bound)
 
-def is_exact(evidence: Evidence, quantity: Quantity) -> bool:
+    @property
+    def rises(self) -> bool:
+        """Whether the local order still grows with refinement: steps are too coarse then to hold it against them."""
+        rise = self.quantity.rise(self.levels)
+        return rise.interval(self.evidence.settings.confidence)[0] > RISING
+
+    @property
+    def p_wrong_limit(self) -> float:
+        """p-value of the hypothesis that errors leave successive differences behind: of a wrong limit."""
+        if not self.bias.knows_limit:
+            return 1.0
+        return self.quantity.contrast(self.levels).p_above(RIGHT_LIMIT, self.bias.bound)
+
+    def calibrate(self, tests: PathTests) -> PathTests:
+        """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
+        heavy = self.quantity.tail(self.levels[0]).heavy or self.quantity.tail(self.levels[-1]).heavy
+        return with_sample(tests, self.quantity.paths, heavy=heavy)
+
+
+def judge_exact(evidence: Evidence, quantity: Quantity) -> Opinion | None:
+    """Return what errors at rounding say of any claim; None where there are larger ones."""
+    if not _is_exact(evidence, quantity):
+        return None
+    still = quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1]))
+    return Opinion(*((Verdict.INCONCLUSIVE, Reason(STILL)) if still else (Verdict.VERIFIED, Reason(EXACT))))
+
+
+def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
     """Tell whether errors against an independent truth are rounding at every level, and no step went wrong."""
     # A scheme that is its own reference may do nothing at all, and agree with itself.
     health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
@@ -123,14 +160,22 @@ def is_exact(evidence: Evidence, quantity: Quantity) -> bool:
     return bool(np.all(quantity.means() <= 64.0 * rounding))
 
 
-def stands_still(evidence: Evidence, quantity: Quantity) -> bool:
-    """Tell whether the solution does not move beyond rounding."""
-    return bool(quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])))
+def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = False) -> tuple[Array, Reason]:
+    """Return the levels that can be fitted, and why others are left out.
 
-
-def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, Reason]:
-    """Return the levels that can be fitted, and why others are left out."""
-    sound, remarks = sound_levels_of(evidence)
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    truncated : bool, optional
+        Whether levels with truncated steps count, and are named.
+    """
+    health: Mapping[str, Array] = evidence.health.sums
+    named = at_levels("truncated steps", health["truncated"] > 0) if truncated and health["truncated"].any() else ""
+    if truncated:
+        health = {**health, "truncated": np.zeros_like(health["truncated"])}
+    sound, remarks = sound_levels(health)
     known = quantity.means()
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
@@ -141,10 +186,10 @@ def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, Reason
     if stiff.any():
         remarks = remarks.then(at_levels("steps longer than the fastest time", stiff))
     sound = sound[sound < len(known)]
-    return sound[~(rounding | stiff[: len(known)])[sound]], remarks
+    return sound[~(rounding | stiff[: len(known)])[sound]], remarks.then(named)
 
 
-def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason) -> Fit:
+def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason, bias: Bias | None = None) -> Fit:
     """Return the slope on the finest usable levels.
 
     Parameters
@@ -156,25 +201,18 @@ def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason)
         Levels that can be fitted, coarse to fine.
     left_out : Reason
         Why the others cannot.
+    bias : Bias, optional
+        That of the problem's truth, or of a scheme that is its own reference, if left out.
     """
     levels = usable[-FITTED:]
-    bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
-    return Fit(usable, levels, left_out, quantity.slope(levels), bias)
+    if bias is None:
+        bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
+    return Fit(evidence, quantity, usable, levels, left_out, quantity.slope(levels), bias)
 
 
-def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
-    """Return what the paths say of a claimed order: the slope's tests, and those of the limit.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    quantity : Quantity
-        Errors along paths, one for each level.
-    fitted : Fit
-        Their slope.
-    claim : Claim
-        Of an order.
-    """
+def path_tests(fitted: Fit, claim: Claim) -> PathTests:
+    """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
+    evidence, quantity = fitted.evidence, fitted.quantity
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
         return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
@@ -184,14 +222,14 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
-        early = _above(evidence, fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
-        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, early=early)
+        early = _above(fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
+        tests = _with_limit(tests, fitted, early=early)
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(
             verified=1.0, growth=growth, reason=tests.reason.then("towards its own limit", ", but ")
         )
-    if low and rises(evidence, quantity, fitted):
+    if low and fitted.rises:
         # Steps too coarse look like a wrong limit, too.
         tests = tests.held("it still rises with refinement", "add finer levels")
     coarse, growth = "", np.inf
@@ -199,7 +237,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
         coarse = _coarse(evidence, int(fitted.levels[-1]))
         if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
             growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
-    return hold_back(calibrate(tests, quantity, fitted.levels), evidence, fitted.levels, coarse, growth)
+    return hold_back(fitted.calibrate(tests), evidence, fitted.levels, coarse, growth)
 
 
 def _coarse(evidence: Evidence, finest: int) -> str:
@@ -229,35 +267,12 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
 
 
-def calibrate(tests: PathTests, quantity: Quantity, levels: Array) -> PathTests:
-    """Return the tests as far as the sample is large enough for its tails at the ends of the fit.
-
-    Parameters
-    ----------
-    tests : PathTests
-    quantity : Quantity
-        The sample, its heavy tails among what counts.
-    levels : ndarray of int
-        Levels of the fit, coarse to fine.
-    """
-    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
-    return with_sample(tests, quantity.paths, heavy=heavy)
-
-
-def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tuple[float, float]:
-    """Return the asymptotic order with its half width: y = a + p x + c h on all levels but the coarsest.
+def asymptotic_order(fitted: Fit) -> tuple[float, float]:
+    """Return the asymptotic order with its half width: y = a + p x + c h on all usable levels but the coarsest.
 
     What the coarsest level would change is part of the interval, which is never quoted tighter than 0.05.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        y = log2 of its errors, x = log2 h.
-    usable : ndarray of int
-        Levels that can be fitted, coarse to fine.
-    confidence : float
-        Of the interval.
     """
+    quantity, usable, confidence = fitted.quantity, fitted.usable, fitted.evidence.settings.confidence
     if len(usable) <= FITTED:
         return float("nan"), float("nan")
     order = quantity.corrected_slope(usable[1:])
@@ -265,24 +280,8 @@ def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tu
     return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
 
 
-def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
-    low, _ = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
-    return isinstance(claim.value, Order) and low > claim.value.least
-
-
-def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
-    """Tell whether the local order still grows with refinement: steps are too coarse then to hold it against them.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        Whose settings say how sure.
-    quantity : Quantity
-        Errors along paths, one for each level.
-    fitted : Fit
-        Which of the levels are compared.
-    """
-    return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
+def _above(fitted: Fit, claim: Claim) -> bool:
+    return isinstance(claim.value, Order) and fitted.interval[0] > claim.value.least
 
 
 def _seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
@@ -296,13 +295,14 @@ def _seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
     return here.p_below(WRONG_LIMIT, bias) > SUSPECT or rise.p_above(0.0) <= SUSPECT
 
 
-def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, early: bool) -> PathTests:
+def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
     """Return the tests with those of the limit; `early` says that the levels are too coarse to refute it.
 
     Errors a h + b h^2 look like those of a wrong limit while b h matters.
     """
+    evidence, bias, contrast = fitted.evidence, fitted.bias.bound, fitted.quantity.contrast(fitted.levels)
     low, high = contrast.interval(evidence.settings.confidence, bias)
-    wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
+    wrong, right = contrast.p_below(WRONG_LIMIT, bias), fitted.p_wrong_limit
     if wrong <= 0.5 * evidence.level and early:
         why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
         return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")

@@ -1,19 +1,22 @@
 """The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from math import inf, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import LevelFinding
+from ...contracts.finding import Finding, Judgement, LevelFinding, Opinion
 from ...contracts.measure import Evidence
 from ...contracts.scheme import AT_T
 from ...contracts.tally import Tally
 from ...numerics.statistics import (
     EPS,
+    GROUPS,
     Estimate,
     Tail,
     estimates,
@@ -22,93 +25,16 @@ from ...numerics.statistics import (
     slope_weights,
     tail,
 )
-from ..slopes import Logarithms, Sloped, of_each, once
-from .errors import POWERS
-
-
-class ErrorLogarithms(Logarithms):
-    """Logarithms of the mean errors of some quantities, of successive differences and of blurred errors.
-
-    In columns: log2 (E e_l^p)^(1/p) of all levels, one power after the other; log2 E d_l; those of blurred errors.
-
-    Parameters
-    ----------
-    h : ndarray, shape (L,)
-        Step sizes.
-    noted : sequence of (ndarray, ...)
-        Sums over groups of each quantity: of e_l^p, shape (G, L, 3) or (G, L, 4); of |x_l - x_{l+1}|, shape
-        (G, L - 1) or (G, 0); of blurred errors, shape (G, L), if there are any.
-    counts : ndarray, shape (G,)
-    """
-
-    def __init__(self, h: Array, noted: Sequence[tuple[Array, ...]], counts: Array) -> None:
-        self.levels, self.powers = (int(length) for length in noted[0][0].shape[1:])
-        columns = np.stack([np.concatenate([sums.T.reshape(-1, len(counts)) for sums in own]) for own in noted])
-        # A column's groups lie side by side: the bits of the sums of some columns are those of all.
-        left_out = leave_out(np.moveaxis(np.ascontiguousarray(columns), -1, 0), counts)
-        p = np.ones(columns.shape[1])
-        p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
-        # Of all levels, those that no slope is fitted to included.
-        with np.errstate(all="ignore"):
-            super().__init__(h, log_norms(left_out, p))
-
-    def linear(self, levels: Array, weights: Array, power: int = 1) -> tuple[Estimate, ...]:
-        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape of levels
-        power : int
-            The place of p among `POWERS`.
-        """
-        return super().linear(levels + power * self.levels, weights)
-
-    @once
-    def slope_in(self, levels: Array, power: int) -> tuple[Estimate, ...]:
-        """Return the least-squares slopes of y on some levels, p being at a place among `POWERS`."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
-
-    @once
-    def contrast(self, levels: Array, share: float) -> tuple[Estimate, ...]:
-        """Return slopes of log2 E e_{l+1} minus a share of those of log2 E d_l over the same levels l."""
-        coarse, fine = levels[:-1], levels[1:]
-        weights = slope_weights(np.log2(self.h[coarse]))
-        columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
-        return super().linear(columns, np.concatenate([weights, -share * weights]))
-
-    @once
-    def contrast_rise(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return by how much contrasts of three levels grow from the last but one three to the last."""
-        weights = np.array([-1.0, 2.0, -1.0])
-        columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
-        return super().linear(columns, np.concatenate([weights, -weights]))
-
-    @once
-    def ahead(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return local orders at the next step size, if they grow by as much as they did between the last two."""
-        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
-
-    @once
-    def blur(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return by how much slopes change if the truth is taken at half its resolution."""
-        weights, last = slope_weights(np.log2(self.h[levels])), self.values.shape[-1] - self.levels
-        columns = np.concatenate([levels + self.levels, levels + last])
-        return super().linear(columns, np.concatenate([-weights, weights]))
-
-    @cached_property
-    def local_orders(self) -> list[tuple[Estimate, ...]]:
-        """Orders between each level and the one before, but for the coarsest, of each quantity."""
-        x, y = np.log2(self.h[: self.levels]), self.values[..., self.levels : 2 * self.levels]
-        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
-        # Of levels and quantities without errors as well.
-        with np.errstate(invalid="ignore"):
-            return of_each(weights[0] * y[..., :-1] + weights[1] * y[..., 1:])
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import leave_open
+from ...verdicts.rules import withhold_in_doubt
+from ..slopes import Slopes, once
+from .errors import ERROR, POWERS
 
 
 @dataclass(frozen=True)
-class Quantity(Sloped):
-    """The evidence on one component.
+class Quantity(Slopes):
+    """The evidence on one component: y = log2 E e, of errors along paths.
 
     Attributes
     ----------
@@ -127,10 +53,6 @@ class Quantity(Sloped):
     largest : ndarray, shape (L, k)
     size, moved : float
         Largest value of the true component, and how far it has moved from its initial value.
-    logarithms : ErrorLogarithms
-        Of the quantity and others.
-    place : int
-        Its place among these.
     motion : float
         The mean over paths of how far the component has moved; infinite where it was not noted.
     """
@@ -145,8 +67,6 @@ class Quantity(Sloped):
     largest: Array
     size: float
     moved: float
-    logarithms: ErrorLogarithms
-    place: int
     motion: float = inf
 
     @property
@@ -154,7 +74,7 @@ class Quantity(Sloped):
         """Number of paths."""
         return int(self.counts.sum())
 
-    @cached_property
+    @property
     def totals(self) -> Array:
         """Sums of e_l^p over all paths, shape (L, 3) or (L, 4)."""
         return np.asarray(self.error.sum(axis=0))
@@ -167,47 +87,91 @@ class Quantity(Sloped):
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    @property
-    def together(self) -> ErrorLogarithms:
-        """The slopes of y = log2 E e, of all quantities alike."""
-        return self.logarithms
+    @cached_property
+    def logarithms(self) -> Array:
+        """Of all levels: log2 (E e_l^p)^(1/p), one power after the other; log2 E d_l; those of blurred errors."""
+        blurred = [] if self.blurred is None else [self.blurred.T]
+        columns = np.concatenate([self.error.T.reshape(-1, len(self.counts)), self.difference.T, *blurred])
+        p = np.ones(len(columns))
+        p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
+        # A column's groups lie side by side. Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            return log_norms(leave_out(np.ascontiguousarray(columns).T, self.counts), p)
 
+    @property
+    def levels(self) -> int:
+        """Number of levels whose errors are known."""
+        return int(self.error.shape[1])
+
+    @property
+    def powers(self) -> int:
+        """How many of `POWERS` were noted."""
+        return int(self.error.shape[2])
+
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
+        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        power : int
+            The place of p among `POWERS`.
+        """
+        return super().linear(levels + power * self.levels, weights)
+
+    @once
     def slope_in(self, levels: Array, power: int) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
-        return self.logarithms.slope_in(levels, power)[self.place]
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
 
+    @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
 
         Or minus a share of the latter.
         """
-        return self.logarithms.contrast(levels, share)[self.place]
+        coarse, fine = levels[:-1], levels[1:]
+        weights = slope_weights(np.log2(self.h[coarse]))
+        columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -share * weights]))
 
+    @once
     def contrast_rise(self, levels: Array) -> Estimate:
         """Return by how much contrasts of three levels grow from the last but one three of four or more to the last.
 
         Errors towards a wrong limit level off further with each halving: it is negative then.
         """
-        return self.logarithms.contrast_rise(levels)[self.place]
+        weights = np.array([-1.0, 2.0, -1.0])
+        columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -weights]))
 
+    @once
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
-        return self.logarithms.ahead(levels)[self.place]
+        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
 
+    @once
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
-        return self.logarithms.blur(levels)[self.place]
+        weights, last = slope_weights(np.log2(self.h[levels])), self.logarithms.shape[-1] - self.levels
+        columns = np.concatenate([levels + self.levels, levels + last])
+        return super().linear(columns, np.concatenate([-weights, weights]))
+
+    @property
+    def local_orders(self) -> tuple[Estimate, ...]:
+        """Order between each level and the one before, but for the coarsest."""
+        x, y = np.log2(self.h[: self.levels]), self.logarithms[:, self.levels : 2 * self.levels]
+        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
+        # Of levels and quantities without errors as well.
+        with np.errstate(invalid="ignore"):
+            return estimates(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
 
     @property
     def relative_errors(self) -> tuple[Estimate, ...]:
         """E |x_l - x|/|x| at T of each level, if it was noted."""
         return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
-
-    @property
-    def local_orders(self) -> tuple[Estimate, ...]:
-        """Order between each level and the one before, but for the coarsest."""
-        return self.logarithms.local_orders[self.place]
 
     @once
     def tail(self, level: int) -> Tail:
@@ -215,35 +179,37 @@ class Quantity(Sloped):
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
 
 
-def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
-    """Return the quantities of a cell in the order in which they were noted."""
-    return evidence.along_paths.read(_quantities, evidence.settings.extremes, *evidence.step_sizes)
+def quantities_of(evidence: Evidence, kind: str = ERROR) -> tuple[Quantity, ...]:
+    """Return the quantities of a cell in the order in which they were noted.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    kind : str, optional
+        Which errors, by the name that `tally_errors` noted them under; those of `ErrorObserver` if left out.
+    """
+    return evidence.along_paths.read(_quantities, kind, evidence.settings.extremes, *evidence.step_sizes)
 
 
-def _quantities(tally: Tally, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
-    sums, names = tally.sums, [name.removeprefix("error ") for name in tally.sums if name.startswith("error ")]
-    h, kinds = np.array(step_sizes), ("error", "difference", "blurred")
-    noted = [tuple(sums[key] for kind in kinds if (key := f"{kind} {name}") in sums) for name in names]
-    if not names:
-        return ()
-    logarithms = ErrorLogarithms(h, noted, sums["paths"])
+def _quantities(tally: Tally, kind: str, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
+    sums, prefix = tally.sums, f"{kind} "
+    names = [name.removeprefix(prefix) for name in sums if name.startswith(prefix)]
+    h, nothing, own = np.array(step_sizes), np.empty((GROUPS, 0)), kind == ERROR
     return tuple(
         Quantity(
             name=name,
             h=h,
-            error=sums[f"error {name}"],
-            difference=sums[f"difference {name}"],
-            blurred=sums.get(f"blurred {name}"),
+            error=sums[prefix + name],
+            difference=sums[f"difference {name}"] if own else nothing,
+            blurred=sums.get(f"blurred {name}") if own else None,
             relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
-            largest=tally.largest[name][..., :extremes],
+            largest=tally.largest[name if own else prefix + name][..., :extremes],
             size=float(tally.maxima[f"size {name.removesuffix(AT_T)}"][0]),
             moved=float(tally.maxima[f"moved {name.removesuffix(AT_T)}"][0]),
-            logarithms=logarithms,
-            place=place,
             motion=_mean(sums.get(f"motion {name}"), sums["paths"]),
         )
-        for place, name in enumerate(names)
+        for name in names
     )
 
 
@@ -276,12 +242,12 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ------
     LevelFinding
     """
-    means = quantity.totals / quantity.paths
+    means, orders = quantity.totals / quantity.paths, quantity.local_orders
     roots = [(f"estimate_{name}", p, 1.0 / POWERS[p]) for name, p in norms.items()]
     for level, (_, one, two, *_) in enumerate(means):
         spread = np.sqrt(max(two - one**2, 0.0) / quantity.paths)
         known = level and one and means[level - 1, 1]
-        local = quantity.local_orders[level - 1] if known else Estimate(nan, nan)
+        local = orders[level - 1] if known else Estimate(nan, nan)
         details = {
             **{name: float(means[level, p] ** root) for name, p, root in roots},
             "local_order": local.value,
@@ -290,6 +256,51 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
             **_relative(quantity, level),
         }
         yield LevelFinding(quantity.name, level, float(one), float(spread), details)
+
+
+class JudgedQuantity(NamedTuple):
+    """The finding on a quantity, and the levels that its slope was fitted on."""
+
+    quantity: Quantity
+    finding: Finding
+    fitted: Container[int] = frozenset()
+
+
+def judge_together(
+    judged: Sequence[JudgedQuantity], others: Iterable[Finding], norms: Mapping[str, int]
+) -> Judgement:
+    """Return what a measure found: nothing is verified where another quantity tends to a wrong limit.
+
+    Parameters
+    ----------
+    judged : sequence of JudgedQuantity
+    others : iterable of Finding
+        On what was not compared along paths.
+    norms : mapping of str to int
+        What is shown of each step size, see `level_rows`.
+    """
+    findings = withhold_in_doubt([*(each.finding for each in judged), *others])
+    rows = (level_rows(each.quantity, each.fitted, norms) for each in judged)
+    return Judgement(tuple(findings), chain.from_iterable(rows))
+
+
+def unknown_components(evidence: Evidence, measure: str, suffix: str = "") -> Iterator[tuple[str, Coverage, Opinion]]:
+    """Yield the components that the truth does not know, what is claimed of them, and that it is left open.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    measure : str
+        Under which name claims are looked up.
+    suffix : str
+        What makes a component's name that of a quantity.
+    """
+    known, view = {each.name for each in quantities_of(evidence)}, evidence.view
+    start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
+    for name in evidence.scheme.parts(view, start):
+        if name not in known:
+            covered = coverage(evidence, measure, f"{name}{suffix}")
+            yield name, covered, leave_open(covered, f"the problem's truth does not know {name}")
 
 
 def _relative(quantity: Quantity, level: int) -> dict[str, float]:

@@ -5,31 +5,26 @@ decide alone where the one-step map cannot be probed.
 """
 
 from collections.abc import Mapping
-from itertools import chain
 from typing import Any, ClassVar
 
-from ...arrays import Array, Parts
-from ...contracts.finding import Finding, Judgement, Reason
+from ...arrays import Parts
+from ...contracts.finding import Judgement
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import AT_T, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import coverage
-from ...verdicts.fitted_levels import FITTED
-from ...verdicts.rules import withhold_in_doubt
 from ..path_errors.errors import ErrorObserver
-from ..path_errors.order import usable_levels
-from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
+from ..path_errors.quantity import ERROR_COLUMNS, JudgedQuantity, Quantity, judge_together, quantities_of
 from ..resolution import probe_resolution
 from .findings import (
     STRONG_COLUMNS,
     Orders,
+    judge_errors,
     local_orders,
     probe_strong,
-    strong_finding,
-    unknown_components,
+    unknown_findings,
 )
 
 # Beside the mean, as indices of the powers that are noted.
@@ -64,12 +59,9 @@ class Strong(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
-        quantities, orders = quantities_of(evidence), local_orders(evidence)
-        pairs = [(quantity, usable_levels(evidence, quantity)) for quantity in quantities]
-        findings = withhold_in_doubt([_finding(evidence, quantity, orders, levels) for quantity, levels in pairs])
-        findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})
-        rows = (level_rows(quantity, set(levels[-FITTED:].tolist()), NORMS) for quantity, (levels, _) in pairs)
-        return Judgement(tuple(findings), chain.from_iterable(rows))
+        orders = local_orders(evidence)
+        judged = [_judge(evidence, quantity, orders) for quantity in quantities_of(evidence)]
+        return judge_together(judged, unknown_findings(evidence, self.name, orders), NORMS)
 
 
 @hookimpl
@@ -78,7 +70,6 @@ def sdaeverify_measures() -> list[Measure]:
     return [Strong()]
 
 
-def _finding(evidence: Evidence, quantity: Quantity, orders: Orders, usable: tuple[Array, Reason]) -> Finding:
+def _judge(evidence: Evidence, quantity: Quantity, orders: Orders) -> JudgedQuantity:
     component = quantity.name.removesuffix(AT_T)
-    covered = coverage(evidence, Strong.name, quantity.name)
-    return strong_finding(evidence, quantity, covered, orders.get(component), usable)
+    return judge_errors(evidence, quantity, Strong.name, orders.get(component))

@@ -22,20 +22,11 @@ from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_o
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
-from ...verdicts.opinions import finding, guard, leave_open, local_doubt, local_opinion, no_fit, of_smooth
+from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_smooth
 from ...verdicts.path_tests import SUSPECT, PathTests, unlike
 from ..path_errors.errors import STATE
-from ..path_errors.order import (
-    EXACT,
-    STILL,
-    Fit,
-    asymptotic_order,
-    fit,
-    is_exact,
-    path_tests,
-    stands_still,
-)
-from ..path_errors.quantity import Quantity
+from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
+from ..path_errors.quantity import JudgedQuantity, Quantity, unknown_components
 from ..resolution import strong_resolution
 
 # By component.
@@ -197,33 +188,34 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 
-def strong_finding(
+def judge_errors(evidence: Evidence, quantity: Quantity, measure: str, order: StrongOrder | None) -> JudgedQuantity:
+    """Return the finding on a quantity, and the levels that its slope is fitted to.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+    measure : str
+        Under which name claims are looked up.
+    order : StrongOrder or None
+        Its local order, where the one-step map was probed.
+    """
+    usable = usable_levels(evidence, quantity)
+    found = _finding(evidence, quantity, coverage(evidence, measure, quantity.name), order, usable)
+    return JudgedQuantity(quantity, found, frozenset(usable[0][-FITTED:].tolist()))
+
+
+def _finding(
     evidence: Evidence,
     quantity: Quantity,
     covered: Coverage,
     order: StrongOrder | None,
     usable: tuple[Array, Reason],
 ) -> Finding:
-    """Return the finding on a quantity.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    quantity : Quantity
-    covered : Coverage
-        With what is claimed of it.
-    order : StrongOrder or None
-        Its local order, where the one-step map was probed.
-    usable : (ndarray of int, Reason)
-        Levels that can be fitted, and why others are left out.
-
-    Returns
-    -------
-    Finding
-    """
     local = _local(evidence, covered, order)
-    if is_exact(evidence, quantity):
-        opinion = _of_exact(evidence, quantity, local, covered)
+    if (exact := judge_exact(evidence, quantity)) is not None:
+        opinion = local.opinion.plus(exact.reason) if local.opinion is not None and local.decides else exact
+        opinion = opinion if covered.claim else opinion._replace(verdict=Verdict.OUT_OF_SCOPE)
         seen = strong_resolution(evidence, quantity, len(quantity.h) - 1, covered.claim)
         method = METHODS[opinion.tier]
         return finding(covered, opinion, method=method, details=local.details, resolution=seen)
@@ -234,8 +226,8 @@ def strong_finding(
     fitted = fit(evidence, quantity, levels, left_out)
     opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if covered.claim is not None:
-        opinion = guard(local.opinion, _tests(evidence, quantity, fitted, covered.claim, local), evidence)
-    low, high = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
+        opinion = guard(local.opinion, _tests(fitted, covered.claim, local), evidence)
+    low, high = fitted.interval
     return finding(
         covered,
         opinion.plus(left_out),
@@ -244,51 +236,42 @@ def strong_finding(
         high=high,
         resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
         method=METHODS[opinion.tier]._replace(reference=fitted.bias.reference),
-        details={**local.details, **_details(evidence, quantity, fitted)},
+        details={**local.details, **_details(fitted)},
     )
 
 
-def _tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, local: _Local) -> PathTests:
-    tests = path_tests(evidence, quantity, fitted, claim)
+def _tests(fitted: Fit, claim: Claim, local: _Local) -> PathTests:
+    tests = path_tests(fitted, claim)
     claimed = claim.value
     if not isinstance(claimed, Order):
         return tests
     if not local.decides:
-        return _put_to_lower(tests, claimed, quantity, fitted)
-    blind = fitted.slope.growth_to_see(claimed.floor, evidence.settings.confidence, fitted.bias.bound)
-    return _as_guard(evidence, quantity, fitted, claimed, tests._replace(blind=blind))
+        return _put_to_lower(tests, claimed, fitted)
+    blind = fitted.slope.growth_to_see(claimed.floor, fitted.evidence.settings.confidence, fitted.bias.bound)
+    return _as_guard(fitted, claimed, tests._replace(blind=blind))
 
 
-def _put_to_lower(tests: PathTests, claim: Order, quantity: Quantity, fitted: Fit) -> PathTests:
+def _put_to_lower(tests: PathTests, claim: Order, fitted: Fit) -> PathTests:
     """Return what paths alone say: the margin is for coarse steps, and no room for an order below the claim."""
-    further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
+    further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
     if further > SUSPECT:
         return tests
     reason = tests.reason.then("nearer to an order below the claim than to the claim")
     return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
-def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
+def _as_guard(fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
     """Return what paths say of a claim that one step decides.
 
     The slope of errors on coarse steps refutes a local order only if the asymptotic order is too low, as well; the
     limit that they tend to is not the slope's matter. What does not look like the claim stays suspicious.
     """
-    order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
-    further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
+    order, half = asymptotic_order(fitted)
+    further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
     suspected = min(tests.against, further)
     if order + half < claim.floor:
         return tests._replace(suspected=suspected)
     return tests._replace(refuted=max(tests.refuted, tests.limit), suspected=suspected)
-
-
-def _of_exact(evidence: Evidence, quantity: Quantity, local: _Local, covered: Coverage) -> Opinion:
-    opinion = Opinion(Verdict.VERIFIED, Reason(EXACT))
-    if stands_still(evidence, quantity):
-        opinion = Opinion(Verdict.INCONCLUSIVE, Reason(STILL))
-    if local.opinion is not None and local.decides:
-        opinion = local.opinion.plus(opinion.reason)
-    return opinion if covered.claim else opinion._replace(verdict=Verdict.OUT_OF_SCOPE)
 
 
 def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, left_out: Reason) -> Opinion:
@@ -301,7 +284,7 @@ def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, l
     return opinion._replace(reason=unguarded)
 
 
-def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: set[str]) -> Iterator[Finding]:
+def unknown_findings(evidence: Evidence, measure: str, orders: Orders) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know: by their local order, without a guard.
 
     Parameters
@@ -311,26 +294,19 @@ def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: 
         Under which name claims are looked up.
     orders : dict of str to local orders
         By component, from one step.
-    known : set of str
-        Components that the truth knows: the rest is told of.
     """
-    start = evidence.scheme.start(evidence.view, 1, evidence.step_sizes[0])
-    for name in evidence.scheme.parts(evidence.view, start):
-        if name in known:
-            continue
-        covered = coverage(evidence, measure, name)
-        local = _local(evidence, covered, orders.get(name))
-        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), None
+    for name, covered, left_open in unknown_components(evidence, measure):
+        local, opinion, method = _local(evidence, covered, orders.get(name)), left_open, None
         if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
             opinion, method = local.opinion, UNFITTED_METHODS[1]
         yield finding(covered, opinion, method=method, details=local.details)
 
 
-def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, object]:
-    levels, confidence = fitted.levels, evidence.settings.confidence
+def _details(fitted: Fit) -> dict[str, object]:
+    quantity, levels, confidence = fitted.quantity, fitted.levels, fitted.evidence.settings.confidence
     contrast = quantity.contrast(levels)
     finest, coarsest = quantity.tail(levels[-1]), quantity.tail(levels[0])
-    asymptotic, half = asymptotic_order(quantity, fitted.usable, confidence)
+    asymptotic, half = asymptotic_order(fitted)
     return {
         "std_error": fitted.slope.se,
         "order_L1/2": quantity.slope_in(levels, 0).value,

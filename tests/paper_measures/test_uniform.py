@@ -20,8 +20,8 @@ from facade import (
     run_block,
 )
 from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings, Step
-from sdaeverify.measures.uniform import Uniform, UniformObserver
 from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict
+from sdaeverify_measures.uniform import Uniform, UniformObserver
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])
@@ -85,7 +85,7 @@ def judge(grid, between=None, *, value="converges", quantities=(), problem=None,
         Claimant(value, quantities), problem, problem, SETTINGS, observer.tally(), health_of or health()
     )
     judged = Uniform().judge(evidence)
-    return {finding.quantity: finding for finding in judged.findings}, judged.levels
+    return {finding.quantity: finding for finding in judged.findings}, tuple(judged.levels)
 
 
 def run(scheme, family=gbm, settings=None, *, probed=True):

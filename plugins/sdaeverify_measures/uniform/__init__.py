@@ -19,27 +19,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...arrays import Array, Parts
-from ...contracts.finding import Finding, Judgement, Opinion
-from ...contracts.measure import Evidence, Measure, Snapshot
-from ...contracts.scheme import Scheme
-from ...contracts.settings import Settings
-from ...contracts.tally import Tally, packed, unpacked
-from ...forms import Problem
-from ...numerics.statistics import GROUPS
-from ...probe.local.consistency import Consistency, consistency
-from ...probe.local.delay_links import remove_delay, why_not_algebraic
-from ...probe.local.strong_defects import why_not_local_order
-from ...probe.step.one_step import OneStep
-from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import coverage, why_not_claimed
-from ...verdicts.opinions import finding, leave_open
-from ...verdicts.rules import withhold_in_doubt
-from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
-from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
-from .findings import judge_consistency, judge_pair
+from sdaeverify import Array, Parts, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Snapshot, Tally, finding, why_not_claimed
+from sdaeverify.path_errors import (
+    ERROR_COLUMNS,
+    STATE,
+    ErrorObserver,
+    Quantity,
+    consistency_opinions,
+    judge_together,
+    probe_consistency,
+    quantities_of,
+    tally_errors,
+    unknown_components,
+)
 
-PROBED = "local consistency"
+from .findings import judge_pair
+
+# Means of e^p are noted for p = 1/2, 1, 2, 4; the last two of them are shown.
+POWERS = 4
 NORMS = {"L2": 2, "L4": 3}
 # Halvings between a level and the grid on which its interpolant is compared.
 HALVINGS = 2
@@ -100,11 +98,7 @@ class ContinuousErrors:
 
     def tally(self) -> Tally:
         """Return sums of the errors' powers over groups of paths, and the largest errors."""
-        errors = dict(zip(self.quantities, np.sqrt(self.squares), strict=True))
-        return Tally(
-            sums={f"{CONTINUOUS} {name}": power_sums(value, len(POWERS)) for name, value in errors.items()},
-            largest={f"{CONTINUOUS} {name}": largest_errors(value) for name, value in errors.items()},
-        )
+        return tally_errors(CONTINUOUS, dict(zip(self.quantities, np.sqrt(self.squares), strict=True)))
 
     def _compare(self, level: int) -> None:
         """Compare at the quarters of the step that ends here."""
@@ -131,7 +125,7 @@ class UniformObserver:
     """Notes errors on the coarsest grid against the truth, and between grid points against the finest level."""
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
-        self.grid = ErrorObserver(parts, settings, len(POWERS))
+        self.grid = ErrorObserver(parts, settings, POWERS)
         self.between = ContinuousErrors(parts, _components_of_truth(problem, parts), settings)
 
     @property
@@ -154,23 +148,8 @@ class UniformObserver:
 
 def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
     """Yield each component with its quantity on the grid and in continuous time."""
-    quantities, tally = quantities_of(evidence), evidence.tally
-    if not quantities:
-        return
-    h, nothing = np.array(evidence.step_sizes), np.empty((GROUPS, 0))
-    errors = [tally.sums[f"{CONTINUOUS} {grid.name}"] for grid in quantities]
-    logarithms = ErrorLogarithms(h, [(error, nothing) for error in errors], tally.sums["paths"])
-    for grid, error in zip(quantities, errors, strict=True):
-        between = replace(
-            grid,
-            name=f"{grid.name}{IN_TIME}",
-            error=error,
-            difference=nothing,
-            blurred=None,
-            largest=tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
-            logarithms=logarithms,
-        )
-        yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), between
+    for grid, between in zip(quantities_of(evidence), quantities_of(evidence, CONTINUOUS), strict=True):
+        yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), replace(between, name=f"{grid.name}{IN_TIME}")
 
 
 def _components_of_truth(problem: Problem, parts: Parts) -> list[str]:
@@ -208,19 +187,13 @@ class Uniform(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the defects of one step, where it can be probed."""
-        pair = remove_delay(scheme, view)
-        if why_not_algebraic(scheme, view) or why_not_local_order(*pair):
-            return Tally()
-        return packed(PROBED, consistency(*pair))
+        return probe_consistency(scheme, view)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return two findings for each component, and their levels."""
-        local = _local_opinions(evidence)
+        local = consistency_opinions(evidence)
         pairs = (judge_pair(evidence, grid, time, local.get(name)) for name, grid, time in pairs_of(evidence))
-        judged = list(chain.from_iterable(pairs))
-        findings = withhold_in_doubt([each.finding for each in judged]) + list(_unknown_components(evidence))
-        rows = (level_rows(each.quantity, each.fitted, NORMS) for each in judged)
-        return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
+        return judge_together(list(chain.from_iterable(pairs)), _unknown_findings(evidence), NORMS)
 
 
 @hookimpl
@@ -229,20 +202,6 @@ def sdaeverify_measures() -> list[Measure]:
     return [Uniform()]
 
 
-def _local_opinions(evidence: Evidence) -> dict[str, Opinion]:
-    """Return what one step says of each component and of the full state: whether it follows the equation."""
-    record = unpacked(PROBED, Consistency, evidence.tally)
-    if record is None:
-        return {}
-    names = enumerate(OneStep(*remove_delay(evidence.scheme, evidence.view)).names)
-    return {**{name: judge_consistency(record, i) for i, name in names}, STATE: judge_consistency(record)}
-
-
-def _unknown_components(evidence: Evidence) -> Iterator[Finding]:
+def _unknown_findings(evidence: Evidence) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know."""
-    view, known = evidence.view, {grid.name for grid in quantities_of(evidence)}
-    start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
-    for name in evidence.scheme.parts(view, start):
-        if name not in known:
-            covered = coverage(evidence, Uniform.name, f"{name}{ON_GRID}")
-            yield finding(covered, leave_open(covered, f"the problem's truth does not know {name}"))
+    return (finding(covered, opinion) for _, covered, opinion in unknown_components(evidence, Uniform.name, ON_GRID))

@@ -1,37 +1,43 @@
 """What becomes of a claim of uniform convergence: a component's findings on the grid and in continuous time."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
-from ...contracts.claimed import Order, Word
-from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
-from ...contracts.measure import Evidence
-from ...contracts.scheme import Claim
-from ...numerics.statistics import slope_weights
-from ...probe.local.consistency import Consistency, consistency_orders
-from ...verdicts.coverage import Coverage, coverage
-from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels
-from ...verdicts.opinions import beside, decide, finding, local_doubt, local_opinion, no_fit
-from ...verdicts.path_tests import PathTests, order_tests
-from ..path_errors.order import (
-    EXACT,
+from sdaeverify import Array, Claim
+from sdaeverify.measuring import (
+    FEWEST,
+    FITTED,
+    Coverage,
+    Evidence,
+    Kind,
+    Method,
+    Opinion,
+    Order,
+    PathTests,
+    Reason,
+    Verdict,
+    Word,
+    coverage,
+    decide,
+    finding,
+    no_fit,
+    order_tests,
+)
+from sdaeverify.numerics import slope_weights
+from sdaeverify.path_errors import (
     RIGHT_LIMIT,
-    STILL,
     Bias,
     Fit,
-    calibrate,
+    JudgedQuantity,
+    Quantity,
+    beside,
     fit,
-    is_exact,
+    judge_exact,
     path_tests,
-    rises,
-    stands_still,
     usable_levels,
 )
-from ..path_errors.quantity import Quantity
 
 # What paths say of convergence without rate: errors fall, towards the right limit.
 #
@@ -57,11 +63,8 @@ FALLING = 0.1
 LEVELLED = 0.5
 SHOWS = "a limit nearer than a third of that would not show, nor what happens below it"
 MEASURE = "uniform"
-NOISE, DRIFT = 0.5, 1.0
 # The order of an interpolant of a path that is as rough as Brownian motion, but for a logarithm.
 ROUGH = 0.5
-# Local orders are known to a few hundredths; no slower convergence is told from none.
-SLOWEST = 0.05
 
 
 class Grid(NamedTuple):
@@ -79,62 +82,18 @@ class Grid(NamedTuple):
     limit: float
 
 
-def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> tuple[Array, Reason]:
-    """Return the levels that can be fitted, and what is to be said of levels.
-
-    A theorem on convergence is about the scheme with its truncation: truncated levels count, and are named.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    quantity : Quantity
-        Errors along paths, one for each level.
-    claim : Claim or None
-        Of convergence or of an order.
-    """
-    if claim is None or claim.value != CONVERGES:
-        return usable_levels(evidence, quantity)
-    sums = evidence.health.sums
-    truncated = sums["truncated"] > 0
-    untouched: Mapping[str, Array] = {**sums, "truncated": np.zeros_like(sums["truncated"])}
-    usable, left_out = usable_levels(replace(evidence, health=replace(evidence.health, sums=untouched)), quantity)
-    named = at_levels("truncated steps", truncated) if truncated.any() else ""
-    return usable, left_out.then(named)
-
-
-def grid_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
-    """Return what errors on the grid say of a claim: of convergence or of an order.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    quantity : Quantity
-        Errors on the grid, one for each level.
-    fitted : Fit
-        Their slope.
-    claim : Claim
-        Of convergence or of an order.
-    """
+def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
+    """Return what errors on the grid say of a claim: of convergence or of an order."""
     if claim.value != CONVERGES:
-        return path_tests(evidence, quantity, fitted, claim)
+        return path_tests(fitted, claim)
     if not np.isfinite(fitted.bias.bound):
         return PathTests.none(f"no finite interval: {fitted.bias.reference} is too coarse or not finite")
-    tests = fall_tests(evidence, quantity, fitted)
-    if fitted.bias.knows_limit:
-        tests = _with_plateau(evidence, quantity, fitted, tests)
-    else:
-        tests = _towards_its_own(evidence, tests)
-    return calibrate(tests, quantity, fitted.levels)
+    tests = fall_tests(fitted)
+    tests = _with_plateau(fitted, tests) if fitted.bias.knows_limit else _towards_its_own(fitted.evidence, tests)
+    return fitted.calibrate(tests)
 
 
-def limit_test(quantity: Quantity, fitted: Fit) -> float:
-    """Return the p-value of the hypothesis that errors leave successive differences behind: of a wrong limit."""
-    if not fitted.bias.knows_limit:
-        return 1.0
-    return quantity.contrast(fitted.levels).p_above(RIGHT_LIMIT, fitted.bias.bound)
-
-
-def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
+def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
     """Return what errors in continuous time say of a claim.
 
     Convergence needs no bound of the bias. An error is at most the distance from the finest paths and the error of
@@ -142,22 +101,18 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
 
     Parameters
     ----------
-    evidence : Evidence
-    quantity : Quantity
-        Distances from the finest paths between grid times, one for each level.
     fitted : Fit
-        Their slope.
+        The slope of distances from the finest paths between grid times.
     claim : Claim
         Of convergence or of an order.
     grid : Grid
         What the errors at grid times came to.
     """
+    evidence = fitted.evidence
     if claim.value == CONVERGES:
         unbiased = fitted._replace(bias=fitted.bias._replace(bound=0.0))
-        grown = fall_tests(evidence, quantity, fitted).refuted
-        tests = fall_tests(evidence, quantity, unbiased)._replace(
-            refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted))
-        )
+        grown = fall_tests(fitted).refuted
+        tests = fall_tests(unbiased)._replace(refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted)))
         needed, why = max(grid.limit, grid.tests.verified), "that the errors on the grid fall to 0"
     elif not np.isfinite(fitted.bias.bound):
         return PathTests.none(f"no finite interval: {fitted.bias.reference}")
@@ -168,22 +123,14 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
         growth = max(tests.growth, grid.tests.growth)
         doubt = Reason("{why} is not shown (p = {p:.2g})", numbers={"why": why, "p": needed})
         tests = tests._replace(reason=doubt.then(tests.reason), growth=growth)
-    return calibrate(tests._replace(verified=max(tests.verified, needed)), quantity, fitted.levels)
+    return fitted.calibrate(tests._replace(verified=max(tests.verified, needed)))
 
 
-def fall_tests(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests:
-    """Return the tests of a fall of errors, and of their growth.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    quantity : Quantity
-        Errors along paths, one for each level.
-    fitted : Fit
-        Their slope, and the bias of what they are measured against.
-    """
+def fall_tests(fitted: Fit) -> PathTests:
+    """Return the tests of a fall of errors, and of their growth."""
+    evidence, quantity = fitted.evidence, fitted.quantity
     slope, bias, last = fitted.slope, fitted.bias.bound, fitted.levels[-1]
-    low, high = slope.interval(evidence.settings.confidence, bias)
+    low, high = fitted.interval
     if not np.isfinite([low, high]).all():
         return PathTests.none("no finite interval")
     size = f"{quantity.means()[last]:.2g} at h = {quantity.h[last]:.3g}"
@@ -192,7 +139,7 @@ def fall_tests(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests
     reason = Reason(text, Kind.ORDER, figures).then(SHOWS)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)
     grown = slope.p_below(0.0, bias)
-    if not _may_refute(evidence, fitted) or rises(evidence, quantity, fitted):
+    if not _may_refute(fitted) or fitted.rises:
         grown = 1.0
     return PathTests(slope.p_above(FALLING, bias), grown, reason, growth)
 
@@ -219,10 +166,11 @@ def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) 
     return Bias(bound, f"the scheme's finest paths, off by {share} of the least error", True)
 
 
-def _with_plateau(evidence: Evidence, quantity: Quantity, fitted: Fit, tests: PathTests) -> PathTests:
+def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
+    evidence, quantity = fitted.evidence, fitted.quantity
     bias, confidence = fitted.bias.bound, evidence.settings.confidence
-    contrast, right = quantity.contrast(fitted.levels), limit_test(quantity, fitted)
-    levelled = quantity.contrast(fitted.levels, LEVELLED).p_below(0.0, bias) if _may_refute(evidence, fitted) else 1.0
+    contrast, right = quantity.contrast(fitted.levels), fitted.p_wrong_limit
+    levelled = quantity.contrast(fitted.levels, LEVELLED).p_below(0.0, bias) if _may_refute(fitted) else 1.0
     reason, growth = tests.reason, tests.growth
     if levelled <= 0.5 * evidence.level:
         text = f"{Kind.WRONG_LIMIT}: errors level off, falling less than half as fast as successive differences"
@@ -241,16 +189,8 @@ def _towards_its_own(evidence: Evidence, tests: PathTests) -> PathTests:
     )
 
 
-def _may_refute(evidence: Evidence, fitted: Fit) -> bool:
-    return not (evidence.health.sums["truncated"][fitted.levels] > 0).any()
-
-
-class JudgedQuantity(NamedTuple):
-    """The finding on a quantity, and the levels that its slope was fitted on."""
-
-    quantity: Quantity
-    finding: Finding
-    fitted: frozenset[int] = frozenset()
+def _may_refute(fitted: Fit) -> bool:
+    return not (fitted.evidence.health.sums["truncated"][fitted.levels] > 0).any()
 
 
 class _Subject(NamedTuple):
@@ -301,30 +241,40 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
     return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))
 
 
+def _levels_for(subject: _Subject) -> tuple[Array, Reason]:
+    """Return the levels that can be fitted, and what is to be said of levels.
+
+    A theorem on convergence is about the scheme with its truncation: truncated levels count, and are named.
+    """
+    claim = subject.covered.claim
+    truncated = claim is not None and claim.value == CONVERGES
+    return usable_levels(subject.evidence, subject.quantity, truncated=truncated)
+
+
 def _on_grid(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
     evidence, quantity, claim = subject.evidence, subject.quantity, subject.covered.claim
-    if is_exact(evidence, quantity):
-        return _exact(subject)
-    usable, remarks = levels_for(evidence, quantity, claim)
+    if (exact := judge_exact(evidence, quantity)) is not None:
+        return _exact(subject, exact)
+    usable, remarks = _levels_for(subject)
     if len(usable[-FITTED:]) < FEWEST:
         return _without_fit(subject, remarks), Grid(PathTests.none(remarks), 1.0)
     fitted = fit(evidence, quantity, usable, remarks)
-    tests = grid_tests(evidence, quantity, fitted, claim) if claim else PathTests.none("")
+    tests = grid_tests(fitted, claim) if claim else PathTests.none("")
     contrast = quantity.contrast(fitted.levels)
     low, high = contrast.interval(evidence.settings.confidence)
     details = {"contrast": contrast.value, "contrast_low": low, "contrast_high": high}
-    return _of_slope(subject, fitted, tests, details), Grid(tests, limit_test(quantity, fitted))
+    return _of_slope(subject, fitted, tests, details), Grid(tests, fitted.p_wrong_limit)
 
 
 def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> JudgedQuantity:
     evidence, quantity, claim = subject.evidence, subject.quantity, subject.covered.claim
-    usable, remarks = levels_for(evidence, quantity, claim)
+    usable, remarks = _levels_for(subject)
     levels = usable[-FITTED:]
     if len(levels) < FEWEST:
         return _without_fit(subject, remarks or Reason("there are too few"))
     bias = finest_as_reference(quantity, levels, finest_error)
-    fitted = Fit(usable, levels, remarks, quantity.slope(levels), bias)
-    tests = continuous_tests(evidence, quantity, fitted, claim, grid) if claim else PathTests.none("")
+    fitted = fit(evidence, quantity, usable, remarks, bias)
+    tests = continuous_tests(fitted, claim, grid) if claim else PathTests.none("")
     return _of_slope(subject, fitted, tests, {})
 
 
@@ -336,7 +286,7 @@ def _without_fit(subject: _Subject, remarks: Reason) -> JudgedQuantity:
 def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping[str, object]) -> JudgedQuantity:
     quantity, bias = subject.quantity, fitted.bias
     opinion = _opinion(subject, tests).plus(fitted.left_out)
-    low, high = fitted.slope.interval(subject.evidence.settings.confidence, bias.bound)
+    low, high = fitted.interval
     found = finding(
         subject.covered,
         opinion,
@@ -366,42 +316,10 @@ def _opinion(subject: _Subject, tests: PathTests) -> Opinion:
     return beside(local, decide(tests, subject.evidence))
 
 
-def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
-    still = stands_still(subject.evidence, subject.quantity)
-    opinion = Opinion(*((Verdict.INCONCLUSIVE, Reason(STILL)) if still else (Verdict.VERIFIED, Reason(EXACT))))
+def _exact(subject: _Subject, opinion: Opinion) -> tuple[JudgedQuantity, Grid]:
+    # The limit is known to rounding.
+    p_value = 0.0 if opinion.verdict is Verdict.VERIFIED else 1.0
     if subject.covered.claim is None:
         opinion = Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
-    # The limit is known to rounding.
-    p_value = 1.0 if still else 0.0
     judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method=Method("paths", 3)))
     return judged, Grid(PathTests(p_value, 1.0, opinion.reason), p_value)
-
-
-def judge_consistency(record: Consistency, component: int | None = None) -> Opinion:
-    """Return whether one step follows the equation in a component, or in the full state.
-
-    Parameters
-    ----------
-    record : Consistency
-    component : int, optional
-        Its index; the full state if left out.
-
-    Returns
-    -------
-    Opinion
-        Refuted if it does not so at most states.
-    """
-    noise, drift = consistency_orders(record, component)
-    wrong = (noise < NOISE + SLOWEST) | (drift < DRIFT + SLOWEST)
-    known = ~(np.isnan(noise) | np.isnan(drift))
-    first, later = wrong.mean(axis=1)
-    if min(first, later) > 0.5:
-        figures = f"its defect is of order {noise.min():.2f}, in the mean {drift.min():.2f}"
-        text = f"one step does not follow the equation at {first:.0%} of the states: {figures}"
-        return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
-    if wrong.any():
-        text = f"one step does not follow the equation at {first:.0%} of the states, later ones at {later:.0%}"
-        return local_doubt(text, against=later > 0.0)
-    if not known.all():
-        return local_doubt("whether one step follows the equation is not known at all states")
-    return local_opinion(Verdict.VERIFIED, "one step follows the equation")
