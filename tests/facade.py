@@ -219,9 +219,9 @@ from sdaeverify.store import code, keys, lanes
 from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
 from sdaeverify.store.code import MEASURING, SAYING, arithmetic, code_of, framework_code, homes_of
 from sdaeverify.store.container import TABLE as container_TABLE
-from sdaeverify.store.container import Container, containers
+from sdaeverify.store.container import all_lanes, containers, read_lanes, write_lanes
 from sdaeverify.store.files import digest_of_file, opened_by
-from sdaeverify.store.keys import asked_for, differences, key, made_with, measure_ingredients
+from sdaeverify.store.keys import MADE_WITH, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, judging, plan, run, sequence
