@@ -225,9 +225,9 @@ from sdaeverify.store.keys import MADE_WITH, key, lane_ingredients, measure_ingr
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, judging, plan, run, sequence
-from sdaeverify.study.blocks import LATE, BlockBatch, Blocks, simulate_batch
+from sdaeverify.study.blocks import LATE, Blocks, simulate_block
 from sdaeverify.study.holm import family_wise, holm
-from sdaeverify.study.judging import CellEvidence, ControlEvidence, ControlVerdicts
+from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits

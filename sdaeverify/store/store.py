@@ -184,15 +184,18 @@ class Store:
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
-def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
+# By the label of the scheme; None where evidence is not kept.
+Places = Mapping[str, Place | None]
+
+
+def keep(places: Places, entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
     """Write the evidence of a block; what failed is not kept, so that it is tried again.
 
     Parameters
     ----------
-    places : iterable of Place or None
-        Where each scheme's evidence goes; None where it is not kept.
+    places : mapping of str to (Place or None)
+        Where each scheme's evidence goes, by its label.
     entries : sequence of Entry
-        The schemes, in the same order.
     lanes : sequence of SchemeEvidence
         What was found of them.
 
@@ -202,7 +205,8 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
         If it cannot be written, for example because the disk is full.
     """
     changes: dict[Path, dict[str, Change]] = defaultdict(dict)
-    for place, entry, lane in zip(places, entries, lanes, strict=True):
+    for entry, lane in zip(entries, lanes, strict=True):
+        place = places.get(entry.scheme.label)
         if place is None or lane.behaviour is None or lane.violation:
             continue
         if records := dict(_records(place, entry, lane)):

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, Protocol, Self, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
-from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker
+from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker, Task
 from .calls import Call, Function, Lost, RemoteCall, pickle_argument
 from .executors import Workers
 from .marks import NOBODY, Mark
@@ -14,72 +14,51 @@ Answer = TypeVar("Answer")
 AGAIN = ", twice"
 
 
-class Batch(Protocol):
-    """Schemes on a problem, with measures."""
-
-    @property
-    def entries(self) -> tuple[Entry, ...]:
-        """Schemes with the measures that are put to them."""
-        ...
-
-    @property
-    def label(self) -> str:
-        """Label of the problem."""
-        ...
-
-    def only(self, entries: Sequence[Entry]) -> Self:
-        """Return the batch with some of its entries, or with some of their measures."""
-        ...
-
-
-SomeBatch = TypeVar("SomeBatch", bound=Batch)
-
-
-class Sent(NamedTuple, Generic[SomeBatch, Answer]):
-    """A batch on its way.
+class Sent(NamedTuple, Generic[Answer]):
+    """Schemes on a problem that are on their way.
 
     Attributes
     ----------
-    batch : Batch
+    task : Task
+    function : callable, (Task, Marker) -> sequence of Answer
+        Answers for each entry; at the top level of a module of the framework.
     call : Call or RemoteCall or None
         None where the call is made in this process, when its answers are asked for.
     again : bool
         Whether a process has died of it before.
     """
 
-    batch: SomeBatch
+    task: Task
+    function: Function[Sequence[Answer]]
     call: "Call[Sequence[Answer]] | RemoteCall[Sequence[Answer]] | None" = None
     again: bool = False
 
 
 @dataclass(frozen=True)
-class Batches(Generic[SomeBatch, Answer]):
-    """Sends batches to workers.
+class Batches(Generic[Answer]):
+    """Sends schemes on a problem to workers.
 
     Attributes
     ----------
     workers : Workers
-    function : callable, (Batch, Marker) -> sequence of Answer
-        Answers for each entry; at the top level of a module of the framework.
     late : str
         What is said of who takes too long, with a place for the seconds.
     """
 
     workers: Workers
-    function: Function[Sequence[Answer]]
     late: str
 
-    def send(self, batch: SomeBatch, *, again: bool = False) -> Sent[SomeBatch, Answer]:
-        """Send a batch."""
+    def send(self, task: Task, function: Function[Sequence[Answer]], *, again: bool = False) -> Sent[Answer]:
+        """Send the schemes of a task."""
         executor = self.workers.executor
         if executor is None:
-            return Sent(batch)
-        argument = pickle_argument(batch, f"problem {batch.label} or a scheme or measure on it")
+            return Sent(task, function)
+        argument = pickle_argument(task, f"problem {task.label} or a scheme or measure on it")
         if isinstance(executor, Processes):
-            return Sent(batch, Call(executor, self.function, argument), again)
-        return Sent(batch, RemoteCall(self.workers, self.function, argument))
+            return Sent(task, function, Call(executor, function, argument), again)
+        return Sent(task, function, RemoteCall(self.workers, function, argument))
 
-    def answers(self, sent: Sent[SomeBatch, Answer]) -> Iterator[tuple[Entry, Answer | Lost]]:
+    def answers(self, sent: Sent[Answer]) -> Iterator[tuple[Entry, Answer | Lost]]:
         """Wait for the answers; what a process has died of is asked again, by itself where many were asked.
 
         Yields
@@ -89,15 +68,15 @@ class Batches(Generic[SomeBatch, Answer]):
         answer : Answer or Lost
             Lost is that of a scheme which takes too long, or of which a process has died twice.
         """
-        batch, call, again = sent
-        found = self.function(batch, Marker()) if call is None else call.outcome()
+        task, function, call, again = sent
+        found = function(task, Marker()) if call is None else call.outcome()
         if not isinstance(found, Lost):
-            yield from zip(batch.entries, found, strict=True)
+            yield from zip(task.entries, found, strict=True)
             return
-        given_up, rest = _divide(batch.entries, found, again=again)
+        given_up, rest = _divide(task.entries, found, again=again)
         why = self._tell(found, again=again)
         yield from ((entry, found._replace(why=why)) for entry in given_up)
-        for each in [self.send(batch.only(entries), again=known) for entries, known in rest]:
+        for each in [self.send(task.only(entries), function, again=known) for entries, known in rest]:
             yield from self.answers(each)
 
     def _tell(self, lost: Lost, *, again: bool) -> str:

@@ -25,8 +25,8 @@ from facade import (
     Strong,
     Task,
     Weak,
-    arithmetic,
     behaviours,
+    code,
     digest_of_file,
     gbm,
     join_parts,
@@ -78,7 +78,7 @@ def filled(folder, given=None, block=0, **changes):
     recalled = Store(folder).recall(given, block)
     entries, did = [Entry(r.entry.scheme, r.missing) for r in recalled], behaviours(given)
     lanes = [made_up(entry, behaviour=one, **changes) for entry, one in zip(entries, did, strict=True)]
-    keep([r.place for r in recalled], entries, lanes)
+    keep({r.entry.scheme.label: r.place for r in recalled}, entries, lanes)
 
 
 def found(folder, given=None, block=0, **options):
@@ -205,11 +205,11 @@ def installed(monkeypatch):
 
     def install(version):
         monkeypatch.setattr(metadata, "version", lambda name: version if name == "numpy" else known(name))
-        arithmetic.cache_clear()
+        code._versions.cache_clear()
 
     yield install
     monkeypatch.undo()
-    arithmetic.cache_clear()
+    code._versions.cache_clear()
 
 
 def test_corrections_of_a_library_do_not_count(tmp_path, installed):
@@ -348,7 +348,9 @@ def test_nothing_is_kept_of_nothing(tmp_path):
     """A scheme without evidence leaves no file."""
     given = task()
     (recalled,) = Store(tmp_path).recall(given, 0)
-    keep([recalled.place], given.entries, [without_evidence(given.entries[0], "it hangs")])
+    keep(
+        {recalled.entry.scheme.label: recalled.place}, given.entries, [without_evidence(given.entries[0], "it hangs")]
+    )
 
     assert not files_in(tmp_path)
 
@@ -359,7 +361,10 @@ def test_afresh(tmp_path):
     filled(tmp_path, both)
 
     recalled, store = found(tmp_path, fresh=True)
-    keep([recalled.place], task().entries, [made_up(task().entries[0], seconds=9.0, behaviour=behaviours(task())[0])])
+    (entry,) = task().entries
+    keep(
+        {entry.scheme.label: recalled.place}, [entry], [made_up(entry, seconds=9.0, behaviour=behaviours(task())[0])]
+    )
 
     assert recalled.lane is None
     assert dict(store.reasons) == {"asked for afresh": 1}

@@ -58,16 +58,16 @@ class Fragile(Processes):
     def submit(self, fn, /, *args):
         """Make a call, or die of it or never come back."""
         _, argument, mark, _ = args
-        batch = pickle.loads(argument)
-        names = [(e.scheme.name, m.name) for e in batch.entries for m in e.measures]
+        task = pickle.loads(argument)
+        names = [(e.scheme.name, m.name) for e in task.entries for m in e.measures]
         self.batches.append(names)
         future = Future()
         if any(pair in names for pair in self.guilty):
-            mark.write_bytes(FORMAT.pack(*self.blamed(batch.entries), self.deadline))
+            mark.write_bytes(FORMAT.pack(*self.blamed(task.entries), self.deadline))
             if self.deadline > time.monotonic():
                 future.set_exception(ProcessExpired("it died", code=-9))
         else:
-            future.set_result(pickle.dumps(run_block(batch.task, batch.block)))
+            future.set_result(pickle.dumps(run_block(task, 0)))
         return future
 
 

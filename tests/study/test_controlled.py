@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from facade import Cell, ControlEvidence, ControlPlan, ControlVerdicts, Objection, send
+from facade import Cell, ControlPlan, ControlVerdicts, Objection, send
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Reason, Verdict
 
@@ -51,7 +51,7 @@ def controls_of(made, lost="", objection=None):
     found = {}
     for cell in (cell for plan in made for cell in (plan.positive, plan.negative) if cell is not None):
         evidence = Evidence(cell.scheme, None, None, None, None, None)
-        found[cell] = objection if cell.scheme.name == lost else ControlEvidence(evidence, evidence)
+        found[cell] = objection if cell.scheme.name == lost else evidence
     return ControlVerdicts(made, found)
 
 
