@@ -217,7 +217,7 @@ from sdaeverify.simulate.ensemble import (
 from sdaeverify.simulate.tracks import Track
 from sdaeverify.store import code, keys, lanes
 from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
-from sdaeverify.store.code import MEASURING, SAYING, arithmetic, code_of, framework_code, homes_of
+from sdaeverify.store.code import MEASURING, SAYING, code_of, framework_code, homes_of
 from sdaeverify.store.container import TABLE as container_TABLE
 from sdaeverify.store.container import all_lanes, containers, read_lanes, write_lanes
 from sdaeverify.store.files import digest_of_file, opened_by

@@ -49,7 +49,15 @@ class Batches(Generic[Answer]):
     late: str
 
     def send(self, task: Task, function: Function[Sequence[Answer]], *, again: bool = False) -> Sent[Answer]:
-        """Send the schemes of a task."""
+        """Send the schemes of a task.
+
+        Parameters
+        ----------
+        task : Task
+        function : callable, (Task, Marker) -> sequence of Answer
+        again : bool
+            Whether a process has died of it before.
+        """
         executor = self.workers.executor
         if executor is None:
             return Sent(task, function)

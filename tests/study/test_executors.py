@@ -150,19 +150,6 @@ def test_evidence_comes_home(tmp_path, capsys):
     assert "evidence of 6 of 6 blocks of paths was reused" in capsys.readouterr().out
 
 
-def test_a_worker_that_is_killed(tmp_path):
-    """A process of a cluster that dies in the middle of a block costs that call only: the tables are the same."""
-    pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
-    file, died = tmp_path / "mortal.py", tmp_path / "died"
-    file.write_text(mortal(died))
-    asked = ("mortal-euler,milstein", "gbm", "strong")
-
-    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor="dask", jobs=2)
-
-    assert died.exists()
-    same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
-
-
 def test_a_scheduler_that_is_not_there(monkeypatch):
     """An address at which nobody answers is told in one line."""
     pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
