@@ -242,7 +242,7 @@ from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argume
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory
 from sdaeverify.workers.marks import FORMAT, NOBODY, Mark, StopError, Watchdog, read_mark
-from sdaeverify.workers.pool import Processes, executor_for, in_turn, worker_pool
+from sdaeverify.workers.pool import Processes, executor_for, in_turn
 from sdaeverify_lab import CalibrationCase, scaffold
 from sdaeverify_lab.calibration import studies
 from sdaeverify_lab.calibration.calibration_plan import STUDIES, Calibration, calibration_plan

@@ -3,6 +3,7 @@
 import pickle
 import time
 from concurrent.futures import Future
+from pathlib import Path
 
 from pebble import ProcessExpired
 
@@ -17,9 +18,14 @@ class Fragile(Processes):
 
     active = True
 
-    def __init__(self, folder, guilty=(), blamed=None, deadline=float("inf")):
-        super().__init__(1, (), Limits(5.0), folder)
+    def __init__(self, guilty=(), blamed=None, deadline=float("inf")):
+        super().__init__(1, limits=Limits(5.0))
         self.guilty, self.blamed, self.deadline, self.calls = set(guilty), blamed, deadline, []
+
+    @property
+    def marks(self):
+        """What is left of marks."""
+        return list(Path(self._marks.name).iterdir())
 
     def submit(self, fn, /, *args):
         """Make a call, or die of it or never come back."""

@@ -26,7 +26,7 @@ from facade import (
 )
 from sdaeverify import Settings
 
-from .fragile import BOTH, TWICE, Fragile, blaming
+from .fragile import BOTH, TWICE, blaming
 
 SETTINGS = Settings(paths=40, block=40, levels=3, coarsest=2)
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())
@@ -75,16 +75,16 @@ def errors(executor, task=TASK):
     ],
     ids=["good", "marked", "unmarked", "measure", "problem"],
 )
-def test_who_dies_costs_its_own_evidence(tmp_path, guilty, blamed, found, calls):
+def test_who_dies_costs_its_own_evidence(fragile, guilty, blamed, found, calls):
     """Whether the mark tells who it was or not, the others keep their own numbers, in their own places."""
-    executor = Fragile(tmp_path, guilty, blamed)
+    executor = fragile(guilty, blamed)
 
     assert errors(executor) == found
     assert executor.calls == calls
-    assert not list(tmp_path.iterdir())
+    assert not executor.marks
 
 
-def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
+def test_who_is_blamed_wrongly_is_run_by_itself(fragile):
     """A scheme that ran when the process died of another has its numbers all the same."""
     first = []
 
@@ -92,12 +92,12 @@ def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
         first.append(0)
         return (2, NO_MEASURE) if len(first) == 1 else blaming("milstein")(entries)
 
-    assert errors(Fragile(tmp_path, BOTH, blamed)) == [("", ""), (TWICE, TWICE), ("", "")]
+    assert errors(fragile(BOTH, blamed)) == [("", ""), (TWICE, TWICE), ("", "")]
 
 
-def test_who_takes_too_long_is_not_tried_again(tmp_path):
+def test_who_takes_too_long_is_not_tried_again(fragile):
     """The alarm blames the right one; its reason names the limit."""
-    executor = Fragile(tmp_path, BOTH, blaming("milstein"), deadline=0.0)
+    executor = fragile(BOTH, blaming("milstein"), deadline=0.0)
 
     assert errors(executor) == [("", ""), (LATE, LATE), ("", "")]
     assert executor.calls == [6, 4]
@@ -106,9 +106,9 @@ def test_who_takes_too_long_is_not_tried_again(tmp_path):
 @pytest.mark.parametrize(
     ("task", "index"), [(TASK, PROBLEM), (replace(TASK, entries=TASK.entries[1:2]), 0)], ids=["problem", "scheme"]
 )
-def test_who_is_killed_once_is_asked_again(tmp_path, task, index):
+def test_who_is_killed_once_is_asked_again(fragile, task, index):
     """A process that was killed from elsewhere costs nothing, whether the problem's code ran or a lone scheme's."""
-    executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (index, NO_MEASURE))
+    executor = fragile(BOTH, lambda _: executor.guilty.clear() or (index, NO_MEASURE))
 
     assert errors(executor, task) == [("", "")] * len(task.entries)
     assert len(executor.calls) == 2

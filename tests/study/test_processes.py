@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from facade import DIED, Call, Limits, Lost, pickle_argument, unpickle_argument, worker_pool
+from facade import DIED, Call, Limits, Lost, Processes, pickle_argument, unpickle_argument
 from sdaeverify import UsageError
 from sdaeverify.workers.room import NoWorkersError
 
@@ -72,7 +72,7 @@ def test_who_dies_takes_its_own_call(tmp_path):
     """The exit code or the signal is told, and whose code ran; the calls beside it and after it are made."""
     file = tmp_path / "child"
     asked = [("exit", 0), ("none", 1), ("kill", 11), ("kill", 9)]
-    with worker_pool(2, limits=Limits(PATIENCE)) as pool:
+    with Processes(2, limits=Limits(PATIENCE)) as pool:
         calls = [Call(pool, ends, pickle.dumps((*each, file))) for each in asked]
         found = [call.outcome() for call in calls]
 
@@ -88,7 +88,7 @@ def test_who_dies_takes_its_own_call(tmp_path):
 def test_who_hangs_is_ended_with_its_copies(tmp_path):
     """A call that ignores alarms is lost within its time, and whoever waits for one behind it ends it."""
     file = tmp_path / "child"
-    with worker_pool(1, limits=Limits(1.0)) as pool:
+    with Processes(1, limits=Limits(1.0)) as pool:
         first = Call(pool, hangs, pickle.dumps(str(file)))
         assert Call(pool, ends, pickle.dumps(("none", 2, file))).outcome() == 2
         lost = first.outcome()
@@ -100,7 +100,7 @@ def test_who_hangs_is_ended_with_its_copies(tmp_path):
 @POSIX
 def test_workers_are_started_as_they_are_needed():
     """No more than there are calls, and a new one for who asks for it, or in place of one that died between calls."""
-    with worker_pool(8) as pool:
+    with Processes(8) as pool:
         pool.expect(1)
         first = pool.submit(os.getpid).result(PATIENCE)
         with pool.afresh() as fresh:
@@ -118,7 +118,7 @@ def test_workers_end_where_the_block_is_left(monkeypatch):
     monkeypatch.setattr("sdaeverify.workers.pool.ENDING", 0.1)
 
     def leave():
-        with worker_pool(1, limits=Limits(PATIENCE)) as pool:
+        with Processes(1, limits=Limits(PATIENCE)) as pool:
             found.append(pool.submit(os.getpid).result(PATIENCE))
             pool.submit(time.sleep, 300.0)
             monkeypatch.setattr(pool._pool, "join", lambda: time.sleep(PATIENCE))
@@ -134,7 +134,7 @@ def test_workers_end_where_the_block_is_left(monkeypatch):
 
 def test_a_pool_that_cannot_be_made(monkeypatch):
     """What the system refuses as a pool is made is told as that, with what may help."""
-    with worker_pool(1) as pool:
+    with Processes(1) as pool:
         monkeypatch.setattr("threading.Thread.start", refuse)
         with pytest.raises(NoWorkersError, match=r"^worker processes cannot be started: .*new thread.*; try fewer"):
             pool.submit(os.getpid)
