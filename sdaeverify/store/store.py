@@ -14,7 +14,7 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
 from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence, Task
-from .behaviour import behaviours
+from .behaviour import behaviours, changed_parts
 from .code import homes_of
 from .container import SUFFIX, Change, all_lanes, containers, read_lanes, write_lanes
 from .files import differing_files, opened_by
@@ -264,10 +264,8 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> SchemeEvidence | N
 
 
 def _otherwise(before: Behaviour, now: Behaviour | None) -> str:
-    if now is None:
-        return UNTOLD
-    names = [name for name in Behaviour._fields if getattr(before, name) != getattr(now, name)]
-    return f"with another behaviour of the {' and of the '.join(names)}"
+    names = changed_parts(before, now)
+    return f"with another behaviour of the {' and of the '.join(names)}" if names else UNTOLD
 
 
 def copy_evidence(source: Path, target: Path) -> Counter[str]:

@@ -22,7 +22,7 @@ from ..simulate.ensemble import (
 from ..store.behaviour import behaviours, run_observed
 from ..store.lanes import join_parts
 from ..store.store import Places, Recalled, Store, keep, with_opened
-from ..workers.batches import Batches, Sent
+from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
@@ -30,7 +30,7 @@ from .sequence import ProblemRun
 
 Evidence = tuple[SchemeEvidence, ...]
 Part = tuple[Entry, SchemeEvidence]
-SentBlock = Sent[SchemeEvidence]
+SentBlock = Batch[SchemeEvidence]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 # Batches for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
 # that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a batch.
@@ -49,14 +49,13 @@ class BehaviourObserver:
     """
 
     def __init__(self, workers: Workers) -> None:
-        here = workers if isinstance(workers.executor, Processes) else Workers(None, 1)
-        self.batches = Batches[Behaviour | None](here, LATE)
+        self.workers = workers if isinstance(workers.executor, Processes) else Workers(None, 1)
         self.known: dict[tuple[str, Scheme], Behaviour | None] = {}
 
     def __call__(self, task: Task) -> list[Behaviour | None]:
         """Return what the schemes of a task do; None where that cannot be told."""
         new = [entry for entry in task.entries if (task.label, entry.scheme) not in self.known]
-        for entry, found in self.batches.answers(self.batches.send(task.only(new), behaviours)) if new else ():
+        for entry, found in Batch(self.workers, task.only(new), behaviours, LATE).answers() if new else ():
             self.known[task.label, entry.scheme] = None if isinstance(found, Lost) else found
         return [self.known[task.label, entry.scheme] for entry in task.entries]
 
@@ -109,7 +108,6 @@ class Blocks:
         self.processes = executor if isinstance(executor, Processes) else None
         self.shared = executor is None or self.processes is not None
         self.observe = BehaviourObserver(self.workers)
-        self.batches = Batches[SchemeEvidence](self.workers, LATE)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is in the store."""
@@ -139,26 +137,32 @@ class Blocks:
         """Send a block in batches of some schemes, more where there are more workers for the jobs that are left."""
         missing = [r for r in recalled if r.missing]
         entries = [Entry(r.entry.scheme, r.missing) for r in missing] if self.store else job.task.entries
-        simulate = partial(simulate_block, block=job.block, places=_places(missing), shared=self.shared)
         batches = ceil(BATCHES * self.workers.jobs / left) if self.workers.jobs > 1 else 1
         size = min(max(1, ceil(len(entries) / batches)), TOGETHER)
-        pieces = (entries[n : n + size] for n in range(0, len(entries), size))
-        return [self.batches.send(job.task.only(piece), simulate) for piece in pieces]
+        simulate = partial(simulate_block, block=job.block, shared=self.shared)
+        return [
+            Batch(
+                self.workers,
+                job.task.only(entries[n : n + size]),
+                partial(simulate, places=_places(missing[n : n + size])),
+                LATE,
+            )
+            for n in range(0, len(entries), size)
+        ]
 
     def _parts(self, sent: SentBlock, places: Places) -> Iterator[Part]:
         """Yield the evidence of a batch; who ran out of memory is tried by itself, in a new process."""
-        for entry, found in _ask(self.batches, sent):
+        for entry, found in _ask(sent):
             if found.starved and self.processes is not None:
-                yield from self._try_afresh(sent._replace(task=sent.task.only([entry])), self.processes)
+                yield from self._try_afresh(sent, entry, self.processes)
             else:
                 if not self.shared:
                     keep(places, [entry], [found])
                 yield entry, found
 
-    def _try_afresh(self, sent: SentBlock, processes: Processes) -> Iterator[Part]:
+    def _try_afresh(self, sent: SentBlock, entry: Entry, processes: Processes) -> Iterator[Part]:
         with processes.afresh() as fresh:
-            batches = replace(self.batches, workers=Workers(fresh, 1))
-            found = _ask(batches, batches.send(sent.task, sent.function))
+            found = _ask(replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False))
         yield from ((entry, _name_limit(evidence, processes.limits.memory)) for entry, evidence in found)
 
 
@@ -166,10 +170,10 @@ def _places(recalled: Iterable[Recalled]) -> Places:
     return {r.entry.scheme.label: r.place for r in recalled}
 
 
-def _ask(batches: Batches[SchemeEvidence], sent: SentBlock) -> list[Part]:
+def _ask(sent: SentBlock) -> list[Part]:
     """Return the evidence of a batch, or why there is none."""
     try:
-        found = list(batches.answers(sent))
+        found = list(sent.answers())
     except SHORT as error:
         return [(e, without_evidence(e, f"MemoryError: {error}", starved=True)) for e in sent.task.entries]
     return [(e, _without(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]

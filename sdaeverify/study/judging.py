@@ -34,7 +34,7 @@ from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
 from ..verdicts.fitted_levels import lost_index
 from ..verdicts.rules import Case, Objection, send
-from .plan import Cell, ControlPlan, ProblemPlan, claims_of
+from .plan import Cell, ControlPlan, ProblemPlan, claims_of, promises_of
 
 CONTRACT = Method("contract and exactness", 0)
 
@@ -325,7 +325,7 @@ def _of_control(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEv
 
 
 def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
-    claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
+    claim = next(iter(promises_of(cell)), None)
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
     opinion = Opinion(verdict, Reason(known.violation), tier=0)
     finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())
@@ -342,8 +342,8 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
     """Yield a finding for each quantity that a claim names and the cell does not have."""
     found = {finding.quantity for finding in findings}
-    for claim in cell.scheme.promises:
-        for quantity in claim.quantities if claim.measure == cell.measure.name else ():
+    for claim in promises_of(cell):
+        for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
                 known = sorted({name.removesuffix(AT_T) for name in found})
                 reason = f"claimed, but there is no {quantity} here; there are {', '.join(known)}"

@@ -9,7 +9,7 @@ from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import PROBLEM, Entry, Marker, Task
-from ..workers.batches import Batches, Sent
+from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.marks import Mark, StopError
@@ -43,9 +43,9 @@ def trial_of(
     if not isinstance(executor, Processes):
         return None
     executor.expect(len(schemes) * len(specs) * BLOCKS)
-    batches = Batches[Death](Workers(executor, 1), LATE)
-    sent = {spec.label: batches.send(_task(spec, schemes, measures), try_asking) for spec in specs}
-    return lambda spec: dict(_fatal(batches, sent[spec.label]))
+    workers = Workers(executor, 1)
+    sent = {spec.label: Batch(workers, _task(spec, schemes, measures), try_asking, LATE) for spec in specs}
+    return lambda spec: dict(_fatal(sent[spec.label]))
 
 
 def _task(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> Task:
@@ -53,8 +53,8 @@ def _task(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measu
     return Task(spec, tuple(Entry(scheme, tuple(measures)) for scheme in schemes), Settings())
 
 
-def _fatal(batches: Batches[Death], sent: Sent[Death]) -> Iterator[tuple[Scheme | None, str]]:
-    for entry, death in batches.answers(sent):
+def _fatal(sent: Batch[Death]) -> Iterator[tuple[Scheme | None, str]]:
+    for entry, death in sent.answers():
         if death is not None:
             yield None if death.mark.scheme == PROBLEM else entry.scheme, death.why
 
