@@ -41,7 +41,7 @@ def forget(known):
     invalidate_caches()
     for name in set(sys.modules) - known:
         del sys.modules[name]
-    for remembered in (code._parse_home, code._versions, home_of):
+    for remembered in (code._parse_home, home_of):
         remembered.cache_clear()
 
 

@@ -48,7 +48,7 @@ def forget():
     invalidate_caches()
     for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
         del sys.modules[name]
-    for remembered in (code._parse_home, code._versions, home_of):
+    for remembered in (code._parse_home, home_of):
         remembered.cache_clear()
 
 

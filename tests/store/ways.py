@@ -136,9 +136,6 @@ DATACLASS = 'make_dataclass("Mine", [], bases=(Scheme,), namespace=names, frozen
 
 SCHEMES = {
     "formula": of_scheme(scheme(factor="2.0")),
-    "default of a parameter": of_scheme(
-        scheme(field="a: float = 2.0", factor="self.a"), field="a: float = 1.0", factor="self.a"
-    ),
     "helper": of_scheme(TWO, ONE, head="from . import helper", factor="helper.weight"),
     "helper imported late": of_scheme(
         TWO, ONE, head="from importlib import import_module", factor='getattr(import_module("mine.helper"), "weight")'
@@ -150,11 +147,6 @@ SCHEMES = {
         {"../neighbour.py": "weight = 1.0"},
         head="import neighbour",
         factor="neighbour.weight",
-    ),
-    "neighbour by its name": of_scheme(
-        {"../neighbour.py": "weight = 2.0"},
-        {"../neighbour.py": "weight = 1.0"},
-        factor='__import__("neighbour").weight',
     ),
     "base class elsewhere": of_scheme(
         {"../neighbour.py": "class Base:\n    a = 2.0"},
@@ -169,10 +161,6 @@ SCHEMES = {
     ),
     "environment by a composed name": of_scheme(VARIABLE, factor='float(os.environ.get("WEI" + "GHT"[:3], "1.0"))'),
     "environment late in a run": of_scheme(VARIABLE, factor=f"{ENVIRONMENT} if t > 0.97 else 1.0"),
-    "parameter of the instance": registering("SCHEME = Mine({})", field="a: float = 3.0", factor="self.a"),
-    "element of an array": registering(
-        "from . import scheme\nscheme.row[0] = {}", head="row = np.ones(3)", factor="row[0]"
-    ),
     "method that is replaced": registering("Mine.f = lambda self: {}", factor="self.f()"),
     "function of the framework that is replaced": registering(
         "import sdaeverify.forms.sde.sde as sde\nfrom sdaeverify.numerics import apply\n"
