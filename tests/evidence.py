@@ -3,7 +3,7 @@
 import sqlite3
 from contextlib import closing
 
-from facade import Container
+from facade import all_lanes, write_lanes
 
 
 def files_in(folder):
@@ -13,13 +13,13 @@ def files_in(folder):
 
 def lanes_in(folder):
     """Return file, name and evidence of each lane in a folder and below it."""
-    return [(file, name, lane) for file in files_in(folder) for name, lane in Container(file).lanes()]
+    return [(file, name, lane) for file in files_in(folder) for name, lane in all_lanes(file)]
 
 
 def change_lanes(folder, change):
     """Write what a function makes of each lane."""
     for file, name, lane in lanes_in(folder):
-        Container(file).write(name, lambda _, lane=lane: change(lane))
+        write_lanes(file, {name: lambda _, lane=lane: change(lane)})
 
 
 def damage_lanes(file, damage):

@@ -213,17 +213,17 @@ from sdaeverify.simulate.ensemble import (
 from sdaeverify.simulate.tracks import Track
 from sdaeverify.store import code, keys, lanes
 from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
-from sdaeverify.store.code import MEASURING, SAYING, arithmetic, code_of, framework_code, homes_of
+from sdaeverify.store.code import MEASURING, SAYING, code_of, framework_code, homes_of
 from sdaeverify.store.container import TABLE as container_TABLE
-from sdaeverify.store.container import Container, containers
+from sdaeverify.store.container import all_lanes, containers, read_lanes, write_lanes
 from sdaeverify.store.files import digest_of_file, opened_by
-from sdaeverify.store.keys import asked_for, differences, key, made_with, measure_ingredients
+from sdaeverify.store.keys import MADE_WITH, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
-from sdaeverify.study.blocks import LATE, BlockBatch, Blocks, simulate_batch
+from sdaeverify.study.blocks import LATE, Blocks, simulate_block
 from sdaeverify.study.holm import family_wise, holm
-from sdaeverify.study.judging import CellEvidence, ControlEvidence, ControlVerdicts
+from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
@@ -238,7 +238,7 @@ from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argume
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory
 from sdaeverify.workers.marks import FORMAT, NOBODY, Mark, StopError, Watchdog, read_mark
-from sdaeverify.workers.pool import Processes, executor_for, in_turn, worker_pool
+from sdaeverify.workers.pool import Processes, executor_for, in_turn
 from sdaeverify_lab import CalibrationCase, scaffold
 from sdaeverify_lab.calibration import studies
 from sdaeverify_lab.calibration.calibration_plan import STUDIES, Calibration, calibration_plan

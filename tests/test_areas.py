@@ -1,13 +1,15 @@
 """Levy areas and second space-time areas: Chen's relation, variances, and what they leave as it was."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from facade import Brownian, known_part, noncommuting, outer, pairs, refine
+from facade import Brownian, known_part, noncommuting, outer, pairs
 from joined_noise import aggregate
 from sdaeverify import Increment, ProblemError, SchemeError
 from sdaeverify.numerics import antisymmetric
-from sdaeverify.probing import LevelNoise, Source, brownian_steps
+from sdaeverify.probing import Source, brownian_steps
 
 SOURCE = Source(20261122, "areas", 0, 40000)
 ALL, AREAS, USUAL = frozenset({"dW", "H", "K", "A"}), frozenset({"dW", "H", "A"}), frozenset({"dW", "H"})
@@ -103,15 +105,6 @@ def test_second_area_is_the_time_integral():
     np.testing.assert_allclose(levels[0].K[0, 0], integral, atol=1e-3 * np.sqrt(H / 720.0))
 
 
-def test_refined_steps_without_second_areas_are_as_before():
-    """Two normals a step still make dW and H of the halves."""
-    xi = np.ones((2, 1, 1, 1))
-
-    found = refine(LevelNoise(np.ones((1, 1, 1)), np.ones((1, 1, 1))), 1.0, xi)
-    assert found.K is None
-    np.testing.assert_allclose(found.dW[:, 0, 0], [2.25, -1.25])
-
-
 def test_double_integrals_are_those_of_ito():
     """I_ij + I_ji = dW_i dW_j, I_ii = (dW_i^2 - h)/2 and I_ij - I_ji = 2 A_ij."""
     noise = Increment(np.array([[0.3], [-0.5]]), None, A=np.array([[0.1]]))
@@ -139,12 +132,4 @@ def test_matrix_of_areas_is_antisymmetric():
 def test_problem_with_areas_has_time_integrals():
     """Areas are drawn around what dW and H tell of them."""
     with pytest.raises(ProblemError, match="noise must be dW, or dW and H with K or A or both"):
-        noncommuting().__class__(
-            drift=lambda t, x: x,
-            diffusion=lambda t, x: x[:, None],
-            start=[1.0],
-            noise_dim=1,
-            horizon=1.0,
-            noise=frozenset({"dW", "A"}),
-            source="a test",
-        )
+        replace(noncommuting(), noise=frozenset({"dW", "A"}))

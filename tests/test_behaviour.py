@@ -10,7 +10,6 @@ import pytest
 from evidence import lanes_in
 from facade import (
     Behaviour,
-    BlockBatch,
     CellEvidence,
     Entry,
     EulerMaruyama,
@@ -28,7 +27,7 @@ from facade import (
     problem_digest,
     problem_spec,
     run_observed,
-    simulate_batch,
+    simulate_block,
     steps_digest,
 )
 from sdaeverify import Settings, Step
@@ -143,9 +142,9 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
     # The first block is tried for its contract, which this scheme breaks.
     schemes, settings = (Turning(), EulerMaruyama()), replace(SETTINGS, paths=80)
     task = Task(problem_spec(gbm), tuple(Entry(scheme, (Strong(),)) for scheme in schemes), settings)
-    places = tuple(recalled.place for recalled in Store(tmp_path).recall(task, 1))
+    places = {recalled.entry.scheme.label: recalled.place for recalled in Store(tmp_path).recall(task, 1)}
 
-    turned, right = simulate_batch(BlockBatch(task, 1, places), Marker())
+    turned, right = simulate_block(task, Marker(), 1, places)
 
     assert "what the scheme does has changed during the run" in turned.errors[0]
     assert right.errors == ("",)

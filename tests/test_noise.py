@@ -65,15 +65,6 @@ def test_refined_increments_are_independent_with_the_right_variances(h, level):
     assert (np.abs(A @ A.T - np.diag(variances)) <= 64 * EPS * scale).all()
 
 
-@pytest.mark.parametrize("h", [0.3, 2.0])
-def test_time_integral_has_its_covariance_with_the_increment(h):
-    """I = int (W_s - W_t) ds has variance h^3/3 and covariance h^2/2 with dW."""
-    noise = unit_levels(h, 0)[0]
-    dW, integral = noise.dW[0, 0], noise.increment(0).time_integral(h)[0]
-    assert integral @ integral == pytest.approx(h**3 / 3, rel=8 * EPS)
-    assert integral @ dW == pytest.approx(h**2 / 2, rel=8 * EPS)
-
-
 def test_time_integrals_of_fine_steps_add_up_to_the_coarse_one():
     """Over a coarse step the integral is the sum over fine steps of h_f (W(t_k) - W(t)) + I_k (Chen)."""
     (levels,) = take(SOURCE, 1, 3, h=0.25)
@@ -83,13 +74,6 @@ def test_time_integrals_of_fine_steps_add_up_to_the_coarse_one():
     size = 0.25 * (np.abs(fine.dW).sum(axis=0) + np.abs(fine.H).sum(axis=0))
     difference = pieces.sum(axis=0) - levels[0].increment(0).time_integral(0.25)
     assert (np.abs(difference) <= 64 * EPS * size).all()
-
-
-def test_levels_have_their_shapes():
-    """Level j has 2^j steps of l motions on all paths of a block."""
-    (levels,) = take(SOURCE, 1, 3)
-    assert [noise.dW.shape for noise in levels] == [(1, 2, 5), (2, 2, 5), (4, 2, 5), (8, 2, 5)]
-    assert [noise.H.shape for noise in levels] == [noise.dW.shape for noise in levels]
 
 
 def test_a_finer_level_leaves_coarser_ones_bit_identical():
@@ -142,11 +126,6 @@ def test_drawn_noise_is_read_only():
     increments = [noise.increment(0) for noise in levels]
     arrays = [array for noise in (*levels, *increments) for array in (noise.dW, noise.H)]
     assert not any(array.flags.writeable for array in arrays)
-
-
-def test_an_increment_has_no_extra_normals_by_default():
-    """An increment holds dW and H; the extra normals are for truths that ask for them."""
-    assert Increment(np.zeros((1, 2)), np.zeros((1, 2))).xi is None
 
 
 def test_the_fingerprint_tells_seeds_apart():

@@ -289,14 +289,14 @@ class ChainRecord(NamedTuple):
         Number of looks that were planned, over which the tests share their level.
     paired, chains : float
         Number of paired chains, and of those at the coarsest step size alone.
+    lost, failed, truncated : ndarray, shape (L,)
+        Chains that blew up, chains that had a step without root, truncated steps.
     burn_in : float
         Time before the record.
     stationary : float
         1 if the first tenth of the first record and its second half agree, 0 if not.
     contraction, diverged : float
         As the `Pilot` found.
-    lost, failed, truncated : ndarray, shape (L,)
-        Chains that blew up, chains that had a step without root, truncated steps.
     """
 
     h: Array
@@ -306,13 +306,13 @@ class ChainRecord(NamedTuple):
     planned: float
     paired: float
     chains: float
-    burn_in: float
-    stationary: float
-    contraction: float
-    diverged: float
     lost: Array
     failed: Array
     truncated: Array
+    burn_in: float = np.nan
+    stationary: float = 0.0
+    contraction: float = np.nan
+    diverged: float = np.nan
 
 
 def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[ChainRecord], bool]) -> ChainRecord:
@@ -414,14 +414,19 @@ def _is_disturbed(chains: Chains) -> bool:
 def _with_health(record: ChainRecord, paired: Chains, wide: Chains) -> ChainRecord:
     tracks = [[track] for track in paired.tracks]
     tracks[0].append(wide.tracks[0])
+
+    def count(counted: Callable[[Track], Any]) -> Array:
+        return np.array([sum(float(np.sum(counted(track))) for track in level) for level in tracks])
+
     return record._replace(
-        lost=np.array([sum(float(track.lost.sum()) for track in level) for level in tracks]),
-        failed=np.array([sum(float(track.failed.sum()) for track in level) for level in tracks]),
-        truncated=np.array([sum(float(track.truncated_steps) for track in level) for level in tracks]),
+        lost=count(lambda track: track.lost),
+        failed=count(lambda track: track.failed),
+        truncated=count(lambda track: track.truncated_steps),
     )
 
 
 def _blank(plan: ChainPlan, observables: int) -> ChainRecord:
+    none = np.zeros(LEVELS)
     return ChainRecord(
         h=plan.h / 2.0 ** np.arange(LEVELS),
         levels=np.empty((0, GROUPS, LEVELS, observables)),
@@ -430,11 +435,7 @@ def _blank(plan: ChainPlan, observables: int) -> ChainRecord:
         planned=plan.looks,
         paired=plan.paired,
         chains=plan.wide,
-        burn_in=np.nan,
-        stationary=0.0,
-        contraction=np.nan,
-        diverged=np.nan,
-        lost=np.zeros(LEVELS),
-        failed=np.zeros(LEVELS),
-        truncated=np.zeros(LEVELS),
+        lost=none,
+        failed=none,
+        truncated=none,
     )

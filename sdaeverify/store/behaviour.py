@@ -122,9 +122,14 @@ def problem_digest(problem: Any) -> str:
 
 def differing(*given: Behaviour | None) -> str:
     """Return in one line that schemes or problems do other things than before, and which; empty if none does."""
-    known = [one for one in given if one is not None]
-    names = [name for name in Behaviour._fields if len({getattr(one, name) for one in known}) > 1]
+    names = changed_parts(*given)
     return f"what the {' and the '.join(names)} does has {CHANGED}" if names else ""
+
+
+def changed_parts(*given: Behaviour | None) -> list[str]:
+    """Return what does other things than before, as far as that is known: scheme, problem, both or neither."""
+    known = [one for one in given if one is not None]
+    return [name for name in Behaviour._fields if len({getattr(one, name) for one in known}) > 1]
 
 
 class _Steps(NamedTuple):

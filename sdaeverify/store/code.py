@@ -161,10 +161,10 @@ def framework_code() -> str:
     return _parse(((file.relative_to(ROOT).as_posix(), file.read_bytes()) for file in files), frozenset())[0]
 
 
-@cache
 def arithmetic() -> tuple[str, ...]:
     """Return the versions of what all numbers are computed with."""
-    return f"Python {_minor(platform.python_version())}", *map(_version, ARITHMETIC)
+    python = f"Python {_minor(platform.python_version())}"
+    return (python, *(version for library in ARITHMETIC for version in _versions(library)))
 
 
 def _files_below(home: Path) -> list[Path]:

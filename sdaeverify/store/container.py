@@ -6,91 +6,84 @@ trigger nothing is read.
 """
 
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
+from ..errors import UsageError
 from .lanes import LARGEST, StoredLane, pack_lane, unpack_lane
 
 SUFFIX = ".sqlite"
 TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, content BLOB NOT NULL) WITHOUT ROWID"
+ONE, ALL = "SELECT name, content FROM lanes WHERE name = ?", "SELECT name, content FROM lanes ORDER BY name"
 # Half of a page is lost with each lane.
 PAGE = 1024
 # Seconds to wait for another process that writes.
 PATIENCE = 60.0
+# What is made of the evidence that is there, if there is some.
+Change = Callable[[StoredLane | None], StoredLane]
 
 
-class Container(NamedTuple):
-    """A file with the evidence on lanes by name.
+def containers(folder: Path) -> list[Path]:
+    """Return the files of evidence in a folder, in the order of their names."""
+    return sorted(folder.glob(f"*{SUFFIX}"))
 
-    Attributes
-    ----------
-    path : Path
+
+def all_lanes(path: Path) -> Iterator[tuple[str, StoredLane | None]]:
+    """Yield names and evidence; None for what is damaged, such as a whole file that is none of this program."""
+    for name, content in _read(path, [(ALL, ())], [("", b"")]):
+        yield name, unpack_lane(content)
+
+
+def read_lanes(path: Path, names: Iterable[str]) -> dict[str, StoredLane | None]:
+    """Return the evidence of those of some names that are there; None for what is damaged."""
+    if not path.exists():
+        return {}
+    named = [(name,) for name in names]
+    rows = _read(path, [(ONE, name) for name in named], [(*name, b"") for name in named])
+    return {name: unpack_lane(content) for name, content in rows}
+
+
+def write_lanes(path: Path, changes: Mapping[str, Change]) -> None:
+    """Write the evidence that something makes of what is there, all or none; a damaged file is replaced.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written, for example because the disk is full.
     """
-
-    path: Path
-
-    def read(self, name: str) -> tuple[StoredLane | None, bool]:
-        """Return the evidence of a name, None if there is none, and whether what is there is damaged."""
-        found = self._read("SELECT content FROM lanes WHERE name = ?", name)
-        if not found:
-            return None, found is None and self.path.exists()
-        lane = unpack_lane(found[0][0])
-        return lane, lane is None
-
-    def lanes(self) -> Iterator[tuple[str, StoredLane | None]]:
-        """Yield names and evidence; None for what is damaged.
-
-        A file that is none of this program is one damaged lane without a name.
-        """
-        names = self._read("SELECT name FROM lanes ORDER BY name")
-        if names is None:
-            yield "", None
-        for (name,) in names or ():
-            yield name, self.read(name)[0]
-
-    def write(self, name: str, changed: Callable[[StoredLane | None], StoredLane]) -> None:
-        """Write the evidence that something makes of what is there; a damaged file is replaced.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written, for example because the disk is full.
-        """
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        if self.path.is_symlink() and not self.path.is_file():
-            self.path.unlink()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_symlink() and not path.is_file():
+            path.unlink()
         try:
-            try:
-                self._write(name, changed)
-            except sqlite3.OperationalError:
-                raise
-            except sqlite3.DatabaseError:
-                self.path.unlink()
-                self._write(name, changed)
-        except sqlite3.Error as error:
-            raise OSError(str(error)) from error
+            _write(path, changes)
+        except sqlite3.OperationalError:
+            raise
+        except sqlite3.DatabaseError:
+            path.unlink()
+            _write(path, changes)
+    except (OSError, sqlite3.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"cannot write {path}: {reason}; choose another --out") from error
 
-    def _write(self, name: str, changed: Callable[[StoredLane | None], StoredLane]) -> None:
-        with _open_database(self.path, "rwc") as file:
-            found = file.execute("SELECT content FROM lanes WHERE name = ?", (name,)).fetchone()
-            content = pack_lane(changed(unpack_lane(found[0]) if found else None))
+
+def _write(path: Path, changes: Mapping[str, Change]) -> None:
+    with _open_database(path, "rwc") as file:
+        for name, change in changes.items():
+            found = file.execute(ONE, (name,)).fetchone()
+            content = pack_lane(change(unpack_lane(found[1]) if found else None))
             file.execute("INSERT OR REPLACE INTO lanes VALUES (?, ?)", (name, content))
 
-    def _read(self, query: str, *values: object) -> list[Any] | None:
-        """Return the rows of a query; None if the file is not there, or none of this program."""
-        try:
-            with _open_database(self.path, "rw") as file:
-                rows: list[Any] = file.execute(query, values).fetchall()
-                return rows
-        except (OSError, sqlite3.Error):
-            return None
 
-
-def containers(folder: Path) -> list[Container]:
-    """Return the files of evidence in a folder, in the order of their names."""
-    return [Container(path) for path in sorted(folder.glob(f"*{SUFFIX}"))]
+def _read(path: Path, queries: Iterable[tuple[str, tuple[str, ...]]], damaged: list[Any]) -> list[Any]:
+    """Return the rows of queries, or others if the file is not there, or none of this program."""
+    try:
+        with _open_database(path, "rw") as file:
+            return [row for query in queries for row in file.execute(*query)]
+    except (OSError, sqlite3.Error):
+        return damaged
 
 
 @contextmanager

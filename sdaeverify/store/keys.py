@@ -16,10 +16,16 @@ Ingredients = Mapping[str, str]
 BUDGET = frozenset({"paths", "looks", "confidence", "family"})
 # Which levels begin is no part of what they are.
 UNKEYED = BUDGET | {"first_levels"}
+MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (
+    "code of the scheme",
+    "code of the problem",
+    "version of a library",
+    "framework",
+)
 
 
-def asked_for(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients:
-    """Return what evidence is about: scheme, problem, block of paths, and the settings that it depends on.
+def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients | None:
+    """Return what evidence is about and what it is made with; None where code without a source takes part.
 
     Parameters
     ----------
@@ -30,25 +36,20 @@ def asked_for(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int)
     block : int
         Of paths; `SCREENING` for what is found without paths.
     """
-    numbers = {name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED}
-    drawn = "none"
-    if block != SCREENING:
-        drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
-    names = {"scheme": scheme.label, "problem": spec.label, "index": str(block)}
-    return {**names, "paths of the block": drawn, **numbers}
-
-
-def made_with(scheme: Scheme, spec: ProblemSpec) -> Ingredients | None:
-    """Return what evidence is made with: code and versions; None where code without a source takes part."""
     own, other = code_of(type(scheme)), code_of(spec.function)
     if own is None or other is None:
         return None
-    libraries = sorted({*arithmetic(), *own.libraries, *other.libraries})
+    drawn = "none" if block == SCREENING else f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
     return {
-        "code of the scheme": own.digest,
-        "code of the problem": other.digest,
-        "version of a library": ", ".join(libraries),
-        "framework": framework_code(),
+        "scheme": scheme.label,
+        "problem": spec.label,
+        "index": str(block),
+        "paths of the block": drawn,
+        **{name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED},
+        CODE_OF_SCHEME: own.digest,
+        CODE_OF_PROBLEM: other.digest,
+        LIBRARIES: ", ".join(sorted({*arithmetic(), *own.libraries, *other.libraries})),
+        FRAMEWORK: framework_code(),
     }
 
 
@@ -62,11 +63,6 @@ def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | N
 
 
 def key(ingredients: Ingredients) -> str:
-    """Return a hash of ingredients."""
-    text = json.dumps(ingredients, sort_keys=True)
-    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
-
-
-def differences(old: Ingredients, new: Ingredients) -> list[str]:
-    """Return the names of the ingredients that differ."""
-    return [name for name in new if old.get(name) != new[name]]
+    """Return a hash of what evidence is about: what other code has made of the same is replaced."""
+    about = {name: value for name, value in ingredients.items() if name not in MADE_WITH}
+    return hashlib.blake2b(json.dumps(about, sort_keys=True).encode(), digest_size=12).hexdigest()

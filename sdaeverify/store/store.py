@@ -1,8 +1,9 @@
 """The evidence of a run: what is on disk already, why the rest is not, where it goes, and how runs share it."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,14 +13,13 @@ from ..arrays import Array
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
-from ..errors import UsageError
 from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence, Task
-from .behaviour import behaviours
+from .behaviour import behaviours, changed_parts
 from .code import homes_of
-from .container import SUFFIX, Container, containers
+from .container import SUFFIX, Change, all_lanes, containers, read_lanes, write_lanes
 from .files import differing_files, opened_by
-from .keys import Ingredients, asked_for, differences, key, made_with, measure_ingredients
-from .lanes import KINDS, MeasureRecord, StoredLane, fuller
+from .keys import Ingredients, key, lane_ingredients, measure_ingredients
+from .lanes import MeasureRecord, StoredLane, fuller
 
 FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged or of another version", "code without a source file"
@@ -36,7 +36,8 @@ class Place(NamedTuple):
 
     Attributes
     ----------
-    container : Container
+    path : Path
+        Of the file.
     name : str
         Of the lane in it.
     lane : mapping of str to str
@@ -46,7 +47,7 @@ class Place(NamedTuple):
         Whether what is there is replaced rather than added to.
     """
 
-    container: Container
+    path: Path
     name: str
     lane: Ingredients
     measures: Mapping[str, Ingredients]
@@ -108,7 +109,9 @@ class Store:
             Asked where there is evidence, with its schemes: it is reused if they do the same now.
         """
         places = [self._place(task, block, entry) for entry in task.entries]
-        found = [self._look_up(place, task, entry) for place, entry in zip(places, task.entries, strict=True)]
+        names = [] if self.fresh else [place.name for place in places if place is not None]
+        there = read_lanes(self._file(task), names)
+        found = [self._look_up(place, there, task, entry) for place, entry in zip(places, task.entries, strict=True)]
         doubtful = [e for e, stored in zip(task.entries, found, strict=True) if isinstance(stored, StoredLane)]
         now = dict(zip(doubtful, observe(replace(task, entries=tuple(doubtful))), strict=True)) if doubtful else {}
         known = zip(task.entries, places, found, strict=True)
@@ -141,24 +144,28 @@ class Store:
         computed = f"; computed: {', '.join(words)}" if words else ""
         return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
 
+    def _file(self, task: Task) -> Path:
+        return self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}"
+
     def _place(self, task: Task, block: int, entry: Entry) -> Place | None:
-        made = made_with(entry.scheme, task.spec)
-        if made is None:
+        settings = task.settings if block == SCREENING else task.sampled
+        lane = lane_ingredients(entry.scheme, task.spec, settings, block)
+        if lane is None:
             return None
-        asked = asked_for(entry.scheme, task.spec, task.settings if block == SCREENING else task.sampled, block)
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
-        container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
-        return Place(container, key(asked), {**asked, **made}, measures, self.fresh)
+        return Place(self._file(task), key(lane), lane, measures, self.fresh)
 
-    def _look_up(self, place: Place | None, task: Task, entry: Entry) -> StoredLane | str:
+    def _look_up(
+        self, place: Place | None, there: Mapping[str, StoredLane | None], task: Task, entry: Entry
+    ) -> StoredLane | str:
         """Return the evidence that is there, or why it is of no use."""
         if place is None or self.fresh:
             return SOURCELESS if place is None else AFRESH
-        stored, damaged = place.container.read(place.name)
+        stored = there.get(place.name)
         if stored is None:
-            return DAMAGED if damaged else NEW
-        changed = differences(stored.ingredients, place.lane)
+            return DAMAGED if place.name in there else NEW
+        changed = [name for name, value in place.lane.items() if stored.ingredients.get(name) != value]
         if not changed and stored.opened:
             changed = differing_files(stored.opened, _homes(entry, task))
         return f"with another {', '.join(changed)}" if changed else stored
@@ -177,15 +184,18 @@ class Store:
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
-def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
+# By the label of the scheme; None where evidence is not kept.
+Places = Mapping[str, Place | None]
+
+
+def keep(places: Places, entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
     """Write the evidence of a block; what failed is not kept, so that it is tried again.
 
     Parameters
     ----------
-    places : iterable of Place or None
-        Where each scheme's evidence goes; None where it is not kept.
+    places : mapping of str to (Place or None)
+        Where each scheme's evidence goes, by its label.
     entries : sequence of Entry
-        The schemes, in the same order.
     lanes : sequence of SchemeEvidence
         What was found of them.
 
@@ -194,12 +204,16 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
     UsageError
         If it cannot be written, for example because the disk is full.
     """
-    for place, entry, lane in zip(places, entries, lanes, strict=True):
-        if place is not None and lane.behaviour is not None and not lane.violation:
-            records = dict(_records(place, entry, lane))
-            if records:
-                known = (place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records, lane.opened)
-                _write(place, StoredLane(*known))
+    changes: dict[Path, dict[str, Change]] = defaultdict(dict)
+    for entry, lane in zip(entries, lanes, strict=True):
+        place = places.get(entry.scheme.label)
+        if place is None or lane.behaviour is None or lane.violation:
+            continue
+        if records := dict(_records(place, entry, lane)):
+            known = (place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records, lane.opened)
+            changes[place.path][place.name] = partial(_replace if place.replace else _add, StoredLane(*known))
+    for path, changed in changes.items():
+        write_lanes(path, changed)
 
 
 def with_opened(lanes: Iterable[SchemeEvidence], task: Task) -> tuple[SchemeEvidence, ...]:
@@ -216,23 +230,18 @@ def _homes(entry: Entry, task: Task) -> frozenset[Path]:
     return frozenset(home for thing in things for home in homes_of(thing) if home is not None)
 
 
-def _write(place: Place, lane: StoredLane) -> None:
-    try:
-        place.container.write(place.name, lambda before: lane if place.replace else _add(before, lane))
-    except OSError as error:
-        raise UsageError(
-            f"cannot write {place.container.path}: {error.strerror or error}; choose another --out"
-        ) from error
+def _replace(lane: StoredLane, _: StoredLane | None) -> StoredLane:
+    return lane
 
 
-def _add(before: StoredLane | None, lane: StoredLane) -> StoredLane:
+def _add(lane: StoredLane, before: StoredLane | None) -> StoredLane:
     """Return evidence with that on measures that were kept before, as far as the same code made it."""
     if before is None or (before.ingredients, before.behaviour) != (lane.ingredients, lane.behaviour):
         return lane
     opened = dict(before.opened) | dict(lane.opened)
-    if opened != dict(lane.opened) | dict(before.opened):
-        return lane
     others = {name: record for name, record in before.measures.items() if name not in lane.measures}
+    if not others or opened != dict(lane.opened) | dict(before.opened):
+        return lane
     health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
     measures = {**others, **lane.measures}
     return lane._replace(health=health, seconds=seconds, measures=measures, opened=tuple(sorted(opened.items())))
@@ -255,22 +264,11 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> SchemeEvidence | N
 
 
 def _otherwise(before: Behaviour, now: Behaviour | None) -> str:
-    if now is None:
-        return UNTOLD
-    names = [name for name in Behaviour._fields if getattr(before, name) != getattr(now, name)]
-    return f"with another behaviour of the {' and of the '.join(names)}"
+    names = changed_parts(before, now)
+    return f"with another behaviour of the {' and of the '.join(names)}" if names else UNTOLD
 
 
-class Copied(NamedTuple):
-    """On how many lanes evidence was copied, was there already, was there with other numbers, or is damaged."""
-
-    new: int = 0
-    same: int = 0
-    other: int = 0
-    damaged: int = 0
-
-
-def copy_evidence(source: Path, target: Path) -> Copied:
+def copy_evidence(source: Path, target: Path) -> Counter[str]:
     """Copy the evidence of a run into another run's folder; of numbers that differ, those that are there stay.
 
     Parameters
@@ -280,35 +278,28 @@ def copy_evidence(source: Path, target: Path) -> Copied:
 
     Returns
     -------
-    Copied
+    Counter of str
+        On how many lanes evidence is "new", was there already ("same") or with "other" numbers, or is "damaged".
 
     Raises
     ------
     UsageError
         If it cannot be written, for example because the disk is full.
     """
-    counts = Copied()
-    for container in containers(source / FOLDER):
-        place = Container(target / FOLDER / container.path.name)
-        try:
-            for name, lane in container.lanes():
-                kind = "damaged" if lane is None else _copy_lane(name, lane, place)
-                counts = counts._replace(**{kind: getattr(counts, kind) + 1})
-        except OSError as error:
-            reason = error.strerror or error
-            raise UsageError(f"cannot write {place.path}: {reason}; choose another --out") from error
+    counts: Counter[str] = Counter()
+    for path in containers(source / FOLDER):
+        for name, lane in all_lanes(path):
+            counts["damaged" if lane is None else _copy_lane(name, lane, target / FOLDER / path.name)] += 1
     return counts
 
 
-def _copy_lane(name: str, lane: StoredLane, place: Container) -> str:
-    there, _ = place.read(name)
+def _copy_lane(name: str, lane: StoredLane, path: Path) -> str:
+    there = read_lanes(path, [name]).get(name)
     if there is None or there.ingredients != lane.ingredients:
-        # What was made by other code stays in its own run.
-        place.write(name, lambda _: lane)
+        write_lanes(path, {name: partial(_replace, lane)})
         return "new"
-    added = {name: record for name, record in lane.measures.items() if name not in there.measures}
-    if added:
-        place.write(name, lambda _: there._replace(measures={**there.measures, **added}))
+    if (both := _add(there, lane)) is not there:
+        write_lanes(path, {name: partial(_replace, both)})
     shared = [name for name in lane.measures if name in there.measures]
     return "same" if all(_agree(lane.measures[name], there.measures[name]) for name in shared) else "other"
 
@@ -320,9 +311,6 @@ def _agree(a: MeasureRecord, b: MeasureRecord) -> bool:
 
 
 def _arrays(record: MeasureRecord) -> list[Array]:
-    return [
-        getattr(tally, kind)[name]
-        for tally in (record.sampled, record.probed)
-        for kind in KINDS
-        for name in sorted(getattr(tally, kind))
-    ]
+    tallies = record.sampled, record.probed
+    kinds = (kind for tally in tallies for kind in (tally.sums, tally.maxima, tally.largest))
+    return [kind[name] for kind in kinds for name in sorted(kind)]

@@ -4,8 +4,9 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from math import ceil
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 from ..contracts.scheme import Scheme
 from ..simulate.ensemble import (
@@ -20,14 +21,16 @@ from ..simulate.ensemble import (
 )
 from ..store.behaviour import behaviours, run_observed
 from ..store.lanes import join_parts
-from ..store.store import Place, Recalled, Store, keep, with_opened
-from ..workers.batches import Batches, Sent
+from ..store.store import Places, Recalled, Store, keep, with_opened
+from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
+from .sequence import ProblemRun
 
 Evidence = tuple[SchemeEvidence, ...]
 Part = tuple[Entry, SchemeEvidence]
+SentBlock = Batch[SchemeEvidence]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 # Batches for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
 # that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a batch.
@@ -46,90 +49,46 @@ class BehaviourObserver:
     """
 
     def __init__(self, workers: Workers) -> None:
-        here = workers if isinstance(workers.executor, Processes) else Workers(None, 1)
-        self.batches = Batches[Task, Behaviour | None](here, behaviours, LATE)
+        self.workers = workers if isinstance(workers.executor, Processes) else Workers(None, 1)
         self.known: dict[tuple[str, Scheme], Behaviour | None] = {}
 
     def __call__(self, task: Task) -> list[Behaviour | None]:
         """Return what the schemes of a task do; None where that cannot be told."""
         new = [entry for entry in task.entries if (task.label, entry.scheme) not in self.known]
-        for entry, found in self.batches.answers(self.batches.send(task.only(new))) if new else ():
+        for entry, found in Batch(self.workers, task.only(new), behaviours, LATE).answers() if new else ():
             self.known[task.label, entry.scheme] = None if isinstance(found, Lost) else found
         return [self.known[task.label, entry.scheme] for entry in task.entries]
 
 
-class BlockBatch(NamedTuple):
-    """Schemes that are simulated on a block, and where the evidence on each of them goes.
-
-    Attributes
-    ----------
-    task : Task
-    block : int
-    places : tuple of (Place or None)
-        None where the evidence is not kept.
-    shared : bool
-        Whether the worker sees the folder of the run, and keeps the evidence there itself.
-    """
-
-    task: Task
-    block: int
-    places: tuple[Place | None, ...]
-    shared: bool = True
-
-    @property
-    def entries(self) -> tuple[Entry, ...]:
-        """Schemes with their measures."""
-        return self.task.entries
-
-    @property
-    def label(self) -> str:
-        """Label of the problem."""
-        return self.task.label
-
-    def only(self, entries: Sequence[Entry]) -> "BlockBatch":
-        """Return the batch with some of its entries, or with some of their measures."""
-        known = {entry.scheme: place for entry, place in zip(self.entries, self.places, strict=True)}
-        return self._replace(task=self.task.only(entries), places=tuple(known[entry.scheme] for entry in entries))
-
-
-def simulate_batch(batch: BlockBatch, marker: Marker) -> Evidence:
+def simulate_block(task: Task, marker: Marker, block: int, places: Places, *, shared: bool = True) -> Evidence:
     """Simulate a block, in a worker or in this process, and keep its evidence where the folder of the run is seen.
 
     Parameters
     ----------
-    batch : BlockBatch
+    task : Task
     marker : Marker
         Is told whose code runs.
+    block : int
+    places : mapping of str to (Place or None)
+        Where the evidence on a scheme goes, by its label; None where it is not kept.
+    shared : bool
+        Whether the worker sees the folder of the run, and keeps the evidence there itself.
     """
-    found = _simulate(batch, marker)
-    if batch.shared:
-        keep(batch.places, batch.entries, found)
+    if not any(places.values()):
+        return run_block(task, block, marker) if task.entries else ()
+    found = with_opened(run_observed(task, block, marker), task)
+    if shared:
+        keep(places, task.entries, found)
     return found
 
 
-def _simulate(batch: BlockBatch, marker: Marker) -> Evidence:
-    task, block, places = batch.task, batch.block, batch.places
-    if not any(place is not None for place in places):
-        return run_block(task, block, marker) if task.entries else ()
-    return with_opened(run_observed(task, block, marker), task)
+class Job(NamedTuple):
+    """A block of a problem at a look, whose last block is `last`."""
 
-
-class Job(Protocol):
-    """A block of paths that is to be run."""
-
-    @property
-    def task(self) -> Task:
-        """What is run on it."""
-        ...
-
-    @property
-    def block(self) -> int:
-        """Index of the block."""
-        ...
-
-
-SomeJob = TypeVar("SomeJob", bound=Job)
-SentBatch = Sent[BlockBatch, SchemeEvidence]
+    problem: ProblemRun
+    task: Task
+    block: int
+    last: int
 
 
 class Blocks:
@@ -149,13 +108,12 @@ class Blocks:
         self.processes = executor if isinstance(executor, Processes) else None
         self.shared = executor is None or self.processes is not None
         self.observe = BehaviourObserver(self.workers)
-        self.batches = Batches[BlockBatch, SchemeEvidence](self.workers, simulate_batch, LATE)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is in the store."""
         return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
-    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Evidence]]":
+    def results(self, jobs: deque[Job], window: int) -> Iterator[tuple[Job, Evidence]]:
         """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
 
         Parameters
@@ -164,62 +122,65 @@ class Blocks:
         window : int
             Blocks under way at most.
         """
-        waiting: deque[tuple[SomeJob, list[Recalled], list[SentBatch]]] = deque()
+        waiting: deque[tuple[Job, list[Recalled], list[SentBlock]]] = deque()
         most = window if self.workers.executor else 1
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
-                waiting.append((job, *self._begin(job, 1 + len(jobs) + len(waiting))))
+                recalled = [] if self.store is None else self.store.recall(job.task, job.block, self.observe)
+                waiting.append((job, recalled, self._send(job, recalled, 1 + len(jobs) + len(waiting))))
             job, recalled, sent = waiting.popleft()
-            parts = [part for each in sent for part in self._parts(each)]
+            parts = [part for each in sent for part in self._parts(each, _places(recalled))]
             yield job, _join(job.task, recalled, parts)
 
-    def _begin(self, job: Job, left: int) -> tuple[list[Recalled], list[SentBatch]]:
-        task, block = job.task, job.block
-        if self.store is None:
-            return [], self._send(BlockBatch(task, block, tuple(None for _ in task.entries), self.shared), left)
-        recalled = self.store.recall(task, block, self.observe)
-        missing = [r for r in recalled if r.missing]
-        entries = [Entry(r.entry.scheme, r.missing) for r in missing]
-        batch = BlockBatch(task.only(entries), block, tuple(r.place for r in missing), self.shared)
-        return recalled, self._send(batch, left) if missing else []
-
-    def _send(self, batch: BlockBatch, left: int) -> list[SentBatch]:
+    def _send(self, job: Job, recalled: Sequence[Recalled], left: int) -> list[SentBlock]:
         """Send a block in batches of some schemes, more where there are more workers for the jobs that are left."""
-        entries, jobs = batch.entries, self.workers.jobs
-        batches = ceil(BATCHES * jobs / left) if jobs > 1 else 1
+        missing = [r for r in recalled if r.missing]
+        entries = [Entry(r.entry.scheme, r.missing) for r in missing] if self.store else job.task.entries
+        batches = ceil(BATCHES * self.workers.jobs / left) if self.workers.jobs > 1 else 1
         size = min(max(1, ceil(len(entries) / batches)), TOGETHER)
-        return [self.batches.send(batch.only(entries[n : n + size])) for n in range(0, len(entries), size)]
+        simulate = partial(simulate_block, block=job.block, shared=self.shared)
+        return [
+            Batch(
+                self.workers,
+                job.task.only(entries[n : n + size]),
+                partial(simulate, places=_places(missing[n : n + size])),
+                LATE,
+            )
+            for n in range(0, len(entries), size)
+        ]
 
-    def _parts(self, sent: SentBatch) -> Iterator[Part]:
+    def _parts(self, sent: SentBlock, places: Places) -> Iterator[Part]:
         """Yield the evidence of a batch; who ran out of memory is tried by itself, in a new process."""
-        for entry, found in _ask(self.batches, sent):
-            alone = sent.batch.only([entry])
+        for entry, found in _ask(sent):
             if found.starved and self.processes is not None:
-                yield from self._try_afresh(alone, self.processes)
+                yield from self._try_afresh(sent, entry, self.processes)
             else:
                 if not self.shared:
-                    keep(alone.places, alone.entries, [found])
+                    keep(places, [entry], [found])
                 yield entry, found
 
-    def _try_afresh(self, batch: BlockBatch, processes: Processes) -> Iterator[Part]:
+    def _try_afresh(self, sent: SentBlock, entry: Entry, processes: Processes) -> Iterator[Part]:
         with processes.afresh() as fresh:
-            batches = replace(self.batches, workers=Workers(fresh, 1))
-            found = _ask(batches, batches.send(batch))
+            found = _ask(replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False))
         yield from ((entry, _name_limit(evidence, processes.limits.memory)) for entry, evidence in found)
 
 
-def _ask(batches: Batches[BlockBatch, SchemeEvidence], sent: SentBatch) -> list[Part]:
+def _places(recalled: Iterable[Recalled]) -> Places:
+    return {r.entry.scheme.label: r.place for r in recalled}
+
+
+def _ask(sent: SentBlock) -> list[Part]:
     """Return the evidence of a batch, or why there is none."""
     try:
-        found = list(batches.answers(sent))
+        found = list(sent.answers())
     except SHORT as error:
-        return [(e, without_evidence(e, f"MemoryError: {error}", starved=True)) for e in sent.batch.entries]
-    return [(e, _without(e, known, sent.batch) if isinstance(known, Lost) else known) for e, known in found]
+        return [(e, without_evidence(e, f"MemoryError: {error}", starved=True)) for e in sent.task.entries]
+    return [(e, _without(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
 
 
-def _without(entry: Entry, lost: Lost, batch: BlockBatch) -> SchemeEvidence:
-    where = f"problem {batch.label}: " if lost.mark.scheme == PROBLEM else ""
+def _without(entry: Entry, lost: Lost, task: Task) -> SchemeEvidence:
+    where = f"problem {task.label}: " if lost.mark.scheme == PROBLEM else ""
     return without_evidence(entry, f"{where}{lost.why}")
 
 

@@ -8,7 +8,6 @@ above all, that is wrong.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -35,16 +34,9 @@ from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
 from ..verdicts.fitted_levels import lost_index
 from ..verdicts.rules import Case, Objection, send
-from .plan import Cell, ControlPlan, ProblemPlan, claims_of
+from .plan import Cell, ControlPlan, ProblemPlan, claims_of, promises_of
 
 CONTRACT = Method("contract and exactness", 0)
-
-
-class ControlEvidence(NamedTuple):
-    """Evidence on the cell of a control: from paths alone, and from all tiers."""
-
-    sampled: Evidence
-    whole: Evidence
 
 
 class ControlVerdicts:
@@ -56,11 +48,11 @@ class ControlVerdicts:
     ----------
     plans : tuple of ControlPlan
         Of one problem.
-    evidence : mapping of Cell to ControlEvidence or Objection
+    evidence : mapping of Cell to Evidence or Objection
         On each cell of the controls that can be run, or why there is none.
     """
 
-    def __init__(self, plans: tuple[ControlPlan, ...], evidence: Mapping[Cell, ControlEvidence | Objection]) -> None:
+    def __init__(self, plans: tuple[ControlPlan, ...], evidence: Mapping[Cell, Evidence | Objection]) -> None:
         self.plans, self.evidence = plans, evidence
         self._objection, self._refuted = cache(self._find_objection), cache(self._refuted_quantities)
 
@@ -127,7 +119,7 @@ class ControlVerdicts:
         known = self.evidence[cell]
         if isinstance(known, Objection):
             return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
-        found = _findings(cell, claim, known.sampled if by_paths else known.whole)
+        found = _findings(cell, claim, replace(known, tally=known.along_paths, probed=None) if by_paths else known)
         # An order is one of smooth functions: what becomes of a jump tells nothing of others.
         return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
@@ -136,7 +128,7 @@ class ControlVerdicts:
         assert plan.positive is not None
         claim = Claim(measure=plan.control.measure, value=plan.control.order, source="control")
         known = self.evidence[plan.positive]
-        found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known.whole)
+        found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
         return frozenset(finding.quantity for finding in found if finding.verdict is Verdict.REFUTED)
 
 
@@ -237,7 +229,7 @@ class CellResult:
     horizon: float = float("nan")
     path_seconds: float = 0.0
 
-    @cached_property
+    @property
     def step_seconds(self) -> float:
         """Mean time of a step on a path, with what is noted of it; NaN where there are no paths."""
         steps = float(self.health.sums["steps"].sum()) if "steps" in self.health.sums else 0.0
@@ -324,19 +316,16 @@ def control_verdicts(
     return ControlVerdicts(plan.controls, evidence)
 
 
-def _of_control(
-    plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence
-) -> ControlEvidence | Objection:
+def _of_control(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence | Objection:
     if known.error:
         return Objection(f"was not measured: {known.error}", known.lack)
     if known.violation:
         return Objection(f"breaks a contract: {known.violation}")
-    whole = _evidence(plan, cell, settings, known)
-    return ControlEvidence(replace(whole, tally=known.sampled, probed=None), whole)
+    return _evidence(plan, cell, settings, known)
 
 
 def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
-    claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
+    claim = next(iter(promises_of(cell)), None)
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
     opinion = Opinion(verdict, Reason(known.violation), tier=0)
     finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())
@@ -353,8 +342,8 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
     """Yield a finding for each quantity that a claim names and the cell does not have."""
     found = {finding.quantity for finding in findings}
-    for claim in cell.scheme.promises:
-        for quantity in claim.quantities if claim.measure == cell.measure.name else ():
+    for claim in promises_of(cell):
+        for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
                 known = sorted({name.removesuffix(AT_T) for name in found})
                 reason = f"claimed, but there is no {quantity} here; there are {', '.join(known)}"

@@ -6,10 +6,9 @@ from concurrent.futures import Executor
 from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
-from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Workers
-from .blocks import Blocks
+from .blocks import Blocks, Job
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -121,7 +120,7 @@ class Study:
                     yield from self._finish([job.problem])
             yield self._advanced(job)
 
-    def _advanced(self, job: "_Job") -> Advanced:
+    def _advanced(self, job: Job) -> Advanced:
         done = sum(self._count_done(problem) for problem in self.problems)
         return Advanced(done, sum(2 * problem.pairs[0] for problem in self.problems), job.task.label)
 
@@ -149,20 +148,11 @@ class Study:
             yield Finished(results)
 
 
-class _Job(NamedTuple):
-    """A block of a problem at a look, whose last block is `last`."""
-
-    problem: ProblemRun
-    task: Task
-    block: int
-    last: int
+def _screening(problem: ProblemRun) -> Job:
+    return Job(problem, problem.task(), SCREENING, SCREENING)
 
 
-def _screening(problem: ProblemRun) -> _Job:
-    return _Job(problem, problem.task(), SCREENING, SCREENING)
-
-
-def _jobs(problem: ProblemRun) -> Iterator[_Job]:
+def _jobs(problem: ProblemRun) -> Iterator[Job]:
     task, blocks = problem.task(), problem.blocks
     for block in blocks:
-        yield _Job(problem, task, block, blocks[-1])
+        yield Job(problem, task, block, blocks[-1])

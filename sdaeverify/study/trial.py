@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from typing import NamedTuple
 
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
-from ..simulate.ensemble import PROBLEM, Entry, Marker
-from ..workers.batches import Batches, Sent
+from ..simulate.ensemble import PROBLEM, Entry, Marker, Task
+from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.marks import Mark, StopError
@@ -19,22 +19,6 @@ from .plan import Trial, scheme_cells
 LATE = "no answer within {:g} s (--timeout)"
 # Blocks of a look that may be computed side by side, of one scheme on one problem.
 BLOCKS = 8
-
-
-class TrialBatch(NamedTuple):
-    """Schemes that are asked about a problem."""
-
-    spec: ProblemSpec
-    entries: tuple[Entry, ...]
-
-    @property
-    def label(self) -> str:
-        """Label of the problem."""
-        return self.spec.label
-
-    def only(self, entries: Sequence[Entry]) -> "TrialBatch":
-        """Return the batch with some of its schemes."""
-        return self._replace(entries=tuple(entries))
 
 
 Death = Lost | None
@@ -59,43 +43,44 @@ def trial_of(
     if not isinstance(executor, Processes):
         return None
     executor.expect(len(schemes) * len(specs) * BLOCKS)
-    batches = Batches[TrialBatch, Death](Workers(executor, 1), try_asking, LATE)
-    sent = {spec.label: batches.send(_batch(spec, schemes, measures)) for spec in specs}
-    return lambda spec: dict(_fatal(batches, sent[spec.label]))
+    workers = Workers(executor, 1)
+    sent = {spec.label: Batch(workers, _task(spec, schemes, measures), try_asking, LATE) for spec in specs}
+    return lambda spec: dict(_fatal(sent[spec.label]))
 
 
-def _batch(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> TrialBatch:
+def _task(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> Task:
     schemes, measures = spec.select(schemes, measures)
-    return TrialBatch(spec, tuple(Entry(scheme, tuple(measures)) for scheme in schemes))
+    return Task(spec, tuple(Entry(scheme, tuple(measures)) for scheme in schemes), Settings())
 
 
-def _fatal(batches: Batches[TrialBatch, Death], sent: Sent[TrialBatch, Death]) -> Iterator[tuple[Scheme | None, str]]:
-    for entry, death in batches.answers(sent):
+def _fatal(sent: Batch[Death]) -> Iterator[tuple[Scheme | None, str]]:
+    for entry, death in sent.answers():
         if death is not None:
             yield None if death.mark.scheme == PROBLEM else entry.scheme, death.why
 
 
-def try_asking(batch: TrialBatch, marker: Marker) -> list[Death]:
+def try_asking(task: Task, marker: Marker) -> list[Death]:
     """Ask schemes and measures what can be run, and return for each scheme what would have ended this process.
 
     Parameters
     ----------
-    batch : TrialBatch
+    task : Task
+        Of whose settings nothing is asked.
     marker : Marker
         Is told whose code runs.
     """
     try:
         with marker.of(PROBLEM):
-            problem = batch.spec.build()
+            problem = task.spec.build()
     except StopError as stop:
-        return [Lost(Mark(PROBLEM), one_line(stop))] * len(batch.entries)
+        return [Lost(Mark(PROBLEM), one_line(stop))] * len(task.entries)
     except FAULTS:
-        return [None] * len(batch.entries)
+        return [None] * len(task.entries)
     found: list[Death] = []
-    for index, (scheme, measures) in enumerate((entry.scheme, entry.measures) for entry in batch.entries):
+    for index, (scheme, measures) in enumerate((entry.scheme, entry.measures) for entry in task.entries):
         try:
             with marker.of(index):
-                scheme_cells(scheme, batch.spec, problem, measures)
+                scheme_cells(scheme, task.spec, problem, measures)
         except StopError as stop:
             found.append(Lost(Mark(index), one_line(stop)))
         else:

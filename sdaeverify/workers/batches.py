@@ -1,10 +1,10 @@
 """Calls about many schemes on a problem at once: who hangs or dies costs its own answer and no other."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Generic, NamedTuple, Protocol, Self, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
 
-from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker
+from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker, Task
 from .calls import Call, Function, Lost, RemoteCall, pickle_argument
 from .executors import Workers
 from .marks import NOBODY, Mark
@@ -14,72 +14,47 @@ Answer = TypeVar("Answer")
 AGAIN = ", twice"
 
 
-class Batch(Protocol):
-    """Schemes on a problem, with measures."""
-
-    @property
-    def entries(self) -> tuple[Entry, ...]:
-        """Schemes with the measures that are put to them."""
-        ...
-
-    @property
-    def label(self) -> str:
-        """Label of the problem."""
-        ...
-
-    def only(self, entries: Sequence[Entry]) -> Self:
-        """Return the batch with some of its entries, or with some of their measures."""
-        ...
-
-
-SomeBatch = TypeVar("SomeBatch", bound=Batch)
-
-
-class Sent(NamedTuple, Generic[SomeBatch, Answer]):
-    """A batch on its way.
-
-    Attributes
-    ----------
-    batch : Batch
-    call : Call or RemoteCall or None
-        None where the call is made in this process, when its answers are asked for.
-    again : bool
-        Whether a process has died of it before.
-    """
-
-    batch: SomeBatch
-    call: "Call[Sequence[Answer]] | RemoteCall[Sequence[Answer]] | None" = None
-    again: bool = False
-
-
 @dataclass(frozen=True)
-class Batches(Generic[SomeBatch, Answer]):
-    """Sends batches to workers.
+class Batch(Generic[Answer]):
+    """Schemes on a problem that are sent to a worker.
 
-    Attributes
+    Parameters
     ----------
     workers : Workers
-    function : callable, (Batch, Marker) -> sequence of Answer
+    task : Task
+    function : callable, (Task, Marker) -> sequence of Answer
         Answers for each entry; at the top level of a module of the framework.
     late : str
         What is said of who takes too long, with a place for the seconds.
+    again : bool
+        Whether a process has died of it before.
+
+    Attributes
+    ----------
+    call : Call or RemoteCall or None
+        None where the call is made in this process, when its answers are asked for.
     """
 
     workers: Workers
+    task: Task
     function: Function[Sequence[Answer]]
     late: str
+    again: bool = False
+    call: "Call[Sequence[Answer]] | RemoteCall[Sequence[Answer]] | None" = field(init=False)
 
-    def send(self, batch: SomeBatch, *, again: bool = False) -> Sent[SomeBatch, Answer]:
-        """Send a batch."""
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "call", self._send())
+
+    def _send(self) -> "Call[Sequence[Answer]] | RemoteCall[Sequence[Answer]] | None":
         executor = self.workers.executor
         if executor is None:
-            return Sent(batch)
-        argument = pickle_argument(batch, f"problem {batch.label} or a scheme or measure on it")
+            return None
+        argument = pickle_argument(self.task, f"problem {self.task.label} or a scheme or measure on it")
         if isinstance(executor, Processes):
-            return Sent(batch, Call(executor, self.function, argument), again)
-        return Sent(batch, RemoteCall(self.workers, self.function, argument))
+            return Call(executor, self.function, argument)
+        return RemoteCall(self.workers, self.function, argument)
 
-    def answers(self, sent: Sent[SomeBatch, Answer]) -> Iterator[tuple[Entry, Answer | Lost]]:
+    def answers(self) -> Iterator[tuple[Entry, Answer | Lost]]:
         """Wait for the answers; what a process has died of is asked again, by itself where many were asked.
 
         Yields
@@ -89,22 +64,22 @@ class Batches(Generic[SomeBatch, Answer]):
         answer : Answer or Lost
             Lost is that of a scheme which takes too long, or of which a process has died twice.
         """
-        batch, call, again = sent
-        found = self.function(batch, Marker()) if call is None else call.outcome()
+        entries = self.task.entries
+        found = self.function(self.task, Marker()) if self.call is None else self.call.outcome()
         if not isinstance(found, Lost):
-            yield from zip(batch.entries, found, strict=True)
+            yield from zip(entries, found, strict=True)
             return
-        given_up, rest = _divide(batch.entries, found, again=again)
-        why = self._tell(found, again=again)
+        given_up, rest = _divide(entries, found, again=self.again)
+        why = self._tell(found)
         yield from ((entry, found._replace(why=why)) for entry in given_up)
-        for each in [self.send(batch.only(entries), again=known) for entries, known in rest]:
-            yield from self.answers(each)
+        for each in [replace(self, task=self.task.only(some), again=known) for some, known in rest]:
+            yield from each.answers()
 
-    def _tell(self, lost: Lost, *, again: bool) -> str:
+    def _tell(self, lost: Lost) -> str:
         if lost.late:
             assert isinstance(self.workers.executor, Processes)
             return self.late.format(self.workers.executor.limits.timeout)
-        return f"{lost.why}{AGAIN if again else ''}"
+        return f"{lost.why}{AGAIN if self.again else ''}"
 
 
 Entries = tuple[Entry, ...]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from importlib import import_module, metadata
 from pathlib import Path
@@ -109,23 +109,17 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
     if name not in known:
         names = [PROCESSES, *sorted(known)]
         raise UsageError(f"unknown executor {name!r}{did_you_mean(name, names)} (known: {', '.join(names)})")
-    try:
-        given = known[name].load()(address.removeprefix("//"), jobs)
-        workers = given.__enter__()
-    except ImportError as error:
-        raise UsageError(f"executor {name} needs a library that is not installed: {one_line(error)}") from error
-    except FAULTS as error:
-        raise UsageError(f"executor {text} cannot be used: {one_line(error)}") from error
-    with _close_at_end(given):
+    with ExitStack() as opened:
+        try:
+            given = known[name].load()(address.removeprefix("//"), jobs)
+            workers = given.__enter__()
+            # What goes wrong later is none of its business.
+            opened.callback(given.__exit__, None, None, None)
+        except ImportError as error:
+            raise UsageError(f"executor {name} needs a library that is not installed: {one_line(error)}") from error
+        except FAULTS as error:
+            raise UsageError(f"executor {text} cannot be used: {one_line(error)}") from error
         yield workers._replace(plugins=Plugins.of(registry))
-
-
-@contextmanager
-def _close_at_end(given: AbstractContextManager[Workers]) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        given.__exit__(None, None, None)
 
 
 def serial(_: str, __: int) -> AbstractContextManager[Workers]:

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from itertools import count
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
@@ -41,6 +41,9 @@ ENDING = 10.0
 class Processes(Executor):
     """Worker processes, started with the first call; one that dies takes its own call with it and no other.
 
+    They are started anew rather than forked, so that they behave alike on every platform and inherit no threads, and
+    ended at once when the block of a ``with`` is left, whatever they do.
+
     Parameters
     ----------
     jobs : int
@@ -49,13 +52,20 @@ class Processes(Executor):
         Modules and plugin files that each of them loads.
     limits : Limits
         What the code of plugins is held to in them.
-    marks : Path
-        Folder in which they mark whose code runs.
+
+    Raises
+    ------
+    NoWorkersError
+        If there is too little address space for them.
     """
 
-    def __init__(self, jobs: int, plugins: tuple[str, ...], limits: Limits, marks: Path) -> None:
+    def __init__(self, jobs: int, plugins: tuple[str, ...] = (), limits: Limits = NONE) -> None:
+        if why := why_no_room(jobs):
+            raise NoWorkersError(why)
         self.jobs, self.limits = jobs, limits
-        self._plugins, self._marks, self._numbers = plugins, marks, count()
+        self._plugins, self._numbers = plugins, count()
+        # In it they mark whose code runs.
+        self._marks = tempfile.TemporaryDirectory(prefix="sdaeverify-")
         self._watched: dict[Path, Future[Any]] = {}
         self._pool: ProcessPool | None = None
         self._context = _Context()
@@ -74,7 +84,7 @@ class Processes(Executor):
         try:
             if not self.active:
                 # Broken since a worker died while none had a call, or never made.
-                self.shutdown()
+                self._end_pool()
                 printed = MOST_PRINTED // self.jobs
                 self._pool = ProcessPool(
                     self.jobs, initializer=_begin, initargs=(self._plugins, printed), context=self._context
@@ -85,16 +95,13 @@ class Processes(Executor):
             # No semaphore, no thread or no process is to be had, of which no scheme is the cause.
             raise NoWorkersError.of(error.__cause__ or error) from error
 
-    @contextmanager
-    def afresh(self) -> Iterator["Processes"]:
-        """Give a worker in which nobody has used up anything."""
-        with _ended(Processes(1, self._plugins, self.limits, self._marks / f"fresh-{next(self._numbers)}")) as fresh:
-            yield fresh
+    def afresh(self) -> "Processes":
+        """Return a worker in which nobody has used up anything."""
+        return Processes(1, self._plugins, self.limits)
 
     def new_mark(self) -> Path:
         """Return a place for a mark that no other call has."""
-        self._marks.mkdir(exist_ok=True)
-        return self._marks / str(next(self._numbers))
+        return Path(self._marks.name, str(next(self._numbers)))
 
     def watch(self, mark: Path, future: "Future[Any]") -> None:
         """End the process of a call when the time of whose code it runs is over."""
@@ -109,6 +116,10 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:  # noqa: ARG002
         """End the workers, whatever they do; calls that wait are given up."""
+        self._end_pool()
+        self._marks.cleanup()
+
+    def _end_pool(self) -> None:
         if self._pool is None:
             return
         self._pool.stop()  # type: ignore[no-untyped-call]
@@ -123,53 +134,10 @@ class Processes(Executor):
                 worker.terminate()
 
 
-@contextmanager
-def worker_pool(
-    jobs: int, files: Sequence[str] = (), limits: Limits = NONE, modules: Sequence[str] = ()
-) -> Iterator[Processes]:
-    """Give an executor of fresh processes, and end them at once when the block is left, whatever they do.
-
-    Workers are started anew rather than forked, so that they behave alike on every platform and inherit no
-    threads; plugin files that were named by path are loaded in each of them.
-
-    Parameters
-    ----------
-    jobs : int
-        Number of processes.
-    files : sequence of str
-        Plugin files to load.
-    limits : Limits
-        What each process is held to.
-    modules : sequence of str
-        Modules to import: one that registers what another defines may set something in it.
-
-    Raises
-    ------
-    NoWorkersError
-        If there is too little address space for them.
-    """
-    if why := why_no_room(jobs):
-        raise NoWorkersError(why)
-    with (
-        tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks,
-        _ended(Processes(jobs, (*modules, *files), limits, Path(marks))) as pool,
-    ):
-        yield pool
-
-
-@contextmanager
-def _ended(pool: Processes) -> Iterator[Processes]:
-    try:
-        yield pool
-    finally:
-        pool.shutdown()
-
-
-@contextmanager
 def executor_for(
     jobs: int, files: Sequence[str] = (), limits: Limits | None = None, modules: Sequence[str] = ()
-) -> Iterator[Executor | None]:
-    """Give a `worker_pool`, or None for one job without limits: it is done in this process.
+) -> AbstractContextManager[Executor | None]:
+    """Give worker processes, or None for one job without limits: it is done in this process.
 
     Parameters
     ----------
@@ -180,13 +148,11 @@ def executor_for(
     limits : Limits or None
         What each process is held to: it takes one of its own to be ended.
     modules : sequence of str
-        Modules to import.
+        Modules to import: one that registers what another defines may set something in it.
     """
     if limits is None and jobs <= 1:
-        yield None
-        return
-    with worker_pool(jobs, files, limits or NONE, modules) as pool:
-        yield pool
+        return nullcontext(None)
+    return Processes(jobs, (*modules, *files), limits or NONE)
 
 
 def in_turn(

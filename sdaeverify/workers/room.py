@@ -8,6 +8,7 @@ import os
 from errno import ENOSPC
 
 from ..errors import SdaeverifyError, one_line
+from .limits import available_cores
 
 MIB = 2**20
 # Measured on two kernels of OpenBLAS: numpy, scipy and pandas take 275 MiB, and 80 MiB more for each further core. A
@@ -64,6 +65,4 @@ def _limit() -> int | None:
 def _cores() -> int:
     """Return how many cores the libraries of linear algebra make ready for."""
     asked = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    if asked.isdigit() and int(asked):
-        return int(asked)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return int(asked) if asked.isdigit() and int(asked) else available_cores()

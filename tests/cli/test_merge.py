@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evidence import change_lanes, files_in, lanes_in
-from facade import Container
+from facade import write_lanes
 from sdaeverify.measuring import Tally
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
@@ -185,7 +185,7 @@ def test_other_numbers_are_told(made, merged):
     record = lane.measures["strong"]
     sums = {name: value + 1.0 for name, value in record.sampled.sums.items()}
     changed = lane._replace(measures={"strong": record._replace(sampled=Tally(sums))})
-    Container(file).write(name, lambda _: changed)
+    write_lanes(file, {name: lambda _: changed})
 
     outcome = merged(one, two)
 
@@ -324,7 +324,7 @@ def test_numbers_from_elsewhere(made, merged, twist, first):
     """Evidence that makes no sense has no traceback: it costs the cells it is about."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG, "--looks", "1", paths=200)
     file, name, lane = sorted(lanes_in(one), key=lambda found: found[1])[0 if first else -1]
-    Container(file).write(name, lambda _: twisted(lane, twist))
+    write_lanes(file, {name: lambda _: twisted(lane, twist)})
 
     outcome = merged(one)
 

@@ -22,6 +22,7 @@ from facade import (
     Limits,
     Plan,
     ProblemSpec,
+    Processes,
     Registry,
     Study,
     claims_of,
@@ -32,7 +33,6 @@ from facade import (
     problem_spec,
     result_of,
     select_schemes,
-    worker_pool,
 )
 from sdaeverify import ProblemError, Scheme, Settings, UsageError
 from sdaeverify_problems.curves._curve_shapes import SHAPES
@@ -123,7 +123,7 @@ def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
 @contextmanager
 def watched(seconds: float = TIMEOUT) -> Iterator[Executor]:
     """Give a process in which no block of paths takes longer than it may."""
-    with worker_pool(1, (), Limits(timeout=seconds)) as executor:
+    with Processes(1, limits=Limits(timeout=seconds)) as executor:
         yield executor
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from facade import Calibration, available_cores, calibration_plan, load_registry, offending, summary, worker_pool
+from facade import Calibration, Processes, available_cores, calibration_plan, load_registry, offending, summary
 
 SEED = 2
 
@@ -20,7 +20,7 @@ def test_coverage_in_a_quick_sample():
 def test_coverage_on_other_seeds(capsys):
     """On a thousand samples of 400 paths a case, no rate disagrees with what is promised for it."""
     calibration = Calibration(calibration_plan(load_registry(lab=True), SEED, 1000))
-    with worker_pool(available_cores()) as executor:
+    with Processes(available_cores()) as executor:
         for _ in calibration.run(executor):
             pass
 

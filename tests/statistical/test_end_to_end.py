@@ -6,6 +6,7 @@ import pytest
 
 from facade import (
     Calibration,
+    Processes,
     Rate,
     Strong,
     Study,
@@ -16,7 +17,6 @@ from facade import (
     select_problems,
     select_schemes,
     with_claims,
-    worker_pool,
 )
 from sdaeverify import Claim, Settings
 from sdaeverify.measuring import Tally, Verdict
@@ -60,7 +60,7 @@ def rates() -> list[Rate]:
     calibration = Calibration(
         calibration_plan(REGISTRY, Settings().seed, round(4 * SEQUENCES / smallest), ["verdicts"])
     )
-    with worker_pool(available_cores()) as executor:
+    with Processes(available_cores()) as executor:
         for _ in calibration.run(executor):
             pass
     return calibration.rates

@@ -10,10 +10,9 @@ import numpy
 import pluggy
 import pytest
 
-import sdaeverify
 from facade import MEASURING, SAYING, code, code_of, framework_code, home_of, load_file
+from test_architecture import LAYERS
 
-ROOT = Path(sdaeverify.__file__).parent
 SCHEME = (
     '"""Words."""\n{}\n\nclass Mine:\n    """Words."""\n\n    def step(self):\n        # Words.\n        return {}\n'
 )
@@ -42,7 +41,7 @@ def forget(known):
     invalidate_caches()
     for name in set(sys.modules) - known:
         del sys.modules[name]
-    for remembered in (code._parse_home, code._versions, home_of):
+    for remembered in (code._parse_home, home_of):
         remembered.cache_clear()
 
 
@@ -165,35 +164,10 @@ def test_what_judges_in_a_measure_does_not_count(put):
     assert put(somebody__in__scheme=MEASURE.format(**{**given, "number": 2})) != before
 
 
-def rooms(start):
-    """Return the files of the framework that some import, directly or not."""
-    found, waiting = set(), list(start)
-    while waiting:
-        file = waiting.pop()
-        if file not in found:
-            found.add(file)
-            waiting += imported(file)
-    return found
-
-
-def imported(file):
-    """Yield the files of the framework that a file imports."""
-    package = file.relative_to(ROOT.parent).parent.parts
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            stem = ROOT.parent.joinpath(*package[: len(package) - node.level + 1], *(node.module or "").split("."))
-            names = [stem, *(stem / alias.name for alias in node.names)]
-            yield from (
-                each for name in names for each in (name.with_suffix(".py"), name / "__init__.py") if each.is_file()
-            )
-
-
 def test_all_that_measures_in_the_framework_counts():
-    """What runs schemes and looks at one step imports nothing that does not count, but what words a finding."""
-    files = rooms([ROOT / "simulate" / "ensemble.py", *(ROOT / "probe").rglob("*.py")])
-    others = {file.relative_to(ROOT).parts for file in files if file.relative_to(ROOT).parts[0] not in MEASURING}
+    """The layers up to those that run schemes and look at one step, which import no higher ones, and no others."""
+    measuring = {room for room, layer in LAYERS.items() if layer <= max(LAYERS["simulate"], LAYERS["probe"])}
 
-    assert others <= {("__init__.py",), ("errors.py",)}
-    assert not {"judge.py", "terminal.py", "store.py", "judging.py"} & {file.name for file in files}
-    assert {ROOT / "contracts" / name for name in SAYING} & files <= {ROOT / "contracts" / "finding.py"}
+    assert {Path(room).stem for room in MEASURING} == measuring - {"errors"}
+    assert {"finding.py"} == SAYING
     assert framework_code() == framework_code()

@@ -6,7 +6,7 @@ from importlib import import_module, invalidate_caches
 
 import pytest
 
-from facade import Entry, Task, behaviours, code, home_of, homes_of, made_with, opened_by, problem_spec
+from facade import Entry, Task, behaviours, code, home_of, homes_of, lane_ingredients, opened_by, problem_spec
 from sdaeverify import Settings
 from sdaeverify.forms.sde import sde
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
@@ -48,7 +48,7 @@ def forget():
     invalidate_caches()
     for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
         del sys.modules[name]
-    for remembered in (code._parse_home, code._versions, home_of):
+    for remembered in (code._parse_home, home_of):
         remembered.cache_clear()
 
 
@@ -57,7 +57,7 @@ def determined():
     forget()
     register = import_module("mine.register")
     spec = problem_spec(register.PROBLEM)
-    said = made_with(register.SCHEME, spec)
+    said = lane_ingredients(register.SCHEME, spec, SETTINGS, 0)
     (done,) = behaviours(Task(spec, (Entry(register.SCHEME, ()),), SETTINGS))
     assert done is not None
     homes = {*homes_of(type(register.SCHEME)), *homes_of(register.PROBLEM)} - {None}

@@ -1,27 +1,20 @@
-"""Blocks over an executor whose workers die: evidence is that of the scheme it is about."""
+"""Blocks over workers: who dies or takes too long costs its own evidence, and nobody else's numbers."""
 
 import pickle
-import time
 from collections import deque
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple
 
 import pytest
-from pebble import ProcessExpired
 
 from facade import (
-    DIED,
-    FORMAT,
     NO_MEASURE,
-    NOBODY,
     PROBLEM,
     Blocks,
     Entry,
     EulerMaruyama,
-    Limits,
     Milstein,
-    Processes,
     StochasticTheta,
     Strong,
     Task,
@@ -33,10 +26,12 @@ from facade import (
 )
 from sdaeverify import Settings
 
+from .fragile import BOTH, TWICE, blaming
+
 SETTINGS = Settings(paths=40, block=40, levels=3, coarsest=2)
 SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())
-STRONG, WEAK = Strong(), Weak()
-TASK = Task(problem_spec(gbm), tuple(Entry(scheme, (STRONG, WEAK)) for scheme in SCHEMES), SETTINGS)
+TASK = Task(problem_spec(gbm), tuple(Entry(scheme, (Strong(), Weak())) for scheme in SCHEMES), SETTINGS)
+LATE = "no result within 5 s on a block of paths (--timeout)"
 
 
 class Given(NamedTuple):
@@ -44,31 +39,6 @@ class Given(NamedTuple):
 
     task: Task
     block: int
-
-
-class Fragile(Processes):
-    """Dies where a batch holds a scheme and a measure, with a mark of who is said to have done it."""
-
-    active = True
-
-    def __init__(self, folder, guilty, blamed, deadline=float("inf")):
-        super().__init__(1, (), Limits(5.0), folder)
-        self.guilty, self.blamed, self.deadline, self.batches = guilty, blamed, deadline, []
-
-    def submit(self, fn, /, *args):
-        """Make a call, or die of it or never come back."""
-        _, argument, mark, _ = args
-        batch = pickle.loads(argument)
-        names = [(e.scheme.name, m.name) for e in batch.entries for m in e.measures]
-        self.batches.append(names)
-        future = Future()
-        if any(pair in names for pair in self.guilty):
-            mark.write_bytes(FORMAT.pack(*self.blamed(batch.entries), self.deadline))
-            if self.deadline > time.monotonic():
-                future.set_exception(ProcessExpired("it died", code=-9))
-        else:
-            future.set_result(pickle.dumps(run_block(batch.task, batch.block)))
-        return future
 
 
 class Counting(Executor):
@@ -83,22 +53,10 @@ class Counting(Executor):
         return self.executor.submit(fn, *args)
 
 
-def blaming(name, measure=NO_MEASURE):
-    """Return a function that blames a scheme by its name, wherever it is."""
-
-    def blamed(entries):
-        index = next((i for i, entry in enumerate(entries) if entry.scheme.name == name), NOBODY)
-        one = measure != NO_MEASURE and index != NOBODY
-        where = [m.name for m in entries[index].measures].index(measure) if one else NO_MEASURE
-        return index, where
-
-    return blamed
-
-
-def errors(executor):
+def errors(executor, task=TASK):
     """Return what became of the schemes, and check that every good one has its own numbers."""
-    ((_, evidence),) = Blocks(executor, None).results(deque([Given(TASK, 0)]), 1)
-    for found, whole in zip(evidence, run_block(TASK, 0), strict=True):
+    ((_, evidence),) = Blocks(executor, None).results(deque([Given(task, 0)]), 1)
+    for found, whole in zip(evidence, run_block(task, 0), strict=True):
         for index, error in enumerate(found.errors):
             if not error:
                 one, other = found.tallies[index], whole.tallies[index]
@@ -106,28 +64,27 @@ def errors(executor):
     return [found.errors for found in evidence]
 
 
-TWICE = f"{DIED} of SIGKILL, perhaps for want of memory, twice"
-BOTH = {("milstein", "strong"), ("milstein", "weak")}
-
-
-def test_nobody_dies(tmp_path):
-    """Good schemes are run together, once."""
-    executor = Fragile(tmp_path, set(), blaming(""))
-
-    assert errors(executor) == [("", "")] * 3
-    assert len(executor.batches) == 1
-
-
-@pytest.mark.parametrize("blamed", ["milstein", "nobody"], ids=["marked", "unmarked"])
-def test_who_dies_costs_its_own_evidence(tmp_path, blamed):
+@pytest.mark.parametrize(
+    ("guilty", "blamed", "found", "calls"),
+    [
+        ((), None, [("", "")] * 3, [6]),
+        (BOTH, blaming("milstein"), [("", ""), (TWICE, TWICE), ("", "")], [6, 2, 4]),
+        (BOTH, blaming("nobody"), [("", ""), (TWICE, TWICE), ("", "")], [6, 2, 2, 2, 2]),
+        ({("milstein", "weak")}, blaming("milstein", "weak"), [("", ""), ("", TWICE), ("", "")], [6, 1, 5]),
+        (BOTH, lambda _: (PROBLEM, NO_MEASURE), [(f"problem gbm: {TWICE}",) * 2] * 3, [6, 6]),
+    ],
+    ids=["good", "marked", "unmarked", "measure", "problem"],
+)
+def test_who_dies_costs_its_own_evidence(fragile, guilty, blamed, found, calls):
     """Whether the mark tells who it was or not, the others keep their own numbers, in their own places."""
-    executor = Fragile(tmp_path, BOTH, blaming(blamed))
+    executor = fragile(guilty, blamed)
 
-    assert errors(executor) == [("", ""), (TWICE, TWICE), ("", "")]
-    assert not list(tmp_path.iterdir())
+    assert errors(executor) == found
+    assert executor.calls == calls
+    assert not executor.marks
 
 
-def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
+def test_who_is_blamed_wrongly_is_run_by_itself(fragile):
     """A scheme that ran when the process died of another has its numbers all the same."""
     first = []
 
@@ -135,7 +92,26 @@ def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
         first.append(0)
         return (2, NO_MEASURE) if len(first) == 1 else blaming("milstein")(entries)
 
-    assert errors(Fragile(tmp_path, BOTH, blamed)) == [("", ""), (TWICE, TWICE), ("", "")]
+    assert errors(fragile(BOTH, blamed)) == [("", ""), (TWICE, TWICE), ("", "")]
+
+
+def test_who_takes_too_long_is_not_tried_again(fragile):
+    """The alarm blames the right one; its reason names the limit."""
+    executor = fragile(BOTH, blaming("milstein"), deadline=0.0)
+
+    assert errors(executor) == [("", ""), (LATE, LATE), ("", "")]
+    assert executor.calls == [6, 4]
+
+
+@pytest.mark.parametrize(
+    ("task", "index"), [(TASK, PROBLEM), (replace(TASK, entries=TASK.entries[1:2]), 0)], ids=["problem", "scheme"]
+)
+def test_who_is_killed_once_is_asked_again(fragile, task, index):
+    """A process that was killed from elsewhere costs nothing, whether the problem's code ran or a lone scheme's."""
+    executor = fragile(BOTH, lambda _: executor.guilty.clear() or (index, NO_MEASURE))
+
+    assert errors(executor, task) == [("", "")] * len(task.entries)
+    assert len(executor.calls) == 2
 
 
 def test_workers_that_are_not_isolated():
@@ -153,48 +129,3 @@ def test_a_block_is_cut_where_there_are_fewer_than_workers_can_take():
             jobs, counting = deque(Given(task, block) for block in range(blocks)), Counting(executor)
             assert len(list(Blocks(Workers(counting, 2), None).results(jobs, 4))) == blocks
         assert counting.schemes == schemes
-
-
-def test_who_takes_too_long_is_not_tried_again(tmp_path):
-    """The alarm blames the right one; its reason names the limit."""
-    executor = Fragile(tmp_path, BOTH, blaming("milstein"), deadline=0.0)
-    late = "no result within 5 s on a block of paths (--timeout)"
-
-    assert errors(executor) == [("", ""), (late, late), ("", "")]
-    assert [len(names) for names in executor.batches] == [6, 4]
-
-
-def test_a_measure_costs_its_own_evidence(tmp_path):
-    """A scheme keeps the evidence of its other measures."""
-    executor = Fragile(tmp_path, {("milstein", "weak")}, blaming("milstein", "weak"))
-
-    assert errors(executor) == [("", ""), ("", TWICE), ("", "")]
-
-
-def test_a_problem_costs_all_its_evidence(tmp_path):
-    """Where the problem's own code ran, nobody is tried again."""
-    executor = Fragile(tmp_path, BOTH, lambda _: (PROBLEM, NO_MEASURE))
-
-    assert errors(executor) == [(f"problem gbm: {TWICE}",) * 2] * 3
-    assert [len(names) for names in executor.batches] == [6, 6]
-
-
-def test_a_problem_that_is_killed_once(tmp_path):
-    """A process that was killed from elsewhere while the problem's code ran costs nothing: it is tried once more."""
-    executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (PROBLEM, NO_MEASURE))
-    executor.guilty = set(BOTH)
-
-    assert errors(executor) == [("", "")] * 3
-    assert [len(names) for names in executor.batches] == [6, 6]
-
-
-def test_a_single_scheme_that_is_killed_once(tmp_path):
-    """A scheme that is alone in its batch is tried once more, too."""
-    alone = replace(TASK, entries=TASK.entries[1:2])
-    executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (0, NO_MEASURE))
-    executor.guilty = set(BOTH)
-
-    ((_, (found,)),) = Blocks(executor, None).results(deque([Given(alone, 0)]), 1)
-
-    assert found.errors == ("", "")
-    assert len(executor.batches) == 2

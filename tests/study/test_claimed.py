@@ -42,18 +42,17 @@ def flat(additive=True) -> SDE:
 CELL = Cell(Careful(), problem_spec(flat), Sharp())
 
 
-def test_promises_of_a_cell():
-    """The promises of a cell are the claims that name its measure."""
+@pytest.mark.parametrize(
+    ("known", "claims"),
+    [
+        ({"seen": flat()}, (EVERYWHERE, ADDITIVE)),
+        ({"seen": flat(additive=False)}, (EVERYWHERE,)),
+        ({"verdict": Verdict.NOT_APPLICABLE}, ()),
+        ({"verdict": Verdict.ERROR}, (EVERYWHERE, ADDITIVE)),
+    ],
+    ids=["in scope", "without the trait", "not applicable", "error"],
+)
+def test_claims_of_a_cell(known, claims):
+    """Claims of its measure are put to the test where the problem has their traits; all might be in an error."""
     assert promises_of(CELL) == (EVERYWHERE, ADDITIVE)
-
-
-@pytest.mark.parametrize(("additive", "claims"), [(True, (EVERYWHERE, ADDITIVE)), (False, (EVERYWHERE,))])
-def test_claims_in_scope(additive, claims):
-    """Claims are put to the test where the problem has the traits they ask for."""
-    assert claims_of(replace(CELL, seen=flat(additive=additive))) == claims
-
-
-def test_cells_that_cannot_be_run():
-    """A cell that does not apply tests nothing; in one that is in error any claim might have been tested."""
-    assert claims_of(replace(CELL, verdict=Verdict.NOT_APPLICABLE)) == ()
-    assert claims_of(replace(CELL, verdict=Verdict.ERROR)) == (EVERYWHERE, ADDITIVE)
+    assert claims_of(replace(CELL, **known)) == claims

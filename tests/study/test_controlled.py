@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from facade import Cell, ControlEvidence, ControlPlan, ControlVerdicts, Objection, send
+from facade import Cell, ControlPlan, ControlVerdicts, Objection, send
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Reason, Verdict
 
@@ -51,7 +51,7 @@ def controls_of(made, lost="", objection=None):
     found = {}
     for cell in (cell for plan in made for cell in (plan.positive, plan.negative) if cell is not None):
         evidence = Evidence(cell.scheme, None, None, None, None, None)
-        found[cell] = objection if cell.scheme.name == lost else ControlEvidence(evidence, evidence)
+        found[cell] = objection if cell.scheme.name == lost else evidence
     return ControlVerdicts(made, found)
 
 
@@ -60,9 +60,27 @@ def controlled(finding, scheme, controls):
     return send(finding, controls.case(finding, scheme))
 
 
-def test_a_problem_that_tells_the_orders_apart_verifies():
-    """With the positive control verified and the negative one refuted, a finding is left alone."""
-    assert controlled(VERIFIED, TESTED, controls_of(plans())) == VERIFIED
+REFUTED = replace(VERIFIED, verdict=Verdict.REFUTED)
+EXACT = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
+SUSPECT = plans(positive=0.5)
+
+
+@pytest.mark.parametrize(
+    ("finding", "scheme", "controls"),
+    [
+        (VERIFIED, TESTED, plans()),
+        (VERIFIED, TESTED, ()),
+        (EXACT, TESTED, plans(negative=1.0)),
+        (REFUTED, TESTED, plans(negative=1.0)),
+        (replace(REFUTED, tier=1), TESTED, SUSPECT),
+        (replace(REFUTED, tier=3, quantity="y"), TESTED, SUSPECT),
+        (replace(REFUTED, tier=3), SUSPECT[0].positive.scheme, SUSPECT),
+    ],
+    ids=["told apart", "no controls", "no order", "refuted", "one step", "another quantity", "control itself"],
+)
+def test_what_controls_have_nothing_against(finding, scheme, controls):
+    """A problem that tells the orders apart leaves findings alone; a refutation needs no control."""
+    assert controlled(finding, scheme, controls_of(controls)) == finding
 
 
 @pytest.mark.parametrize(
@@ -121,40 +139,12 @@ def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(
     assert words in str(found.reason)
 
 
-def test_evidence_without_controls_refutes_all_the_same():
-    """A refutation needs no control."""
-    refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
-
-    assert controlled(refuted, TESTED, controls_of(plans(negative=1.0))) == refuted
-
-
 def test_paths_refute_nothing_where_a_control_is_refuted():
     """Where what is right is refuted in the same quantity, too, the problem is in error and not the scheme."""
-    refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3, p_refuted=1e-9)
-    suspect = controls_of(plans(positive=0.5))
-
-    found = controlled(refuted, TESTED, suspect)
+    found = controlled(replace(REFUTED, tier=3, p_refuted=1e-9), TESTED, controls_of(SUSPECT))
 
     assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
     assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in str(found.reason)
-    assert controlled(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
-    assert controlled(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
-
-
-def test_a_control_that_is_tested_itself_can_be_refuted():
-    """A scheme is not excused by its own refutation."""
-    refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3)
-    controls = plans(positive=0.5)
-
-    assert controlled(refuted, controls[0].positive.scheme, controls_of(controls)) == refuted
-
-
-def test_a_problem_without_controls_for_a_measure_has_no_say():
-    """Controls are asked for where a problem declares some for the measure, and for orders only."""
-    exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
-
-    assert controlled(VERIFIED, TESTED, controls_of(())) == VERIFIED
-    assert controlled(exact, TESTED, controls_of(plans(negative=1.0))) == exact
 
 
 @pytest.mark.parametrize("lost", ["good", "bad"])
@@ -169,7 +159,7 @@ def test_controls_without_evidence_confirm_nothing(lost, verdict):
     assert f"its control {lost} was not measured: it died" in str(found.reason)
     assert "is not refuted" not in str(found.reason)
     assert found.p_verified == 1.0
-    assert controlled(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, partly).p_refuted != 1.0
+    assert controlled(REFUTED, TESTED, partly).p_refuted != 1.0
 
 
 def test_a_control_of_which_nobody_knows_whether_it_can_be_run():

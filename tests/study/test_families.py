@@ -48,6 +48,7 @@ def test_what_is_no_test_does_not_count():
         ({"p_verified": 1e-5, "claim": None}, Verdict.INCONCLUSIVE),
         ({"p_verified": 1e-5, "tier": 1}, Verdict.INCONCLUSIVE),
         ({"p_verified": 1e-5, "verdict": Verdict.DIVERGED}, Verdict.DIVERGED),
+        ({"verdict": Verdict.REFUTED, "p_verified": np.nan, "p_refuted": np.nan}, Verdict.REFUTED),
     ],
 )
 def test_undecided_findings_are_decided_over_all_tests_of_the_run(changes, verdict):
@@ -70,13 +71,6 @@ def test_early_verdicts_are_taken_back_in_a_run_with_too_many_tests():
 
     assert first is Verdict.INCONCLUSIVE
     assert alone is Verdict.REFUTED
-
-
-def test_deterministic_refutations_stay():
-    """A verdict without p-value is nobody's to correct."""
-    finding = replace(OPEN, verdict=Verdict.REFUTED, p_verified=float("nan"), p_refuted=float("nan"))
-
-    assert verdicts(family_wise([result(finding)], 0.01)) == [Verdict.REFUTED]
 
 
 def test_the_family_wise_error_is_kept():

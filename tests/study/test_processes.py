@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from facade import DIED, Call, Limits, Lost, pickle_argument, unpickle_argument, worker_pool
+from facade import DIED, Call, Limits, Lost, Processes, pickle_argument, unpickle_argument
 from sdaeverify import UsageError
 from sdaeverify.workers.room import NoWorkersError
 
@@ -19,13 +19,16 @@ PATIENCE = 200.0
 
 
 def ends(argument, marker):
-    """End the process in a way that is asked for."""
-    kind, number = argument
+    """End the process in a way that is asked for, perhaps with a copy left that holds its pipes."""
+    kind, number, file = argument
     with marker.of(3):
-        if kind == "exit":
-            os._exit(number)
         if kind == "kill":
             os.kill(os.getpid(), number)
+        if kind == "exit" and (child := os.fork()):
+            Path(file).write_text(str(child))
+            os._exit(number)
+        if kind == "exit":
+            time.sleep(300.0)
     return number
 
 
@@ -36,15 +39,6 @@ def hangs(file, marker):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         if child := os.fork():
             Path(file).write_text(str(child))
-        time.sleep(300.0)
-
-
-def dies(file, marker):
-    """Die, and leave behind what holds the pipes of the process."""
-    with marker.of(3):
-        if child := os.fork():
-            Path(file).write_text(str(child))
-            os._exit(0)
         time.sleep(300.0)
 
 
@@ -60,108 +54,87 @@ def is_alive(process):
     return True
 
 
+def has_ended(process):
+    """Wait until a process is dead: a signal that nobody can ignore takes a moment all the same."""
+    until = time.monotonic() + PATIENCE
+    while is_alive(process) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not is_alive(process)
+
+
 def refuse(*_):
     """Start no thread."""
     raise RuntimeError("can't start new thread")
 
 
 @POSIX
-def test_who_dies_takes_its_own_call():
+def test_who_dies_takes_its_own_call(tmp_path):
     """The exit code or the signal is told, and whose code ran; the calls beside it and after it are made."""
-    asked = [("exit", 0), ("none", 1), ("exit", 3), ("kill", 11), ("none", 2), ("kill", 9)]
-    with worker_pool(2, limits=Limits(PATIENCE)) as pool:
-        calls = [Call(pool, ends, pickle.dumps(each)) for each in asked]
+    file = tmp_path / "child"
+    asked = [("exit", 0), ("none", 1), ("kill", 11), ("kill", 9)]
+    with Processes(2, limits=Limits(PATIENCE)) as pool:
+        calls = [Call(pool, ends, pickle.dumps((*each, file))) for each in asked]
         found = [call.outcome() for call in calls]
 
     told = [each.why if isinstance(each, Lost) else each for each in found]
-    assert told == [
-        f"{DIED} with exit code 0",
-        1,
-        f"{DIED} with exit code 3",
-        f"{DIED} of SIGSEGV",
-        2,
-        f"{DIED} of SIGKILL, perhaps for want of memory",
-    ]
+    killed = [f"{DIED} of SIGSEGV", f"{DIED} of SIGKILL, perhaps for want of memory"]
+    assert told == [f"{DIED} with exit code 0", 1, *killed]
     assert {each.mark.scheme for each in found if isinstance(each, Lost)} == {3}
     assert not active_children()
+    assert has_ended(int(file.read_text()))
 
 
 @POSIX
-@pytest.mark.parametrize(("call", "limit", "late"), [(hangs, 2.0, True), (dies, PATIENCE, False)])
-def test_no_way_out(tmp_path, call, limit, late):
-    """A call that ignores alarms, or dies with a copy of itself left, is lost within its time, and the copy ends."""
+def test_who_hangs_is_ended_with_its_copies(tmp_path):
+    """A call that ignores alarms is lost within its time, and whoever waits for one behind it ends it."""
     file = tmp_path / "child"
-    with worker_pool(1, limits=Limits(limit)) as pool:
-        begun = time.monotonic()
-        lost = Call(pool, call, pickle.dumps(str(file))).outcome()
+    with Processes(1, limits=Limits(1.0)) as pool:
+        first = Call(pool, hangs, pickle.dumps(str(file)))
+        assert Call(pool, ends, pickle.dumps(("none", 2, file))).outcome() == 2
+        lost = first.outcome()
 
-    child, until = int(file.read_text()), time.monotonic() + PATIENCE
-    assert isinstance(lost, Lost)
-    assert (lost.mark.scheme, lost.late) == (3, late)
-    assert time.monotonic() - begun < PATIENCE
-    while is_alive(child) and time.monotonic() < until:
-        time.sleep(0.01)
-    assert not is_alive(child)
+    assert (lost.mark.scheme, lost.late) == (3, True)
+    assert has_ended(int(file.read_text()))
 
 
 @POSIX
-def test_a_call_that_waits_for_one_that_hangs(tmp_path):
-    """Who waits for a call ends those before it in the queue that take too long."""
-    with worker_pool(1, limits=Limits(2.0)) as pool:
-        first = Call(pool, hangs, pickle.dumps(str(tmp_path / "child")))
-        assert Call(pool, ends, pickle.dumps(("none", 2))).outcome() == 2
-        assert first.outcome().late
-
-
-@POSIX
-def test_a_worker_that_dies_while_idle():
-    """The next call is made in a new one."""
-    with worker_pool(1) as pool:
-        assert Call(pool, ends, pickle.dumps(("none", 1))).outcome() == 1
-        (worker,) = active_children()
-        os.kill(worker.pid, signal.SIGKILL)
-        worker.join()
-        assert Call(pool, ends, pickle.dumps(("none", 2))).outcome() == 2
-
-
-def test_a_new_process():
-    """A call may be made in a process in which nobody was, which ends with it."""
-    with worker_pool(1) as pool:
+def test_workers_are_started_as_they_are_needed():
+    """No more than there are calls, and a new one for who asks for it, or in place of one that died between calls."""
+    with Processes(8) as pool:
+        pool.expect(1)
         first = pool.submit(os.getpid).result(PATIENCE)
         with pool.afresh() as fresh:
             assert fresh.submit(os.getpid).result(PATIENCE) != first
-        assert pool.submit(os.getpid).result(PATIENCE) == first
-        assert len(active_children()) == 1
+        (worker,) = active_children()
+        assert pool.submit(os.getpid).result(PATIENCE) == first == worker.pid
+        os.kill(first, signal.SIGKILL)
+        worker.join()
+        assert Call(pool, ends, pickle.dumps(("none", 2, ""))).outcome() == 2
 
 
-def test_no_more_workers_than_calls():
-    """Of many workers as many are started as there will be calls side by side."""
-    with worker_pool(8) as pool:
-        pool.expect(2)
-        pool.submit(os.getpid).result(PATIENCE)
-        assert len(active_children()) == 2
-
-
-def test_workers_end_where_the_block_is_left_by_an_error():
-    """Whatever they are doing, they are ended at once."""
-    begun = time.monotonic()
+@POSIX
+def test_workers_end_where_the_block_is_left(monkeypatch):
+    """By an error, too: neither what they do nor threads of pebble that never end keep them alive."""
+    monkeypatch.setattr("sdaeverify.workers.pool.ENDING", 0.1)
 
     def leave():
-        with worker_pool(2) as pool:
-            pool.submit(pow, 2, 3).result(PATIENCE)
+        with Processes(1, limits=Limits(PATIENCE)) as pool:
+            found.append(pool.submit(os.getpid).result(PATIENCE))
             pool.submit(time.sleep, 300.0)
+            monkeypatch.setattr(pool._pool, "join", lambda: time.sleep(PATIENCE))
             raise KeyError
 
+    found, begun = [], time.monotonic()
     with pytest.raises(KeyError):
         leave()
 
+    assert has_ended(*found)
     assert time.monotonic() - begun < PATIENCE
-    assert not active_children()
 
 
 def test_a_pool_that_cannot_be_made(monkeypatch):
     """What the system refuses as a pool is made is told as that, with what may help."""
-    with worker_pool(1) as pool:
+    with Processes(1) as pool:
         monkeypatch.setattr("threading.Thread.start", refuse)
         with pytest.raises(NoWorkersError, match=r"^worker processes cannot be started: .*new thread.*; try fewer"):
             pool.submit(os.getpid)
@@ -204,18 +177,3 @@ def test_a_plugin_file_that_was_saved_meanwhile():
     """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
     with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
         unpickle_argument(b"csdaeverify_file_odd_0123456789\nOdd\n.")
-
-
-@POSIX
-def test_workers_are_ended_though_pebble_waits(monkeypatch, tmp_path):
-    """Threads of pebble that never end keep no program from ending, and no worker alive."""
-    monkeypatch.setattr("sdaeverify.workers.pool.ENDING", 0.1)
-    with worker_pool(1, limits=Limits(PATIENCE)) as pool:
-        process = pool.submit(os.getpid).result()
-        monkeypatch.setattr(pool._pool, "join", lambda: time.sleep(PATIENCE))
-
-    # A signal that nobody can ignore takes a moment all the same.
-    until = time.monotonic() + PATIENCE
-    while is_alive(process) and time.monotonic() < until:
-        time.sleep(0.01)
-    assert not is_alive(process)

@@ -47,19 +47,37 @@ def named(plan):
     return [(cell.spec.label, cell.scheme.label, cell.measure.name) for cell in plan.cells]
 
 
-def test_one_plan_is_itself():
-    """A union of one plan has its cells."""
-    plan = plan_of(gbm, [EULER, MILSTEIN], [STRONG, WEAK])
-
-    assert sorted(named(union([plan]))) == sorted(named(plan))
-    assert union([]) == Plan(())
+def strongly(problem, *schemes):
+    """Return names of cells of the strong measure."""
+    return [(problem, scheme.label, "strong") for scheme in schemes]
 
 
-def test_disjoint_plans():
-    """Cells of both are there, problems in the order of their labels."""
-    whole = union([plan_of(ou, [EULER], [STRONG]), plan_of(gbm, [MILSTEIN], [WEAK])])
+@pytest.mark.parametrize(
+    ("plans", "cells"),
+    [
+        ([], []),
+        ([plan_of(gbm, [MILSTEIN, EULER], [STRONG])], strongly("gbm", EULER, MILSTEIN)),
+        (
+            [plan_of(ou, [EULER], [STRONG]), plan_of(gbm, [MILSTEIN], [STRONG])],
+            [*strongly("gbm", MILSTEIN), *strongly("ou", EULER)],
+        ),
+        (
+            [plan_of(gbm, [EULER], [STRONG]), plan_of(gbm, [MILSTEIN], [WEAK])],
+            [*strongly("gbm", EULER), ("gbm", "milstein", "weak")],
+        ),
+        (
+            [plan_of(gbm, [EULER, MILSTEIN], [STRONG]), plan_of(gbm, [MILSTEIN, THETA], [STRONG])],
+            strongly("gbm", EULER, MILSTEIN, THETA),
+        ),
+    ],
+    ids=["none", "one", "disjoint", "no product", "each once"],
+)
+def test_the_cells_of_both_and_no_others(plans, cells):
+    """Cells of all plans are there once, in the order of their labels, and none that no run had."""
+    whole = union(plans)
 
-    assert named(whole) == [("gbm", "milstein", "weak"), ("ou", "euler-maruyama", "strong")]
+    assert named(whole) == cells
+    assert len(whole.problems) == len({problem for problem, *_ in cells})
 
 
 def test_an_order_that_is_asked_for():
@@ -70,25 +88,6 @@ def test_an_order_that_is_asked_for():
 
     assert [cell.spec.label for cell in whole.cells] == ["ou", "gbm", "gbm", "gbm"]
     assert [cell.scheme.label for cell in whole.cells[1:]] == [MILSTEIN.label, THETA.label, EULER.label]
-
-
-def test_no_cell_is_made_up():
-    """What no run had is in no cell: the union is no product."""
-    whole = union([plan_of(gbm, [EULER], [STRONG]), plan_of(gbm, [MILSTEIN], [WEAK])])
-
-    assert named(whole) == [("gbm", "euler-maruyama", "strong"), ("gbm", "milstein", "weak")]
-    assert len(whole.problems) == 1
-
-
-def test_cells_of_both_are_there_once():
-    """A cell that two runs have is one."""
-    whole = union([plan_of(gbm, [EULER, MILSTEIN], [STRONG]), plan_of(gbm, [MILSTEIN, THETA], [STRONG])])
-
-    assert named(whole) == [
-        ("gbm", "euler-maruyama", "strong"),
-        ("gbm", "milstein", "strong"),
-        ("gbm", "stochastic-theta[theta=0.75]", "strong"),
-    ]
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -69,5 +69,5 @@ def test_modules_that_register(tmp_path, monkeypatch):
     (tmp_path / "somebodys_plugin.py").write_text("import somebodys_scheme\nsomebodys_scheme.weight = 2.0")
     monkeypatch.syspath_prepend(str(tmp_path))
 
-    with executor_for(2, modules=["somebodys_plugin"]) as executor:
+    with executor_for(1, limits=Limits(), modules=["somebodys_plugin"]) as executor:
         assert executor.submit(eval, "__import__('somebodys_scheme').weight").result() == 2.0

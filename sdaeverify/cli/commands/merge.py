@@ -1,5 +1,6 @@
 """``merge``: runs of several machines as one."""
 
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import fields, replace
@@ -15,7 +16,7 @@ from ...registry.load import Registry
 from ...registry.selection import select_measures, select_problems, select_schemes
 from ...report.files import require_writable
 from ...report.saved import SavedRun, read_run
-from ...store.store import Copied, copy_evidence
+from ...store.store import copy_evidence
 from ...study.plan import union
 from ...workers.limits import read_limits
 from ..console import complain
@@ -51,12 +52,12 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
         return carry_out(merged, crew, "none")
 
 
-def _report_copies(folder: Path, copied: Copied) -> None:
-    complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
-    if copied.other:
-        complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
-    if copied.damaged:
-        complain("warning", f"{folder}: {copied.damaged} pieces of evidence are damaged and left out")
+def _report_copies(folder: Path, copied: Counter[str]) -> None:
+    complain("", f"{folder}: {copied['new']} blocks are new, {copied['same']} were there")
+    if copied["other"]:
+        complain("warning", f"{folder}: {copied['other']} blocks are there with other numbers, which are kept")
+    if copied["damaged"]:
+        complain("warning", f"{folder}: {copied['damaged']} pieces of evidence are damaged and left out")
 
 
 def _require_same(saved: "Sequence[SavedRun]") -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ...contracts.settings import SCREENING, Settings
 from ...errors import UsageError
-from ...store.container import containers
+from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
 from ..folders import key_of, read_verdicts, run_of
@@ -79,7 +79,7 @@ def read_run(folder: Path) -> StoredRun:
     lanes: dict[str, dict[tuple[str, str], dict[int, StoredLane]]] = defaultdict(lambda: defaultdict(dict))
     every, few = str(saved.settings.levels), str(saved.settings.guards.levels)
     damaged = 0
-    for lane in (lane for container in containers(folder / FOLDER) for _, lane in container.lanes()):
+    for lane in (lane for path in containers(folder / FOLDER) for _, lane in all_lanes(path)):
         damaged += lane is None
         if lane is not None and _is_of(lane, saved):
             # Evidence of an earlier version stays where it was: what was used last counts.
