@@ -262,10 +262,7 @@ def test_shipped_plugins_come_first(install: Install) -> None:
             "def sdaeverify_schemes(): return []",
             "function sdaeverify_schemes is not marked as a hook; put @hookimpl",
         ),
-        (
-            "def sdaeverify_sceme(): return []",
-            "function sdaeverify_sceme is not marked as a hook; put @hookimpl",
-        ),
+        ("def sdaeverify_sceme(): return []", "implements no hook; expected one of sdaeverify_calibration"),
         (
             f"{HEADER}\n@hookimpl\ndef sdaeverify_schemes(registry): return []",
             "PluginValidationError: Plugin 'fake' for hook 'sdaeverify_schemes'",
@@ -387,12 +384,15 @@ def test_unusable_problem(one: Callable[[str], PluginRow], change: tuple[str, st
     assert found.reason.startswith(reason)
 
 
+TWICE = "measure 'fake-question' is registered twice by this plugin: Question and Question"
+
+
 @pytest.mark.parametrize(
     ("returned", "reason"),
     [
         ("[Question]", "expected a measure, got the class Question; write Question()"),
         ("[3]", "name of a measure must be lower-case letters, digits, hyphens and dots, got None"),
-        ("[Question(), Question()]", "measure 'fake-question' is registered twice by this plugin"),
+        ("[Question(), Question()]", TWICE),
     ],
 )
 def test_unusable_measure(one: Callable[[str], PluginRow], returned: str, reason: str) -> None:

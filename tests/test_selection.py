@@ -1,18 +1,19 @@
 """Selections: what a request for schemes, problems and measures means."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
 
 from facade import (
+    MEASURES,
+    PROBLEMS,
+    SCHEMES,
     Origin,
-    ProblemEntry,
     ProblemSpec,
     Registered,
     Registry,
-    SchemeEntry,
     check_problem_function,
     select_measures,
     select_problems,
@@ -92,9 +93,11 @@ def registry() -> Registry:
     families = {"pendulum": pendulum, "pendulum-long": pendulum_long}
     measures = {name: SimpleNamespace(name=name) for name in ("drift", "strong")}
     return Registry(
-        {name: SchemeEntry(name, variants, ORIGIN) for name, variants in schemes.items()},
-        {name: ProblemEntry(name, family, ORIGIN) for name, family in families.items()},
-        {name: Registered(name, measure, ORIGIN) for name, measure in measures.items()},
+        {
+            SCHEMES: {name: Registered(name, variants, ORIGIN) for name, variants in schemes.items()},
+            PROBLEMS: {name: Registered(name, (family,), ORIGIN) for name, family in families.items()},
+            MEASURES: {name: Registered(name, (measure,), ORIGIN) for name, measure in measures.items()},
+        }
     )
 
 
@@ -123,7 +126,7 @@ def test_schemes(registry: Registry, patterns: Any, labels: list[str]) -> None:
 
 def test_a_run_of_everything_leaves_out_what_is_run_on_request(registry: Registry) -> None:
     """Without patterns no scheme on request is taken, be its library installed or not; a glob or a name takes it."""
-    asked = replace(registry, schemes={**registry.schemes, "asked": SchemeEntry("asked", (Asked(),), ORIGIN)})
+    asked = Registry({SCHEMES: {**registry.schemes, "asked": Registered("asked", (Asked(),), ORIGIN)}})
 
     assert "asked" not in {scheme.label for scheme in select_schemes(asked)}
     for pattern in ("asked", "a*", "*"):
@@ -203,10 +206,10 @@ def marked(*rows: Any) -> Any:
 )
 def test_rows_of_the_matrix(registry: Registry, wanted: Any, labels: list[str]) -> None:
     """Everything and globs mean the parameters a problem has in the matrix, its name the defaults."""
-    entry = ProblemEntry("pendulum-long", marked({"c_g": 1.0}, {"c_g": 3.0}), ORIGIN)
-    problems = {**registry.problems, "pendulum-long": entry}
+    entry = Registered("pendulum-long", (marked({"c_g": 1.0}, {"c_g": 3.0}),), ORIGIN)
+    changed = Registry({PROBLEMS: {**registry.problems, "pendulum-long": entry}})
 
-    assert [spec.label for spec in select_problems(replace(registry, problems=problems), wanted)] == labels
+    assert [spec.label for spec in select_problems(changed, wanted)] == labels
 
 
 @pytest.mark.parametrize(
@@ -276,10 +279,10 @@ def test_measure_objects(registry: Registry) -> None:
     ("wanted", "message"),
     [
         (["strang"], "unknown measure 'strang'; did you mean strong?"),
-        (["strong[a=1]"], "measure 'strong' takes no parameters, got 'strong[a=1]'"),
+        (["strong[a=1]"], "measure 'strong' takes no parameters"),
         (
             ["strong", SimpleNamespace(name="strong", a=1)],
-            "two different measures are named 'strong'; select one of them",
+            "two different measures are labelled 'strong'; select one of them",
         ),
     ],
 )
@@ -293,4 +296,4 @@ def test_refused_measures(registry: Registry, wanted: Any, message: str) -> None
 
 def test_everything_of_an_empty_registry_is_nothing() -> None:
     """Asking for everything is no mistake where there is nothing."""
-    assert select_schemes(Registry({}, {}, {})) == []
+    assert select_schemes(Registry({})) == []

@@ -10,7 +10,7 @@ from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
 from ..forms.controls import deciding
-from ..registry.contributions import SchemeEntry
+from ..registry.contributions import Registered
 from ..registry.discovery import normalise
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
@@ -157,8 +157,8 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     return select_schemes(registry, [variant for entry in own for variant in entry.variants])
 
 
-def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
-    claimant = entry.variants[0].claimant or entry.origin.distribution
+def _is_of(entry: Registered, policy: Policy) -> bool:
+    claimant = entry.thing.claimant or entry.origin.distribution
     named = bool(policy.distribution) and normalise(claimant) == normalise(policy.distribution)
     return named or entry.origin.module in policy.plugins
 

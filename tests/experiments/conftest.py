@@ -31,10 +31,10 @@ def planned(registry: Registry) -> Callable[..., ExperimentRun]:
 
     def plan(*rows: Row, paths: int = 10, budget: Budget = Budget.SMOKE, **attributes: object) -> ExperimentRun:
         experiment = MeanTable(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
-        entry = Registered("mine", experiment, Origin("mine", "", "", "mine.py"))
+        entry = Registered("mine", (experiment,), Origin("mine", "", "", "mine.py"))
         return ExperimentRun(
             experiment_plan(
-                replace(registry, further={EXPERIMENTS: {"mine": entry}}),
+                replace(registry, entries={**registry.entries, EXPERIMENTS: {"mine": entry}}),
                 "mine",
                 paths=paths,
                 budget=budget,

@@ -16,10 +16,11 @@ MEASURED = {8: 2.962e-4, 16: 1.476e-4, 32: 7.22e-5, 64: 3.581e-5, 128: 1.751e-5}
 
 def changed(registry, name, change, paths):
     """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.further[EXPERIMENTS][name]
+    entry = registry.entries[EXPERIMENTS][name]
     rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
-    other = replace(entry, thing=replace(entry.thing, rows=rows, block=paths))
-    run = ExperimentRun(experiment_plan(replace(registry, further={EXPERIMENTS: {name: other}}), name, paths=paths))
+    other = replace(entry, things=(replace(entry.thing, rows=rows, block=paths),))
+    changed = replace(registry, entries={**registry.entries, EXPERIMENTS: {name: other}})
+    run = ExperimentRun(experiment_plan(changed, name, paths=paths))
     list(run.run())
     return lines_of(run)
 

@@ -87,10 +87,9 @@ class OnOneNoise(Experiment):
 def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
     for steps, fits in (((4, 8), True), ((4, 12), False)):
-        entry = Registered(
-            "mine", OnOneNoise(name="mine", title="t", source="s", steps=steps), Origin("mine", "", "", "mine.py")
-        )
-        changed = replace(registry, further={"sdaeverify_experiments": {"mine": entry}})
+        shared = OnOneNoise(name="mine", title="t", source="s", steps=steps)
+        entry = Registered("mine", (shared,), Origin("mine", "", "", "mine.py"))
+        changed = replace(registry, entries={**registry.entries, "sdaeverify_experiments": {"mine": entry}})
         if fits:
             ((task, keys),) = experiment_plan(changed, "mine").groups
             assert (task.label, keys) == ("common", ("gbm", "ou"))

@@ -16,8 +16,9 @@ from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spac
 
 def evidence_of(registry, name, experiment=None, paths=4):
     """Run an experiment, changed or not, in this process."""
-    entry = registry.further[EXPERIMENTS][name]
-    changed = replace(registry, further={EXPERIMENTS: {name: replace(entry, thing=experiment or entry.thing)}})
+    entry = registry.entries[EXPERIMENTS][name]
+    own = replace(entry, things=(experiment or entry.thing,))
+    changed = replace(registry, entries={**registry.entries, EXPERIMENTS: {name: own}})
     run = ExperimentRun(experiment_plan(changed, name, paths=paths))
     list(run.run())
     assert run.evidence.failures == []

@@ -37,8 +37,9 @@ QUICK = (
 
 def ran(registry, name, paths=None, experiment=None):
     """Run an experiment, changed or not, in this process, and return its exhibit."""
-    entry = registry.further[EXPERIMENTS][name]
-    changed = replace(registry, further={EXPERIMENTS: {name: replace(entry, thing=experiment or entry.thing)}})
+    entry = registry.entries[EXPERIMENTS][name]
+    own = replace(entry, things=(experiment or entry.thing,))
+    changed = replace(registry, entries={**registry.entries, EXPERIMENTS: {name: own}})
     run = ExperimentRun(experiment_plan(changed, name, paths=paths))
     list(run.run())
     assert run.evidence.failures == []

@@ -23,14 +23,11 @@ MEASURED = {
 
 def changed(registry, name, change, paths, budget=Budget.SMOKE):
     """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.further[EXPERIMENTS][name]
+    entry = registry.entries[EXPERIMENTS][name]
     rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
-    other = replace(entry, thing=replace(entry.thing, rows=rows))
-    return ExperimentRun(
-        experiment_plan(
-            replace(registry, further={"sdaeverify_experiments": {name: other}}), name, paths=paths, budget=budget
-        )
-    )
+    other = replace(entry, things=(replace(entry.thing, rows=rows),))
+    changed = replace(registry, entries={**registry.entries, "sdaeverify_experiments": {name: other}})
+    return ExperimentRun(experiment_plan(changed, name, paths=paths, budget=budget))
 
 
 def shorter(row):
