@@ -158,16 +158,6 @@ def test_entry_point_of_a_package(install: Install) -> None:
     assert {"fake-scheme"} <= registry.schemes.keys()
 
 
-def test_package_with_hooks_of_its_own_is_one_plugin(install: Install) -> None:
-    """A package that implements hooks itself is not expanded."""
-    files = {"fake_package/__init__.py": SCHEME, "fake_package/bad.py": "1 / 0"}
-    install("fake-dist", files, {"fake": "fake_package"})
-
-    registry = load_registry(environ=ALONE)
-
-    assert [row.name for row in registry.plugins if row.distribution == "fake-dist"] == ["fake"]
-
-
 def test_plugin_without_its_library_is_left_out(install: Install) -> None:
     """It is shown with what to install, and nothing is wrong with it: a strict environment has it, too."""
     code = """
@@ -245,11 +235,8 @@ def test_shipped_plugins_come_first(install: Install) -> None:
         ("import fake_missing", "ModuleNotFoundError: No module named 'fake_missing'"),
         ("x = = 1", "SyntaxError: invalid syntax (fake_plugin.py, line 1)"),
         ("raise SystemExit(3)", "SystemExit: 3"),
-        ("raise RuntimeError('two\\nlines')", "RuntimeError: two lines"),
         ("", "implements no hook; expected one of sdaeverify_calibration"),
         (hook("sdaeverify_calibration", "return ['gbm']"), "sdaeverify_calibration expects each to be Calib"),
-        (hook("sdaeverify_schemes", "raise KeyError('x')"), "KeyError: 'x'"),
-        (hook("sdaeverify_schemes", "raise SystemExit(1)"), "SystemExit: 1"),
         (hook("sdaeverify_schemes", "yield 1 / 0"), "ZeroDivisionError: division by zero"),
         (hook("sdaeverify_schemes", "pass"), "sdaeverify_schemes returned None, expected an iterable"),
         (hook("sdaeverify_problems", "return 3"), "sdaeverify_problems returned 3, expected an iterable"),
@@ -257,12 +244,10 @@ def test_shipped_plugins_come_first(install: Install) -> None:
             hook("sdaeverify_scheme", "return []"),
             "unknown hook sdaeverify_scheme; did you mean sdaeverify_schemes?",
         ),
-        (hook("schemes", "return []"), "unknown hook schemes; did you mean sdaeverify_schemes?"),
         (
             "def sdaeverify_schemes(): return []",
             "function sdaeverify_schemes is not marked as a hook; put @hookimpl",
         ),
-        ("def sdaeverify_sceme(): return []", "implements no hook; expected one of sdaeverify_calibration"),
         (
             f"{HEADER}\n@hookimpl\ndef sdaeverify_schemes(registry): return []",
             "PluginValidationError: Plugin 'fake' for hook 'sdaeverify_schemes'",
@@ -286,15 +271,12 @@ def test_broken_plugin(one: Callable[[str], PluginRow], text: str, reason: str) 
             "expected a scheme, got the class Fake; write Fake()",
         ),
         (("return [Fake(order=2.0), Fake()]", "return [3]"), "expected a scheme, got an object of type int"),
-        (("return [Fake(order=2.0), Fake()]", "return 'ab'"), "expected a scheme, got an object of type str"),
-        (("return [Fake(order=2.0), Fake()]", "return Fake()"), "sdaeverify_schemes returned Fake(order=1.0"),
         (
             ("Fake(order=2.0), Fake()", "Fake(), Fake()"),
             "scheme 'fake-scheme' is registered twice by this plugin",
         ),
         (("Fake(order=2.0), Fake()", "Fake(order=-1)"), "ValueError: negative order"),
         (("fake-scheme", "Fake_Scheme"), "name of a scheme (class Fake) must be lower-case letters"),
-        (("fake-scheme", "fake[a=1]"), "name of a scheme (class Fake) must be lower-case letters"),
         (
             ('name: ClassVar[str] = "fake-scheme"', ""),
             "name of a scheme (class Fake) must be lower-case letters",
@@ -400,18 +382,6 @@ def test_unusable_measure(one: Callable[[str], PluginRow], returned: str, reason
     assert one(MEASURE.replace("(Question(),)", returned)).reason == reason
 
 
-def test_broken_plugin_is_rolled_back(install: Install) -> None:
-    """A plugin whose last hook fails registers nothing, and the next one may take its names."""
-    install("fake-a", {"fake_a.py": SCHEME + hook("sdaeverify_problems", "1 / 0")}, {"a": "fake_a"})
-    install("fake-b", {"fake_b.py": SCHEME}, {"b": "fake_b"})
-
-    registry = load_registry(environ=ALONE)
-
-    assert row(registry, "a").status == "broken"
-    assert row(registry, "a")[-4:] == (0, 0, 0, ())
-    assert registry.schemes["fake-scheme"].origin.plugin == "b"
-
-
 def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> None:
     """Nothing of a plugin is registered if one of its names is taken; both origins are named."""
     install("fake-a", {"fake_a.py": PROBLEM}, {"a": "fake_a"}, version="1.1")
@@ -428,7 +398,6 @@ def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> N
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("raise SystemExit(0)", "SystemExit: 0 (fake_package/bad.py:1)"),
         ("raise GeneratorExit", "GeneratorExit: no message (fake_package/bad.py:1)"),
         (hook("sdaeverify_schemes", "exit(0)"), "SystemExit: 0 (fake_package/bad.py:10)"),
         (
@@ -484,11 +453,8 @@ def test_file(tmp_path: Path, install: Install) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("1 / 0", "ZeroDivisionError: division by zero"),
-        ("raise SystemExit(3)", "SystemExit: 3"),
         ("x = = 1", "SyntaxError: invalid syntax (mine.py, line 1)"),
         ("", "implements no hook"),
-        ("def sdaeverify_schemes(): ...", "function sdaeverify_schemes is not marked as a hook"),
     ],
 )
 def test_broken_file_is_refused(tmp_path: Path, install: Install, text: str, reason: str) -> None:
@@ -522,7 +488,6 @@ def test_file_with_a_taken_name_is_refused(tmp_path: Path, install: Install) -> 
     [
         ("", "is a folder, expected a Python file"),
         ("missing.py", "expected an existing file that ends in .py"),
-        ("notes.txt", "expected an existing file that ends in .py"),
     ],
 )
 def test_no_python_file(tmp_path: Path, name: str, reason: str) -> None:
@@ -543,17 +508,6 @@ def test_broken_file_leaves_no_module(tmp_path: Path) -> None:
         load_file(file)
 
     assert set(sys.modules) == before
-
-
-def test_files_of_one_name_do_not_collide(tmp_path: Path, install: Install) -> None:
-    """Two files of the same name in different folders are two modules."""
-    paths = [tmp_path / folder / "mine.py" for folder in "ab"]
-    for path in paths:
-        path.parent.mkdir()
-        path.write_text(SCHEME)
-
-    assert load_file(paths[0]) is load_file(paths[0])
-    assert load_file(paths[0]) is not load_file(paths[1])
 
 
 def test_edited_file_is_loaded_anew(tmp_path: Path, install: Install) -> None:

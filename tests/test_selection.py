@@ -164,12 +164,6 @@ def test_refused_schemes(registry: Registry, patterns: Any, message: str) -> Non
     assert str(caught.value) == message
 
 
-def test_unknown_parameter(registry: Registry) -> None:
-    """Parameters are checked for every match of a glob."""
-    with pytest.raises(ParameterError, match=r"^scheme 'euler' has no parameter 'truncation' \(known: none\)$"):
-        select_schemes(registry, ["*[truncation=none]"])
-
-
 @pytest.mark.parametrize(
     ("wanted", "labels"),
     [
@@ -250,13 +244,6 @@ def test_refused_problems(registry: Registry, wanted: Any, message: str) -> None
         select_problems(registry, wanted)
 
     assert str(caught.value) == message
-
-
-def test_recipes_are_hashable_and_equal_by_label(registry: Registry) -> None:
-    """The same problem asked for twice is one recipe."""
-    first, second = (select_problems(registry, [text])[0] for text in ("pendulum[c_g=1.0]", "pendulum"))
-
-    assert len({first, second}) == 1
 
 
 @pytest.mark.parametrize(

@@ -36,13 +36,6 @@ def test_untrusted_text_begins_no_command(reason, quantity, kind, gone):
         assert "%" not in rest.replace("%25", "").replace("%0A", "").replace("%0D", "")
 
 
-@given(TEXTS)
-def test_escaped_texts(text):
-    """Neither a message nor a property keeps what would end it."""
-    assert not set(data_text(text)) & set("\r\n")
-    assert not set(property_text(text)) & set("\r\n:,")
-
-
 def test_escapes():
     """Escapes are those that the runner undoes."""
     assert data_text("50 %\r\n") == "50 %25%0D%0A"
