@@ -139,7 +139,7 @@ def test_geodesic_scheme_is_verified(run, tmp_path):
 
 
 def test_measures_of_others_tell_a_right_claim_from_a_wrong_one(run, tmp_path):
-    """Milstein's scheme keeps energy with order 1 along paths and 3/2 in one step; without its correction 1/2 less."""
+    """Milstein keeps energy with order 1 along paths and 3/2 in one step; without his correction it is 1/2 less."""
     measures = "energy-drift,energy-defect"
     words = ["matrix", "-s", "kubo-*", "-p", "kubo-oscillator", "-m", measures, "--paths", "1024", "-j", "1"]
 

@@ -13,7 +13,6 @@ from ..gate.gated import Gated, limit_lines
 from ..gate.lock import Claims, Lock, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
-from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested
 from ..gate.writers.record import json_report
 from ..gate.writers.text import text_report
@@ -146,7 +145,7 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
     # A smaller selection need not reach what is expected to fail.
-    whole = not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING
+    whole = not request.narrowed and not request.policy.budget.quick
     for one in idle(found, request.policy):
         if why := why_not_reached(one, request.registry, found) or ("remove it" if whole else ""):
             yield f"no finding matches the expected failure {one} ({one.reason}); {why}"

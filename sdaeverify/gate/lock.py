@@ -10,7 +10,7 @@ Schemes, problems, measures and quantities are sorted, each claim on a line of i
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -22,7 +22,7 @@ from ..registry.selection import select_measures, select_problems
 from ..report.files import write_text
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Outcome, Status
+from .outcomes import Key, Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2
@@ -93,18 +93,6 @@ class LockFile(msgspec.Struct, frozen=True):
     tiers: dict[Text, dict[str, dict[str, dict[str, dict[str, Locked]]]]]
 
 
-class Key(NamedTuple):
-    """What a claim is about: label of the scheme, label of the problem, measure, quantity."""
-
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
-
-    def __str__(self) -> str:
-        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
-
-
 Claims = dict[Key, Locked]
 
 
@@ -126,7 +114,7 @@ class Lock:
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     """Return the claims that were put to the test, by what they are about."""
-    pairs = ((Key(**outcome.names), outcome.finding.claim) for outcome in outcomes)
+    pairs = ((outcome.key, outcome.finding.claim) for outcome in outcomes)
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
@@ -146,8 +134,8 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     """
     known = list(outcomes)
     found = found_claims(known)
-    whole = {Key(**outcome.names)[:3] for outcome in known if not outcome.finding.quantity}
-    without = {Key(**outcome.names) for outcome in known if outcome.finding.claim is None}
+    whole = {outcome.key[:3] for outcome in known if not outcome.finding.quantity}
+    without = {outcome.key for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
     weaker = [key for key in changed if not found[key].implies(locked[key])]
