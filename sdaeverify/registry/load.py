@@ -35,13 +35,15 @@ from .discovery import (
     OWN_DISTRIBUTION,
     Origin,
     absolute,
+    disabled_plugins,
     entry_points,
     is_disabled,
+    is_strict,
     load_file,
     normalise,
     origin_of,
-    read_settings,
     submodules,
+    warn_unknown,
     warn_unmatched,
 )
 from .foreign_code import printed_to_stderr, same_folder
@@ -181,18 +183,18 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     # Before any plugin is loaded, which might change the folder that they are relative to.
     files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
-    settings = read_settings(environ)
+    disabled = disabled_plugins(environ)
     entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
     for entry in (*entries, *further) if lab else entries:
-        outcomes += _from_entry_point(entry, settings.disabled, outcomes)
-    outcomes += [] if lab else [_for_the_lab(origin_of(entry), settings.disabled) for entry in further]
-    if settings.strict:
+        outcomes += _from_entry_point(entry, disabled, outcomes)
+    outcomes += [] if lab else [_for_the_lab(origin_of(entry), disabled) for entry in further]
+    if is_strict(environ):
         _refuse_broken([outcome.row for outcome in outcomes])
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
     known |= {normalise(outcome.row.distribution) for outcome in outcomes}
-    return _assemble(outcomes, settings.warnings + warn_unmatched(settings.disabled, known), files)
+    return _assemble(outcomes, warn_unknown(environ) + warn_unmatched(disabled, known), files)
 
 
 def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
