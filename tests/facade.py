@@ -37,7 +37,7 @@ from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.lock import Key, Lock, Locked, compare, found_claims, lock_text, read_lock
+from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
 from sdaeverify.gate.outcomes import Status, idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of

@@ -10,7 +10,7 @@ from ..api import Result
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
-from ..gate.lock import Claims, Lock, compare, locked_tiers, read_lock, restrict, write_lock
+from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
 from ..gate.untested import Untested, find_untested
@@ -116,24 +116,27 @@ def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, 
 
 
 def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
-    policy, lock = request.policy, Lock()
+    policy = request.policy
+    violations, news = tuple[str, ...](), tuple[str, ...]()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
-        lock = compare(restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
+        locked = restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed)
+        violations, news = compare(locked, found)
     idle_claims = _find_untested(run, result, request)
     missed = [str(each) for each in idle_claims if not each.chosen]
-    code = code_of_gate(found, policy, complete=not (lock.violations or missed))
+    code = code_of_gate(found, policy, complete=not (violations or missed))
     return Gated(
         found,
         policy,
         run.settings,
-        lock,
+        violations,
         code,
         f"exit code {code.value}: {code.words}",
         request.registry.files,
         frozenset(result.run["unnamed"]),
         (*_warnings(found, request), *limit_lines(missed, MOST_UNTESTED)),
         (
+            *news,
             *_notes(found, request, tiers),
             *limit_lines([str(each) for each in idle_claims if each.chosen], MOST_UNTESTED),
             *(_reuse(run) if request.reuse else ()),

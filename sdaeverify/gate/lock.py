@@ -8,7 +8,6 @@ Schemes, problems, measures and quantities are sorted, each claim on a line of i
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -96,29 +95,13 @@ class LockFile(msgspec.Struct, frozen=True):
 Claims = dict[Key, Locked]
 
 
-@dataclass(frozen=True)
-class Lock:
-    """What a lock file demands of a tier, compared with what was found.
-
-    Attributes
-    ----------
-    violations : tuple of str
-        A line for each claim that is gone, weaker or no longer measured.
-    notes : tuple of str
-        What is new.
-    """
-
-    violations: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-
-
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     """Return the claims that were put to the test, by what they are about."""
     pairs = ((outcome.key, outcome.finding.claim) for outcome in outcomes)
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
-def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
+def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Compare what is locked with what was found.
 
     A cell in which nothing could be measured at all is no violation: its own outcome says so.
@@ -130,7 +113,10 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
 
     Returns
     -------
-    Lock
+    violations : tuple of str
+        A line for each claim that is gone, weaker or no longer measured.
+    notes : tuple of str
+        What is new.
     """
     known = list(outcomes)
     found = found_claims(known)
@@ -145,7 +131,7 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     if new := [key for key in found if key not in locked]:
         more = f" and {len(new) - 1} more" if len(new) > 1 else ""
         notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
-    return Lock(tuple(sorted(violations)), tuple(notes))
+    return tuple(sorted(violations)), tuple(notes)
 
 
 def read_lock(file: Path) -> dict[str, Claims] | None:
@@ -270,6 +256,6 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
         return [f"the lock file {file} is not written: {why}"]
     claims, before = found_claims(outcomes), read_lock(file) or {}
     write_text(lock_text({**before, tier: claims}), file)
-    gone = compare(before.get(tier, {}), outcomes).violations
+    gone, _ = compare(before.get(tier, {}), outcomes)
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

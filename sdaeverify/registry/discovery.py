@@ -6,7 +6,6 @@ import pkgutil
 import re
 import sys
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -73,24 +72,15 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
-        distribution = normalise(_name_and_version(entry.dist)[0] if entry.dist else "")
+        distribution = normalise(origin_of(entry).distribution)
         return distribution != OWN_DISTRIBUTION, entry.name, distribution
 
     return sorted(metadata.entry_points(group=group), key=rank)
 
 
-@cache
-def _name_and_version(distribution: metadata.Distribution) -> tuple[str, str]:
-    """Return name and version; each time, they are read from a file that holds the whole README."""
-    header = distribution.metadata
-    return header["Name"] or "", header["Version"] or ""
-
-
 def origin_of(entry: metadata.EntryPoint) -> Origin:
     """Return who declares an entry point."""
-    if entry.dist is None:
-        return Origin(entry.name, "unknown", "unknown", entry.value)
-    name, version = _name_and_version(entry.dist)
+    name, version = (entry.dist.name, entry.dist.version) if entry.dist else ("", "")
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
 
 
