@@ -201,7 +201,7 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
         If the policy names a file that is not there, or it is no lock file.
     """
     found = read_lock(policy.lock_file)
-    if found is None and policy.lock_named:
+    if found is None and policy.lock:
         file = policy.lock_file
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
     return found

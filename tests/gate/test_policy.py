@@ -53,7 +53,6 @@ def test_every_key(read, tmp_path):
     assert policy.plugins == (str(tmp_path / "extra" / "mine.py"),)
     assert (policy.alpha, policy.tier, policy.seed, policy.timeout, policy.memory) == (0.001, "nightly", 7, 60, 2**31)
     assert policy.lock_file == tmp_path / "claims.lock"
-    assert policy.lock_named
     assert policy.distribution == "my-schemes"
     assert policy.expected_failures == (
         FailingClaim(scheme="milstein", quantity="x@T", reason="issue 12"),
