@@ -55,7 +55,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
 def test_bad_parameters_are_named(problem: str, parameters: dict[str, Any], message: str) -> None:
     """One line says which parameter it is."""
     with pytest.raises(ParameterError, match=message) as caught:
-        load_registry([]).problems[problem].function(**parameters)
+        load_registry([]).problems[problem].thing(**parameters)
 
     assert "\n" not in str(caught.value)
 
