@@ -14,8 +14,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
-from typing import NamedTuple
+from traceback import walk_tb
 
 
 class SdaeverifyError(Exception):
@@ -97,51 +96,36 @@ def _text(error: BaseException) -> str:
         return f"its message cannot be read, which raises {type(other).__name__}"
 
 
-class _Line(NamedTuple):
-    """A line of a call: the package that it is in, its file as far as the package goes, and its number."""
-
-    package: str
-    file: str
-    number: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.number}"
-
-
 FRAMEWORK = __name__.partition(".")[0]
 # Arrays raise where they are misused, which is told of who misuses them; hooks are called through pluggy.
 PASSED = frozenset({"numpy", "scipy", "pluggy"})
 
 
-def _line_of_plugin(error: BaseException) -> _Line | None:
-    """Return the last line of the plugin that the framework called last; None where it called none.
+def _line_of_plugin(error: BaseException) -> str:
+    """Return the last line of the plugin that the framework called last; empty where it called none.
 
     What a plugin calls in its turn, another library or the framework, is not where its author looks.
     """
-    found = None
-    inside = ""
-    for line in _lines(error):
-        if line.package == FRAMEWORK:
+    found = inside = ""
+    for package, line in _lines(error):
+        if package == FRAMEWORK:
             inside = ""
-        elif not inside or line.package == inside:
-            found, inside = line, line.package
+        elif not inside or package == inside:
+            found, inside = line, package
     return found
 
 
-def _lines(error: BaseException) -> Iterator[_Line]:
-    """Yield the lines that an error has passed, outermost first, but for those of Python and of arrays."""
-    trace = error.__traceback__
-    while trace is not None:
-        line = _line(trace.tb_frame, trace.tb_lineno)
-        if line.package not in sys.stdlib_module_names | PASSED and not line.file.startswith("<"):
-            yield line
-        trace = trace.tb_next
+def _lines(error: BaseException) -> Iterator[tuple[str, str]]:
+    """Yield the package and the line of each call that an error has passed, outermost first.
 
-
-def _line(frame: FrameType, number: int) -> _Line:
-    module, path = str(frame.f_globals.get("__name__", "")), Path(frame.f_code.co_filename)
-    folders = module.count(".") + (path.stem == "__init__")
-    return _Line(module.partition(".")[0], "/".join(path.parts[-folders - 1 :]), number)
+    Calls of Python's own library and of arrays are left out.
+    """
+    for frame, number in walk_tb(error.__traceback__):
+        module, path = str(frame.f_globals.get("__name__", "")), Path(frame.f_code.co_filename)
+        package, folders = module.partition(".")[0], module.count(".") + (path.stem == "__init__")
+        file = "/".join(path.parts[-folders - 1 :])
+        if package not in sys.stdlib_module_names | PASSED and not file.startswith("<"):
+            yield package, f"{file}:{number}"
 
 
 def is_blank(text: str) -> bool:

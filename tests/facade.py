@@ -37,8 +37,8 @@ from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.lock import Key, Lock, Locked, compare, found_claims, lock_text, read_lock
-from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
+from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
+from sdaeverify.gate.outcomes import Status, idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.gate.writers.github import (
@@ -175,7 +175,7 @@ from sdaeverify.probe.step.nodes import (
 from sdaeverify.probe.step.one_step import TRUNCATED
 from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
-from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry, collect
+from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes

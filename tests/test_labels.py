@@ -12,7 +12,6 @@ from facade import (
     Parameter,
     dataclass_parameters,
     did_you_mean,
-    function_parameters,
     make_label,
     matches,
     parse_label,
@@ -59,28 +58,12 @@ def test_round_trip(values: dict[str, object]) -> None:
     assert defaults | read(**(parsed.parameters or {})) == defaults | values
 
 
-@given(VALUES)
-def test_canonical_label_is_a_fixed_point(values: dict[str, object]) -> None:
-    """Reading a canonical label and writing it again changes nothing."""
-    label = make_label("x", PARAMETERS, values)
-
-    assert make_label("x", PARAMETERS, read(**(parse_label(label).parameters or {}))) == label
-
-
 @given(st.lists(VALUES, min_size=1))
 def test_list_of_labels_splits_into_its_labels(lists: list[dict[str, object]]) -> None:
     """Commas inside brackets and quotes separate no labels."""
     labels = [make_label("x", PARAMETERS, values) for values in lists]
 
     assert split_list(",".join(labels)) == labels
-
-
-@given(st.text(alphabet='ab1.[]=,"\\ '))
-def test_splitting_loses_nothing_but_commas_and_spaces(text: str) -> None:
-    """Any text can be split, and what is dropped are separators."""
-    kept = "".join(split_list(text))
-
-    assert kept.replace(",", "").replace(" ", "") == text.replace(",", "").replace(" ", "")
 
 
 @pytest.mark.parametrize(
@@ -100,16 +83,6 @@ def test_splitting_loses_nothing_but_commas_and_spaces(text: str) -> None:
 def test_canonical_label(values: dict[str, object], label: str) -> None:
     """Defaults are dropped, the order is that of declaration, whole floats lose their fraction."""
     assert make_label("x", PARAMETERS, values) == label
-
-
-def test_nan_default_is_dropped() -> None:
-    """A default that is not equal to itself is still the default."""
-    assert make_label("x", (Parameter("a", float("nan")),), {"a": float("nan")}) == "x"
-
-
-def test_required_parameter_is_always_shown() -> None:
-    """A parameter without default cannot be dropped."""
-    assert make_label("x", (Parameter("a", REQUIRED),), {"a": 1.0}) == "x[a=1]"
 
 
 def test_value_that_cannot_be_written() -> None:
@@ -235,18 +208,6 @@ def test_parameters_of_a_dataclass() -> None:
         Parameter("b", "x", text_only=True),
         Parameter("c", "y"),
         Parameter("d", 2),
-    )
-
-
-def test_parameters_of_a_function() -> None:
-    """Arguments are parameters."""
-
-    def example(a: float, b: str = "x", *, c: int = 1) -> None: ...
-
-    assert function_parameters(example) == (
-        Parameter("a", REQUIRED),
-        Parameter("b", "x", text_only=True),
-        Parameter("c", 1),
     )
 
 

@@ -11,7 +11,7 @@ from sdaeverify import UsageError
 NUMBERS = [float("nan"), float("inf"), -float("inf"), 0, -1, 1.5, 1e300, -1e300, 1e-300, 10**9, 10**30, 10**400]
 ODD = [*NUMBERS, True, "x", "", None, [1.0], 1j, object()]
 INSTALLED = load_plugins().schemes.items()
-PARAMETRISED = {name: entry for name, entry in INSTALLED if dataclass_parameters(type(entry.variants[0]))}
+PARAMETRISED = {name: entry for name, entry in INSTALLED if entry.parameters}
 GIGABYTES = 3 << 30
 
 
@@ -50,7 +50,7 @@ def refused(names, odd, make):
 @pytest.mark.parametrize("name", sorted(load_plugins().problems))
 def test_parameters_of_problems(name):
     """A problem is finite at its start whatever its parameters are, or they are refused in one line."""
-    family = load_plugins().problems[name].function
+    family = load_plugins().problems[name].thing
     kinds = {p.name: p.default for p in function_parameters(family)}
 
     def make(parameter, value):
@@ -70,7 +70,7 @@ def test_parameters_of_problems(name):
 def test_parameters_of_schemes(name):
     """A scheme that takes a value has a label that gives it back, or the value is refused in one line."""
     entry = PARAMETRISED[name]
-    kind = type(entry.variants[0])
+    kind = entry.subject
 
     def make(parameter, value):
         scheme = kind(**{parameter: value})

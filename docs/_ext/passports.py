@@ -30,7 +30,7 @@ def passport_pages(pictures: Path, reference: Path) -> dict[str, str]:
     registry = load_registry(environ={})
     rows = [VerdictRow.from_row(row) for row in read_verdicts(reference).verdicts]
     pictures.mkdir(parents=True, exist_ok=True)
-    schemes = {name: entry.variants[0] for name, entry in sorted(registry.schemes.items())}
+    schemes = {name: entry.thing for name, entry in sorted(registry.schemes.items())}
     pages = {f"schemes/{name}.md": _scheme(scheme, rows, pictures) for name, scheme in schemes.items()}
     pages |= {f"problems/{name}.md": _problem(name, registry, rows, pictures) for name in sorted(registry.problems)}
     return {

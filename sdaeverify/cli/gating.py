@@ -10,10 +10,9 @@ from ..api import Result
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
-from ..gate.lock import Claims, Lock, compare, locked_tiers, read_lock, restrict, write_lock
+from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
-from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested
 from ..gate.writers.record import json_report
 from ..gate.writers.text import text_report
@@ -117,24 +116,27 @@ def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, 
 
 
 def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
-    policy, lock = request.policy, Lock()
+    policy = request.policy
+    violations, news = tuple[str, ...](), tuple[str, ...]()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
-        lock = compare(restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
+        locked = restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed)
+        violations, news = compare(locked, found)
     idle_claims = _find_untested(run, result, request)
     missed = [str(each) for each in idle_claims if not each.chosen]
-    code = code_of_gate(found, policy, complete=not (lock.violations or missed))
+    code = code_of_gate(found, policy, complete=not (violations or missed))
     return Gated(
         found,
         policy,
         run.settings,
-        lock,
+        violations,
         code,
         f"exit code {code.value}: {code.words}",
         request.registry.files,
         frozenset(result.run["unnamed"]),
         (*_warnings(found, request), *limit_lines(missed, MOST_UNTESTED)),
         (
+            *news,
             *_notes(found, request, tiers),
             *limit_lines([str(each) for each in idle_claims if each.chosen], MOST_UNTESTED),
             *(_reuse(run) if request.reuse else ()),
@@ -146,7 +148,7 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
     # A smaller selection need not reach what is expected to fail.
-    whole = not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING
+    whole = not request.narrowed and not request.policy.budget.quick
     for one in idle(found, request.policy):
         if why := why_not_reached(one, request.registry, found) or ("remove it" if whole else ""):
             yield f"no finding matches the expected failure {one} ({one.reason}); {why}"

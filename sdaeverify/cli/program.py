@@ -14,7 +14,7 @@ from click.shell_completion import shell_complete
 from .. import __version__
 from ..contracts.labels import did_you_mean
 from ..errors import FAULTS, PluginError, SdaeverifyError, UsageError, one_line
-from ..registry.discovery import COMMANDS, entry_points, is_disabled, origin_of, read_settings
+from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_disabled, origin_of
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
@@ -56,7 +56,7 @@ class _Commands(click.Group):
 
 
 def _of_plugins() -> dict[str, EntryPoint]:
-    disabled = read_settings(os.environ).disabled
+    disabled = disabled_plugins(os.environ)
     return {entry.name: entry for entry in entry_points(COMMANDS) if not is_disabled(origin_of(entry), disabled)}
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -109,7 +108,7 @@ class Evidence:
         """What further paths leave as it is."""
         return self.tally if self.probed is None else self.probed
 
-    @cached_property
+    @property
     def promises(self) -> tuple[Claim, ...]:
         """The claims that are judged."""
         return self.scheme.promises if self.claims is None else self.claims

@@ -3,14 +3,14 @@
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
 from ..forms.controls import deciding
-from ..registry.contributions import SchemeEntry
+from ..registry.contributions import Registered
 from ..registry.discovery import normalise
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
@@ -19,7 +19,6 @@ from ..study.plan import ControlPlan, claims_of
 from ..study.trial import trial_of
 from ..verdicts.coverage import claim_for
 from .policy import Policy
-from .tiers import Cover
 
 # The smallest cover of all claims: each on one problem, the cheapest that can decide it.
 #
@@ -31,15 +30,6 @@ from .tiers import Cover
 
 
 Rank = tuple[bool, bool, int, int, str]
-
-
-class _Test(NamedTuple):
-    """A claim that a cell puts to the test, and the rank of its problem."""
-
-    scheme: Scheme
-    claim: Claim
-    rank: Rank
-    cell: Cell
 
 
 def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
@@ -56,12 +46,12 @@ def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
         The same problems with the cells that are kept, and with all that are in error as they stand: whether a claim
         holds there cannot be told.
     """
-    best: dict[tuple[Scheme, Claim], _Test] = {}
-    for test in (test for made in plans for test in _tests(made)):
-        known = best.setdefault((test.scheme, test.claim), test)
-        if test.rank < known.rank:
-            best[test.scheme, test.claim] = test
-    kept = {id(test.cell) for test in best.values()}
+    best: dict[tuple[Scheme, Claim], tuple[Rank, Cell]] = {}
+    for claim, rank, cell in (test for made in plans for test in _tests(made)):
+        known = best.setdefault((cell.scheme, claim), (rank, cell))
+        if rank < known[0]:
+            best[cell.scheme, claim] = rank, cell
+    kept = {id(cell) for _, cell in best.values()}
     return [
         replace(made, cells=tuple(c for c in made.cells if c.verdict is not None or id(c) in kept)) for made in plans
     ]
@@ -76,7 +66,8 @@ def size(problem: Any) -> int:
         return 0
 
 
-def _tests(made: ProblemPlan) -> Iterator[_Test]:
+def _tests(made: ProblemPlan) -> Iterator[tuple[Claim, Rank, Cell]]:
+    """Yield each claim that a cell puts to the test, with the rank of the problem."""
     problem = made.problem
     if problem is None:
         return
@@ -85,7 +76,7 @@ def _tests(made: ProblemPlan) -> Iterator[_Test]:
     for cell in made.cells:
         for claim in claims_of(cell) if cell.seen else ():
             rank = (problem.pathwise is None, not _counts(claim, cell.scheme, cell.seen), *ends)
-            yield _Test(cell.scheme, claim, rank, cell)
+            yield claim, rank, cell
 
 
 def _counts(claim: Claim, scheme: Scheme, view: Any) -> bool:
@@ -121,18 +112,18 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
         select_problems(registry, policy.problems),
         [m for m in select_measures(registry, policy.measures) if m.name not in omitted_measures(registry, policy)],
     )
-    resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
+    resolve = (lambda label: select_schemes(registry, label)[0]) if not tier.quick else None
     made = plan(*chosen, resolve, trial_of(executor, *chosen))
     claimed = [_claimed_part(problem) for problem in made.problems]
-    kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
-    ready = [_with_asked_controls(problem, controls=tier.controls) for problem in kept if problem.cells]
+    kept = every_claim_once(claimed) if tier.quick else claimed
+    ready = [_with_asked_controls(problem, controls=not tier.quick) for problem in kept if problem.cells]
     # What a problem costs, very roughly: its cells times its components.
     return Plan(tuple(sorted(ready, key=lambda made: len(made.cells) * size(made.problem), reverse=True)))
 
 
 def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
     """Return the measures that take too long for the tier; none where the policy names measures."""
-    if policy.budget.lengthy or policy.measures:
+    if not policy.budget.quick or policy.measures:
         return []
     return [measure.name for measure in select_measures(registry) if measure.lengthy]
 
@@ -157,8 +148,8 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     return select_schemes(registry, [variant for entry in own for variant in entry.variants])
 
 
-def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
-    claimant = entry.variants[0].claimant or entry.origin.distribution
+def _is_of(entry: Registered, policy: Policy) -> bool:
+    claimant = entry.thing.claimant or entry.origin.distribution
     named = bool(policy.distribution) and normalise(claimant) == normalise(policy.distribution)
     return named or entry.origin.module in policy.plugins
 

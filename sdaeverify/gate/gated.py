@@ -2,10 +2,9 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from ..contracts.settings import Settings
-from .lock import Lock
 from .outcomes import ORDER, Outcome, Status, is_red
 from .policy import Policy
 from .writers.messages import WORDS as OF_ONE
@@ -24,7 +23,8 @@ class Gated:
     outcomes : tuple of Outcome
     policy : Policy
     settings : Settings
-    lock : Lock
+    violations : tuple of str
+        A line for each claim that is locked and gone, weaker or no longer measured.
     code : int
         Exit code.
     words : str
@@ -40,7 +40,7 @@ class Gated:
     outcomes: tuple[Outcome, ...]
     policy: Policy
     settings: Settings
-    lock: Lock = field(default_factory=Lock)
+    violations: tuple[str, ...] = ()
     code: int = 0
     words: str = ""
     plugins: tuple[str, ...] = ()

@@ -8,9 +8,8 @@ Schemes, problems, measures and quantities are sorted, each claim on a line of i
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -22,7 +21,7 @@ from ..registry.selection import select_measures, select_problems
 from ..report.files import write_text
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Outcome, Status
+from .outcomes import Key, Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2
@@ -93,44 +92,16 @@ class LockFile(msgspec.Struct, frozen=True):
     tiers: dict[Text, dict[str, dict[str, dict[str, dict[str, Locked]]]]]
 
 
-class Key(NamedTuple):
-    """What a claim is about: label of the scheme, label of the problem, measure, quantity."""
-
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
-
-    def __str__(self) -> str:
-        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
-
-
 Claims = dict[Key, Locked]
-
-
-@dataclass(frozen=True)
-class Lock:
-    """What a lock file demands of a tier, compared with what was found.
-
-    Attributes
-    ----------
-    violations : tuple of str
-        A line for each claim that is gone, weaker or no longer measured.
-    notes : tuple of str
-        What is new.
-    """
-
-    violations: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
 
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     """Return the claims that were put to the test, by what they are about."""
-    pairs = ((Key(**outcome.names), outcome.finding.claim) for outcome in outcomes)
+    pairs = ((outcome.key, outcome.finding.claim) for outcome in outcomes)
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
-def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
+def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Compare what is locked with what was found.
 
     A cell in which nothing could be measured at all is no violation: its own outcome says so.
@@ -142,12 +113,15 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
 
     Returns
     -------
-    Lock
+    violations : tuple of str
+        A line for each claim that is gone, weaker or no longer measured.
+    notes : tuple of str
+        What is new.
     """
     known = list(outcomes)
     found = found_claims(known)
-    whole = {Key(**outcome.names)[:3] for outcome in known if not outcome.finding.quantity}
-    without = {Key(**outcome.names) for outcome in known if outcome.finding.claim is None}
+    whole = {outcome.key[:3] for outcome in known if not outcome.finding.quantity}
+    without = {outcome.key for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
     weaker = [key for key in changed if not found[key].implies(locked[key])]
@@ -157,7 +131,7 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     if new := [key for key in found if key not in locked]:
         more = f" and {len(new) - 1} more" if len(new) > 1 else ""
         notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
-    return Lock(tuple(sorted(violations)), tuple(notes))
+    return tuple(sorted(violations)), tuple(notes)
 
 
 def read_lock(file: Path) -> dict[str, Claims] | None:
@@ -227,7 +201,7 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
         If the policy names a file that is not there, or it is no lock file.
     """
     found = read_lock(policy.lock_file)
-    if found is None and policy.lock_named:
+    if found is None and policy.lock:
         file = policy.lock_file
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
     return found
@@ -282,6 +256,6 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
         return [f"the lock file {file} is not written: {why}"]
     claims, before = found_claims(outcomes), read_lock(file) or {}
     write_text(lock_text({**before, tier: claims}), file)
-    gone = compare(before.get(tier, {}), outcomes).violations
+    gone, _ = compare(before.get(tier, {}), outcomes)
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
@@ -38,6 +39,18 @@ ORDER = (
 )
 
 
+class Key(NamedTuple):
+    """What a finding is about: labels of scheme and problem, measure, quantity; an expected failure may name each."""
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+
+    def __str__(self) -> str:
+        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
+
+
 @dataclass(frozen=True)
 class Outcome:
     """A gated finding.
@@ -63,9 +76,9 @@ class Outcome:
         return self.result.cell
 
     @property
-    def names(self) -> dict[str, str]:
-        """What an expected failure may name of it."""
-        return names_of(self.cell, self.finding)
+    def key(self) -> Key:
+        """What it is about."""
+        return key_of(self.cell, self.finding)
 
     @property
     def claim(self) -> str:
@@ -79,10 +92,9 @@ def _words(claim: Claim) -> str:
     return f"{claim} up to a margin of {claim.value.margin:g}" if isinstance(claim.value, Order) else str(claim)
 
 
-def names_of(cell: Cell, finding: Finding) -> dict[str, str]:
-    """Return what an expected failure may name of a finding in a cell."""
-    labels = {"scheme": cell.scheme.label, "problem": cell.spec.label}
-    return {**labels, "measure": cell.measure.name, "quantity": finding.quantity}
+def key_of(cell: Cell, finding: Finding) -> Key:
+    """Return what a finding in a cell is about."""
+    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, finding.quantity)
 
 
 def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
@@ -112,7 +124,7 @@ def is_red(outcome: Outcome, policy: Policy) -> bool:
 def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
     """Return the expected failures that no finding matches."""
     known = list(found)
-    return [one for one in policy.expected_failures if not any(one.matches(**o.names) for o in known)]
+    return [one for one in policy.expected_failures if not any(one.matches(**o.key._asdict()) for o in known)]
 
 
 def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outcome]) -> str:
@@ -141,7 +153,7 @@ def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outco
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
     for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
         if finding.claim is not None or finding.verdict in UNMEASURED:
-            names = names_of(result.cell, finding)
+            names = key_of(result.cell, finding)._asdict()
             one = next((one for one in policy.expected_failures if one.matches(**names)), None)
             yield Outcome(result, finding, _status(finding, one), one.reason if one else "")
 

@@ -65,7 +65,7 @@ def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         values["plugins"] = tuple(str(folder.absolute() / file) for file in values["plugins"])
     if "memory" in values:
         values["memory"] = 0 if values["memory"] == "0" else read_memory("memory", values["memory"])
-    return {**values, "lock_named": "lock" in table}
+    return values
 
 
 FILE = "pyproject.toml"
@@ -97,9 +97,7 @@ class Policy:
     inconclusive : str
         ``pass`` or ``fail``; empty for what the tier says.
     lock : str
-        Lock file, relative to the folder of `file`.
-    lock_named : bool
-        Whether the policy names it, so that it must be there.
+        Lock file, relative to the folder of `file`, which must be there; empty for one that need not be.
     timeout : float or None
         Seconds that a scheme may take on a block of paths; 0 for no limit, None for the default of a run.
     memory : int or None
@@ -129,8 +127,7 @@ class Policy:
     tier: str = "ci"
     seed: int = Settings().seed
     inconclusive: str = ""
-    lock: str = LOCK
-    lock_named: bool = False
+    lock: str = ""
     timeout: float | None = None
     memory: int | None = None
     level: int | None = None
@@ -174,7 +171,7 @@ class Policy:
     @property
     def lock_file(self) -> Path:
         """The lock file, which need not exist."""
-        return (self.file.parent if self.file else Path()) / self.lock
+        return (self.file.parent if self.file else Path()) / (self.lock or LOCK)
 
 
 def read_policy(start: Path, config: Path | None = None) -> Policy:

@@ -4,17 +4,9 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
-from enum import StrEnum
 from types import MappingProxyType
 
 from ..contracts.settings import Settings
-
-
-class Cover(StrEnum):
-    """Which of the claimed cells are run."""
-
-    EVERY_CLAIM_ONCE = "every claim once"
-    EVERYTHING = "every claimed cell"
 
 
 @dataclass(frozen=True)
@@ -23,58 +15,29 @@ class Tier:
 
     Attributes
     ----------
-    name : str
-    words : str
-        What it is for.
     settings : Settings
         Sample size, step sizes and looks; seed and confidence are those of the policy.
-    cover : Cover
-    lengthy : bool
-        Whether measures are run that take seconds a cell, if the policy does not name them.
-    controls : bool
-        Whether nothing is verified on a problem that does not tell right from wrong.
+    quick : bool
+        Whether each claim is tested once, on the cheapest problem that can decide it, without measures that take
+        seconds a cell if the policy does not name them, and without controls; if not, every claimed cell is run, and
+        nothing is verified on a problem that does not tell right from wrong.
     fails_undecided : bool
         Whether a claim that stays undecided fails the gate, unless the policy says otherwise.
     """
 
-    name: str
-    words: str
     settings: Settings
-    cover: Cover
-    lengthy: bool
-    controls: bool
-    fails_undecided: bool
+    quick: bool = False
+    fails_undecided: bool = False
 
 
 # From 800 paths on, paths may refute; most cells are decided after the first 256.
-SMOKE = Tier(
-    "smoke",
-    "every claim of the quick measures on the cheapest problem that tests it, in seconds",
-    Settings(paths=800, levels=5, looks=3),
-    Cover.EVERY_CLAIM_ONCE,
-    lengthy=False,
-    controls=False,
-    fails_undecided=False,
+TIERS: Mapping[str, Tier] = MappingProxyType(
+    {
+        "smoke": Tier(Settings(paths=800, levels=5, looks=3), quick=True),  # in seconds
+        "ci": Tier(Settings(paths=1024, looks=3)),  # for each change
+        "nightly": Tier(Settings(), fails_undecided=True),  # on a schedule
+    }
 )
-CI = Tier(
-    "ci",
-    "every claimed cell at a small budget, for each change",
-    Settings(paths=1024, looks=3),
-    Cover.EVERYTHING,
-    lengthy=True,
-    controls=True,
-    fails_undecided=False,
-)
-NIGHTLY = Tier(
-    "nightly",
-    "every claimed cell at the full budget, on a schedule",
-    Settings(),
-    Cover.EVERYTHING,
-    lengthy=True,
-    controls=True,
-    fails_undecided=True,
-)
-TIERS: Mapping[str, Tier] = MappingProxyType({tier.name: tier for tier in (SMOKE, CI, NIGHTLY)})
 
 
 # Seeds of a gate: the same each time, or a new one each day that anybody can compute again.

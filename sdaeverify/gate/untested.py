@@ -14,7 +14,6 @@ from ..study import CellResult, Plan
 from ..study.plan import claims_of
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
-from .tiers import Cover
 
 
 class Untested(NamedTuple):
@@ -91,7 +90,7 @@ def _why_not_tested(
     elif not any(f.verdict in UNMEASURED or not f.quantity for each in results for f in each.findings):
         lost = list(unknown_quantities(claim, known_quantities(results)))
         # Where each claim is tested once, that is on one problem, which need not have all its quantities.
-        if policy.budget.cover is Cover.EVERYTHING or len(lost) == len(claim.quantities):
+        if not policy.budget.quick or len(lost) == len(claim.quantities):
             yield from (Untested(scheme, claim, why) for _, why in lost)
 
 

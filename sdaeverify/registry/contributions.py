@@ -7,19 +7,16 @@ a broken plugin leaves nothing behind.
 import pickle
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from difflib import SequenceMatcher
 from functools import cache
 from importlib.metadata import EntryPoint
-from inspect import isroutine
-from types import ModuleType, SimpleNamespace
-from typing import Any, NamedTuple
+from inspect import isfunction, isroutine
+from typing import Any
 
 import pluggy
 
-from ..contracts.labels import dataclass_parameters, did_you_mean, read_values
+from ..contracts.labels import Parameter, dataclass_parameters, did_you_mean, function_parameters, read_values
 from ..contracts.scheme import Scheme
 from ..contracts.specs import (
-    ProblemSpec,
     check_name,
     check_problem_function,
     check_scheme,
@@ -28,55 +25,58 @@ from ..contracts.specs import (
     problem_name,
     problem_spec,
 )
-from ..errors import FAULTS, ParameterError, PluginError, one_line
-from ..forms import Problem
+from ..errors import FAULTS, ParameterError, PluginError, UsageError, one_line
 from . import hookspecs
 from .discovery import FURTHER, Origin, entry_points
 
-# From this likeness on, a name of a function is taken for a misspelt hook.
-ALIKE = 0.82
-# What the marker of pluggy leaves on a function.
-MARK = f"{hookspecs.PROJECT}_impl"
-HOOKS = tuple(sorted(name for name in vars(hookspecs) if name.startswith(f"{hookspecs.PROJECT}_")))
+SCHEMES, PROBLEMS, MEASURES, REPORT = HOOKS = (
+    "sdaeverify_schemes",
+    "sdaeverify_problems",
+    "sdaeverify_measures",
+    "sdaeverify_report",
+)
 
 
 @dataclass(frozen=True)
-class SchemeEntry:
-    """A registered scheme: its default variants, in the order its author gave them."""
+class Registered:
+    """What a plugin registers under one name.
+
+    Attributes
+    ----------
+    name : str
+    things : tuple
+        Default variants of a scheme, in the order their author gave them; of all else one: the function of a problem,
+        a measure, or what the hook of a plugin brings, such as an experiment.
+    origin : Origin
+    """
 
     name: str
-    variants: tuple[Scheme, ...]
+    things: tuple[Any, ...]
     origin: Origin
 
     @property
-    def on_request(self) -> bool:
-        """Whether a run of everything leaves it out."""
-        return all(scheme.on_request for scheme in self.variants)
+    def thing(self) -> Any:
+        """The only thing, or the first variant of a scheme."""
+        return self.things[0]
 
-    def make(self, texts: Mapping[str, str] | None = None) -> Scheme:
-        """Return the scheme with parameters given as the texts of a label.
+    @property
+    def subject(self) -> Any:
+        """What carries the docstring: the class of a scheme or measure, the function of a problem."""
+        return self.thing if isfunction(self.thing) else type(self.thing)
 
-        Raises
-        ------
-        ParameterError
-            If a parameter is unknown or the scheme does not accept its value.
-        """
-        make: Callable[..., Scheme] = type(self.variants[0])
-        owner = f"scheme {self.name!r}"
-        values = read_values(owner, dataclass_parameters(type(self.variants[0])), texts or {})
-        try:
-            return make(**values)
-        except FAULTS as error:
-            raise ParameterError(f"{owner}: {one_line(error)}") from error
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters of a scheme or problem; nothing else has any."""
+        if isfunction(self.thing):
+            return function_parameters(self.thing)
+        return dataclass_parameters(self.subject) if isinstance(self.thing, Scheme) else ()
 
-
-@dataclass(frozen=True)
-class ProblemEntry:
-    """A registered problem function."""
-
-    name: str
-    function: Callable[..., Problem]
-    origin: Origin
+    @property
+    def in_matrix(self) -> tuple[Any, ...]:
+        """What a run of everything takes: recipes of a problem, all variants of a scheme, a measure."""
+        if isfunction(self.thing):
+            return matrix_specs(self.thing)
+        return () if all(getattr(thing, "on_request", False) for thing in self.things) else self.things
 
     @property
     def on_request(self) -> bool:
@@ -84,55 +84,42 @@ class ProblemEntry:
         return not self.in_matrix
 
     @property
-    def in_matrix(self) -> tuple[ProblemSpec, ...]:
-        """The recipes that a run of everything takes."""
-        return matrix_specs(self.function)
-
-    @property
-    def variants(self) -> tuple[ProblemSpec, ...]:
-        """The recipes that a glob means: those in the matrix, or the defaults of a problem on request."""
+    def variants(self) -> tuple[Any, ...]:
+        """What a glob means: all variants of a scheme; the recipes of a problem in the matrix, or its defaults."""
+        if not isfunction(self.thing):
+            return self.things
         return tuple(replace(spec, schemes=(), measures=()) for spec in self.in_matrix) or (self.make(),)
 
-    def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
-        """Return the recipe of the problem with parameters given as the texts of a label.
+    def make(self, texts: Mapping[str, str] | None = None) -> Any:
+        """Return a scheme, or the recipe of a problem, with parameters given as the texts of a label.
 
         Raises
         ------
         ParameterError
-            If a parameter is unknown or its text is no value of its type.
+            If a parameter is unknown or its value is not accepted.
+        UsageError
+            If there can be none.
         """
-        return problem_spec(self.function, texts)
+        if isfunction(self.thing):
+            return problem_spec(self.thing, texts)
+        if not isinstance(self.thing, Scheme):
+            if texts:
+                raise UsageError(f"measure {self.name!r} takes no parameters")
+            return self.thing
+        owner = f"scheme {self.name!r}"
+        values = read_values(owner, self.parameters, texts or {})
+        try:
+            return self.subject(**values)
+        except FAULTS as error:
+            raise ParameterError(f"{owner}: {one_line(error)}") from error
 
 
-@dataclass(frozen=True)
-class Registered:
-    """What is registered as it is: a measure, or what the hook of a plugin brings, such as an experiment."""
-
-    name: str
-    thing: Any
-    origin: Origin
+# What is registered by each hook, by name.
+Entries = Mapping[str, Mapping[str, Registered]]
 
 
-# Fields of a contribution, and the words for one of each.
-KINDS = {
-    "schemes": "scheme",
-    "problems": "problem",
-    "measures": "measure",
-}
-
-
-class Contribution(NamedTuple):
-    """What one plugin registers: entries by name, its report hook, and by hook what hooks of plugins register."""
-
-    schemes: Mapping[str, SchemeEntry] = {}
-    problems: Mapping[str, ProblemEntry] = {}
-    measures: Mapping[str, Registered] = {}
-    report: Callable[..., object] | None = None
-    further: Mapping[str, Mapping[str, Registered]] = {}
-
-
-def collect(plugin: object, origin: Origin) -> Contribution:
-    """Return what a plugin registers.
+def collect(plugin: object, origin: Origin) -> Entries:
+    """Return what a plugin registers; nothing by no hook where it has none.
 
     Parameters
     ----------
@@ -144,83 +131,17 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     PluginError, UsageError
         If a hook is misspelt, not marked or returns something unusable; errors of the hooks pass through.
     """
-    hooks = _check_hooks(plugin)
-    manager = _manager(plugin, hooks, origin.plugin)
-    schemes = _variants(_call(manager, "sdaeverify_schemes"))
-    functions = _by_name("problem", _call(manager, "sdaeverify_problems"), _problem_name)
-    measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
-    return Contribution(
-        {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
-        {name: ProblemEntry(name, function, origin) for name, function in functions.items()},
-        {name: Registered(name, measure, origin) for name, measure in measures.items()},
-        getattr(manager.hook, "sdaeverify_report", None),
-        {hook: _further(manager, hook, origin) for hook in sorted(set(hooks.values()) - set(HOOKS))},
-    )
-
-
-def _further(manager: pluggy.PluginManager, hook: str, origin: Origin) -> dict[str, Registered]:
-    kind = further_hooks()[hook].load()
-
-    def name_of(thing: Any) -> str:
-        if not isinstance(thing, kind):
-            raise PluginError(f"{hook} expects each to be {kind.__name__}, got {describe(thing)}")
-        name = str(getattr(thing, "label", None) or thing.name)
-        _check_pickles(f"{kind.__name__} {name!r}", thing)
-        return name
-
-    things = _by_name(kind.__name__, _call(manager, hook), name_of)
-    return {name: Registered(name, thing, origin) for name, thing in things.items()}
-
-
-class _Hooks(SimpleNamespace):
-    """Hooks and nothing else: pluggy looks at all that `dir` names."""
-
-    def __dir__(self) -> Iterable[str]:
-        return list(vars(self))
-
-
-def _manager(plugin: object, hooks: Mapping[str, str], name: str) -> pluggy.PluginManager:
-    """Return a manager of the hooks of one plugin alone."""
     manager = pluggy.PluginManager(hookspecs.PROJECT)
-    specs = _Hooks(**{hook: getattr(hookspecs, hook) for hook in hooks.values() if hook in HOOKS})
-    if vars(specs):
-        manager.add_hookspecs(specs)  # type: ignore[arg-type] # any object with functions will do
-    manager.register(_Hooks(**{function: getattr(plugin, function) for function in hooks}), name)
-    return manager
+    manager.add_hookspecs(hookspecs)
+    manager.register(plugin, origin.plugin)
+    callers = {caller.name: caller for caller in manager.get_hookcallers(plugin) or ()}
+    _check_hooks(plugin, callers)
+    return {hook: _entries(hook, caller, origin) for hook, caller in sorted(callers.items())}
 
 
-def hooks_of(plugin: object) -> dict[str, str | None]:
-    """Return the functions of a plugin that are hooks, or are named like one, and the hook they implement.
-
-    It is None where the function is not marked. A function whose name merely begins as all hooks do is nobody's hook:
-    a distribution ``sdaeverify-mine`` has a problem function ``sdaeverify_mine_sinh``.
-    """
-    # What is marked shows without the specifications.
-    manager = pluggy.PluginManager(hookspecs.PROJECT)
-    found: dict[str, str | None] = {}
-    names = vars(plugin) if isinstance(plugin, ModuleType) else dir(plugin)
-    for name in sorted(name for name in names if not name.startswith("__")):
-        if isinstance(plugin, ModuleType) and not _may_be_a_hook(name, vars(plugin)[name]):
-            continue
-        options = manager.parse_hookimpl_opts(plugin, name)
-        if options is not None:
-            found[name] = options.get("specname") or name
-        elif _names_a_hook(name) and isroutine(getattr(plugin, name)):
-            found[name] = None
-    return found
-
-
-def _may_be_a_hook(name: str, value: object) -> bool:
-    """Tell at once of most that a module holds that pluggy need not look at it."""
-    # The question that costs most comes last.
-    return (name.startswith(hookspecs.PROJECT) or hasattr(value, MARK)) and isroutine(value)
-
-
-def _names_a_hook(name: str) -> bool:
-    """Tell whether a name is that of a hook, or one of it with a letter or two wrong."""
-    prefix, _, rest = name.partition("_")
-    likeness = (SequenceMatcher(None, rest, hook.partition("_")[2]).ratio() for hook in _known_hooks())
-    return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
+def word_of(hook: str) -> str:
+    """Return the word for one of what a hook registers."""
+    return hook.partition("_")[2].removesuffix("s")
 
 
 @cache
@@ -229,64 +150,56 @@ def further_hooks() -> Mapping[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(FURTHER)}
 
 
-def _known_hooks() -> list[str]:
+def known_hooks() -> list[str]:
+    """Return the names of all hooks."""
     return sorted({*HOOKS, *further_hooks()})
 
 
-def _check_hooks(plugin: object) -> dict[str, str]:
-    hooks, checked = hooks_of(plugin), dict[str, str]()
-    if not hooks:
-        raise PluginError(f"implements no hook; expected one of {', '.join(_known_hooks())}, marked @hookimpl")
-    for name, hook in hooks.items():
-        if hook is None:
+def _check_hooks(plugin: object, callers: Mapping[str, pluggy.HookCaller]) -> None:
+    known = known_hooks()
+    functions = {impl.function.__name__ for caller in callers.values() for impl in caller.get_hookimpls()}
+    for name in sorted(set(known) - set(callers) - functions):
+        if isroutine(getattr(plugin, name, None)):
             raise PluginError(f"function {name} is not marked as a hook; put @hookimpl above it")
-        if hook not in (known := _known_hooks()):
-            raise PluginError(f"unknown hook {hook}{did_you_mean(hook, known)} (known: {', '.join(known)})")
-        checked[name] = hook
-    return checked
+    for hook in sorted(set(callers) - set(known)):
+        raise PluginError(f"unknown hook {hook}{did_you_mean(hook, known)} (known: {', '.join(known)})")
 
 
-def _call(manager: pluggy.PluginManager, hook: str) -> list[Any]:
-    caller = getattr(manager.hook, hook, None)
-    if caller is None:
-        return []
-    results = caller()
-    if len(results) < len(caller.get_hookimpls()):
-        raise PluginError(f"{hook} returned None, expected an iterable")
-    for result in results:
-        if not isinstance(result, Iterable):
-            raise PluginError(f"{hook} returned {result!r}, expected an iterable")
-    return [thing for result in results for thing in result]
-
-
-def _variants(schemes: Iterable[Scheme]) -> dict[str, tuple[Scheme, ...]]:
-    variants: dict[str, dict[str, Scheme]] = {}
-    for scheme in schemes:
-        check_scheme(scheme)
-        _check_pickles(f"scheme {scheme.label!r}", scheme)
-        known = variants.setdefault(scheme.name, {})
-        for label, other in known.items():
-            if label == scheme.label or type(other) is not type(scheme):
-                pair = f"{type(other).__qualname__} and {type(scheme).__qualname__}"
-                raise PluginError(f"scheme {scheme.label!r} is registered twice by this plugin: {pair}")
-        known[scheme.label] = scheme
-    return {name: tuple(known.values()) for name, known in variants.items()}
-
-
-def _by_name(kind: str, things: Iterable[Any], name_of: Callable[[Any], str]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for thing in things:
+def _entries(hook: str, caller: pluggy.HookCaller, origin: Origin) -> dict[str, Registered]:
+    if hook == REPORT:
+        return {str(origin): Registered(str(origin), (caller,), origin)}
+    name_of = NAMING.get(hook) or _naming(hook)
+    found: dict[str, Registered] = {}
+    for thing in _call(caller):
         name = name_of(thing)
-        if name in found:
-            raise PluginError(f"{kind} {name!r} is registered twice by this plugin")
-        found[name] = thing
+        _check_pickles(f"{word_of(hook)} {getattr(thing, 'label', name)!r}", thing)
+        known = found[name].things if name in found else ()
+        for other in known:
+            if hook != SCHEMES or type(other) is not type(thing) or other.label == thing.label:
+                pair = " and ".join(getattr(each, "__qualname__", type(each).__qualname__) for each in (other, thing))
+                raise PluginError(f"{word_of(hook)} {name!r} is registered twice by this plugin: {pair}")
+        found[name] = Registered(name, (*known, thing), origin)
     return found
 
 
-def _problem_name(function: Callable[..., Problem]) -> str:
+def _call(caller: pluggy.HookCaller) -> list[Any]:
+    results = caller()
+    if len(results) < len(caller.get_hookimpls()):
+        raise PluginError(f"{caller.name} returned None, expected an iterable")
+    for result in results:
+        if not isinstance(result, Iterable):
+            raise PluginError(f"{caller.name} returned {result!r}, expected an iterable")
+    return [thing for result in results for thing in result]
+
+
+def _scheme_name(scheme: Scheme) -> str:
+    check_scheme(scheme)
+    return scheme.name
+
+
+def _problem_name(function: Callable[..., object]) -> str:
     check_problem_function(function)
-    _check_pickles(f"problem {problem_name(function)!r}", function)
-    return problem_name(function)
+    return problem_name(function)  # type: ignore[arg-type] # what it returns is seen when it is called
 
 
 def _measure_name(measure: Any) -> str:
@@ -294,6 +207,26 @@ def _measure_name(measure: Any) -> str:
         raise PluginError(f"expected a measure, got the class {measure.__name__}; write {measure.__name__}()")
     check_name("measure", getattr(measure, "name", None))
     return str(measure.name)
+
+
+def _naming(hook: str) -> Callable[[Any], str]:
+    """Return what checks and names the things that the hook of a plugin brings."""
+    kind = further_hooks()[hook].load()
+
+    def name_of(thing: Any) -> str:
+        if not isinstance(thing, kind):
+            raise PluginError(f"{hook} expects each to be {kind.__name__}, got {describe(thing)}")
+        return str(getattr(thing, "label", None) or thing.name)
+
+    return name_of
+
+
+# What checks that something can be registered, and returns its name.
+NAMING: Mapping[str, Callable[[Any], str]] = {
+    SCHEMES: _scheme_name,
+    PROBLEMS: _problem_name,
+    MEASURES: _measure_name,
+}
 
 
 def _check_pickles(what: str, thing: object) -> None:

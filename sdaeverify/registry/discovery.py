@@ -6,14 +6,13 @@ import pkgutil
 import re
 import sys
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 from ..contracts.labels import did_you_mean
-from ..errors import FAULTS, PluginError, UsageError, one_line
+from ..errors import FAULTS, PluginError, one_line
 
 GROUP = "sdaeverify"
 # Plugins that only some commands ask for: planted bugs, calibration cases and experiments.
@@ -26,7 +25,6 @@ PREFIX = "SDAEVERIFY_"
 FILE_PREFIX = "sdaeverify_file_"
 DISABLED = "SDAEVERIFY_DISABLED_PLUGINS"
 STRICT = "SDAEVERIFY_STRICT_PLUGINS"
-SWITCH = {"": False, "0": False, "false": False, "no": False, "1": True, "true": True, "yes": True}
 
 
 class Origin(NamedTuple):
@@ -51,37 +49,20 @@ class Origin(NamedTuple):
         return f"plugin {self.plugin} ({where})"
 
 
-class PluginEnvironment(NamedTuple):
-    """What the environment says about plugins.
-
-    Attributes
-    ----------
-    disabled : frozenset of str
-        Names of plugins, entry points or distributions.
-    strict : bool
-    warnings : tuple of str
-    """
-
-    disabled: frozenset[str] = frozenset()
-    strict: bool = False
-    warnings: tuple[str, ...] = ()
+def disabled_plugins(environ: Mapping[str, str]) -> frozenset[str]:
+    """Return the names of plugins, entry points or distributions that the environment leaves out."""
+    return frozenset(name.strip() for name in environ.get(DISABLED, "").split(",") if name.strip())
 
 
-def read_settings(environ: Mapping[str, str]) -> PluginEnvironment:
-    """Read the variables ``SDAEVERIFY_*``.
+def is_strict(environ: Mapping[str, str]) -> bool:
+    """Tell whether the environment lets no plugin fail; whatever is no word for no means yes."""
+    return environ.get(STRICT, "").strip().lower() not in {"", "0", "false", "no"}
 
-    Raises
-    ------
-    UsageError
-        If ``SDAEVERIFY_STRICT_PLUGINS`` is no switch.
-    """
-    disabled = frozenset(name.strip() for name in environ.get(DISABLED, "").split(",") if name.strip())
-    switch = environ.get(STRICT, "").strip()
-    if switch.lower() not in SWITCH:
-        raise UsageError(f"{STRICT} expects 1, true, yes, 0, false or no, got {switch!r}")
+
+def warn_unknown(environ: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a warning for each variable ``SDAEVERIFY_*`` that means nothing."""
     unknown = sorted(name for name in environ if name.startswith(PREFIX) and name not in {DISABLED, STRICT})
-    warnings = (f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
-    return PluginEnvironment(disabled, SWITCH[switch.lower()], tuple(warnings))
+    return tuple(f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
 
 
 def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
@@ -91,24 +72,15 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
-        distribution = normalise(_name_and_version(entry.dist)[0] if entry.dist else "")
+        distribution = normalise(origin_of(entry).distribution)
         return distribution != OWN_DISTRIBUTION, entry.name, distribution
 
     return sorted(metadata.entry_points(group=group), key=rank)
 
 
-@cache
-def _name_and_version(distribution: metadata.Distribution) -> tuple[str, str]:
-    """Return name and version; each time, they are read from a file that holds the whole README."""
-    header = distribution.metadata
-    return header["Name"] or "", header["Version"] or ""
-
-
 def origin_of(entry: metadata.EntryPoint) -> Origin:
     """Return who declares an entry point."""
-    if entry.dist is None:
-        return Origin(entry.name, "unknown", "unknown", entry.value)
-    name, version = _name_and_version(entry.dist)
+    name, version = (entry.dist.name, entry.dist.version) if entry.dist else ("", "")
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
 
 

@@ -5,26 +5,29 @@ A plugin that fails in any way is left out as a whole; its row says why.
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from ..contracts.labels import did_you_mean
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_line
 from .contributions import (
-    KINDS,
-    Contribution,
-    ProblemEntry,
+    HOOKS,
+    MEASURES,
+    PROBLEMS,
+    REPORT,
+    SCHEMES,
+    Entries,
     Registered,
-    SchemeEntry,
     collect,
-    further_hooks,
-    hooks_of,
+    known_hooks,
+    word_of,
 )
 from .discovery import (
     DISABLED,
@@ -32,18 +35,19 @@ from .discovery import (
     OWN_DISTRIBUTION,
     Origin,
     absolute,
+    disabled_plugins,
     entry_points,
     is_disabled,
+    is_strict,
     load_file,
     normalise,
     origin_of,
-    read_settings,
     submodules,
+    warn_unknown,
     warn_unmatched,
 )
 from .foreign_code import printed_to_stderr, same_folder
 
-Entry = TypeVar("Entry")
 ON_REQUEST, WHO_ASKS = "on request", "loaded by the commands that need it"
 
 
@@ -81,38 +85,43 @@ class LoadedPlugin(NamedTuple):
     """A plugin's row and what it registers: nothing if it is disabled or broken."""
 
     row: PluginRow
-    contribution: Contribution = Contribution()
+    entries: Entries = MappingProxyType({})
 
 
 @dataclass(frozen=True)
 class Registry:
-    """All that is registered, by name and sorted by name.
+    """All that is registered, by hook and by name, sorted by name.
 
     Attributes
     ----------
-    schemes : mapping of str to SchemeEntry
-    problems : mapping of str to ProblemEntry
-    measures : mapping of str to Registered
+    entries : mapping of str to (mapping of str to Registered)
     plugins : tuple of PluginRow
         In the order they were loaded.
     warnings : tuple of str
         What is odd about the environment, one line each.
     files : tuple of str
         Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
-    reports : tuple of (str, callable)
-        Plugins with a report hook.
-    further : mapping of str to (mapping of str to Registered)
-        By hook, what is registered by the hooks that plugins bring.
     """
 
-    schemes: Mapping[str, SchemeEntry]
-    problems: Mapping[str, ProblemEntry]
-    measures: Mapping[str, Registered]
+    entries: Entries
     plugins: tuple[PluginRow, ...] = ()
     warnings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
-    reports: tuple[tuple[str, Callable[..., object]], ...] = ()
-    further: Mapping[str, Mapping[str, Registered]] = field(default_factory=dict)
+
+    @property
+    def schemes(self) -> Mapping[str, Registered]:
+        """Schemes by name."""
+        return self.entries.get(SCHEMES, {})
+
+    @property
+    def problems(self) -> Mapping[str, Registered]:
+        """Problems by name."""
+        return self.entries.get(PROBLEMS, {})
+
+    @property
+    def measures(self) -> Mapping[str, Registered]:
+        """Measures by name."""
+        return self.entries.get(MEASURES, {})
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -124,24 +133,23 @@ class Registry:
 
     def names(self, given: Scheme | ProblemSpec) -> bool:
         """Tell whether a scheme or problem is the registered one of its name, so that a command can name it."""
-        if isinstance(given, Scheme):
-            scheme = self.schemes.get(given.name)
-            return scheme is not None and type(scheme.variants[0]) is type(given)
-        problem = self.problems.get(given.name)
-        return problem is not None and problem.function is given.function
+        known = self.schemes if isinstance(given, Scheme) else self.problems
+        subject: object = type(given) if isinstance(given, Scheme) else given.function
+        entry = known.get(given.name)
+        return entry is not None and entry.subject is subject
 
     def things(self, hook: str) -> dict[str, Any]:
         """Return what the hook of a plugin registers, by name."""
-        return {name: entry.thing for name, entry in self.further.get(hook, {}).items()}
+        return {name: entry.thing for name, entry in self.entries.get(hook, {}).items()}
 
     def report(self, folder: Path, result: object) -> tuple[str, ...]:
         """Let each plugin write beside the report of a result; return one line for each that failed."""
         failures = []
-        for plugin, write in self.reports:
+        for entry in self.entries.get(REPORT, {}).values():
             try:
-                write(folder=folder, result=result)
+                entry.thing(folder=folder, result=result)
             except FAULTS as error:
-                failures.append(f"report of plugin {plugin}: {one_line(error)}")
+                failures.append(f"report of plugin {entry.origin.plugin}: {one_line(error)}")
         return tuple(failures)
 
 
@@ -175,39 +183,31 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     # Before any plugin is loaded, which might change the folder that they are relative to.
     files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
-    settings = read_settings(environ)
+    disabled = disabled_plugins(environ)
     entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
     for entry in (*entries, *further) if lab else entries:
-        outcomes += _from_entry_point(entry, settings.disabled, outcomes)
-    outcomes += [] if lab else [_for_the_lab(origin_of(entry), settings.disabled) for entry in further]
-    if settings.strict:
+        outcomes += _from_entry_point(entry, disabled, outcomes)
+    outcomes += [] if lab else [_for_the_lab(origin_of(entry), disabled) for entry in further]
+    if is_strict(environ):
         _refuse_broken([outcome.row for outcome in outcomes])
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
     known |= {normalise(outcome.row.distribution) for outcome in outcomes}
-    return _assemble(outcomes, settings.warnings + warn_unmatched(settings.disabled, known), files)
+    return _assemble(outcomes, warn_unknown(environ) + warn_unmatched(disabled, known), files)
 
 
 def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
-    def merge_maps(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
-        return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
+    def named(hook: str) -> Mapping[str, Registered]:
+        parts = (outcome.entries.get(hook, {}) for outcome in outcomes)
+        return MappingProxyType(dict(sorted((name, entry) for part in parts for name, entry in part.items())))
 
-    parts = [outcome.contribution for outcome in outcomes]
-    schemes, measures = merge_maps(part.schemes for part in parts), merge_maps(part.measures for part in parts)
-    return Registry(
-        schemes,
-        merge_maps(part.problems for part in parts),
-        measures,
-        tuple(outcome.row for outcome in outcomes),
-        (*warnings, *_idle_claims(schemes, measures)),
-        files,
-        tuple((row.name, part.report) for row, part in outcomes if part.report),
-        {hook: merge_maps(part.further.get(hook, {}) for part in parts) for hook in further_hooks()},
-    )
+    entries = {hook: named(hook) for hook in known_hooks()}
+    warnings = (*warnings, *_idle_claims(entries[SCHEMES], entries[MEASURES]))
+    return Registry(entries, tuple(outcome.row for outcome in outcomes), warnings, files)
 
 
-def _idle_claims(schemes: Mapping[str, SchemeEntry], measures: Mapping[str, object]) -> Iterator[str]:
+def _idle_claims(schemes: Mapping[str, Registered], measures: Mapping[str, object]) -> Iterator[str]:
     """Yield a warning for each measure that a claim names and that is not registered."""
     for name, entry in schemes.items():
         claimed = {claim.measure for variant in entry.variants for claim in variant.promises}
@@ -224,11 +224,18 @@ def _refuse_broken(rows: Iterable[PluginRow]) -> None:
         raise PluginError(f"broken plugins: {'; '.join(broken)}")
 
 
+def _no_hook() -> str:
+    return f"implements no hook; expected one of {', '.join(known_hooks())}, marked @hookimpl"
+
+
 def _from_file(path: str, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     origin = Origin(Path(path).stem, "", "", path)
     plugin = load_file(path)
     try:
-        return _load_plugin(plugin, origin, before)
+        entries = collect(plugin, origin)
+        if not entries:
+            raise PluginError(_no_hook())
+        return _loaded(entries, origin, before)
     except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
@@ -237,39 +244,27 @@ def _from_entry_point(
     entry: EntryPoint, disabled: frozenset[str], before: Sequence[LoadedPlugin]
 ) -> list[LoadedPlugin]:
     origin = origin_of(entry)
-    if is_disabled(origin, disabled):
-        return [_skip(origin)]
-    try:
-        plugin = entry.load()
-        modules = [] if hooks_of(plugin) else submodules(plugin, origin)
-        if not modules:
-            return [_load_plugin(plugin, origin, before)]
-    except FAULTS as error:
-        return [_reject(origin, error)]
-    outcomes = _from_modules(modules, disabled, before)
-    return outcomes or [_reject(origin, PluginError("neither the package nor one of its modules implements a hook"))]
+    return _load_plugins(entry.load, origin, disabled, before) or [_reject(origin, PluginError(_no_hook()))]
 
 
-def _from_modules(
-    modules: Sequence[Origin], disabled: frozenset[str], before: Sequence[LoadedPlugin]
+def _load_plugins(
+    load: Callable[[], Any], origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]
 ) -> list[LoadedPlugin]:
-    outcomes: list[LoadedPlugin] = []
-    for module in modules:
-        outcomes += _from_module(module, disabled, [*before, *outcomes])
-    return outcomes
-
-
-def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> list[LoadedPlugin]:
+    """Load a plugin, or all plugins of a package; none where nothing in it is a hook."""
     if is_disabled(origin, disabled):
         return [_skip(origin)]
     try:
-        plugin = import_module(origin.module)
-        if hooks_of(plugin):
-            return [_load_plugin(plugin, origin, before)]
+        plugin = load()
+        if entries := collect(plugin, origin):
+            return [_loaded(entries, origin, before)]
+        modules = submodules(plugin, origin)
     except FAULTS as error:
         return [_reject(origin, error)]
     # A module without hooks is a helper of its neighbours, a package without hooks a family of plugins.
-    return _from_modules(submodules(plugin, origin), disabled, before)
+    outcomes: list[LoadedPlugin] = []
+    for module in modules:
+        outcomes += _load_plugins(partial(import_module, module.module), module, disabled, [*before, *outcomes])
+    return outcomes
 
 
 def _skip(origin: Origin) -> LoadedPlugin:
@@ -285,23 +280,13 @@ def _reject(origin: Origin, error: BaseException) -> LoadedPlugin:
     return LoadedPlugin(PluginRow(*origin, status, one_line(error)))
 
 
-def _load_plugin(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
-    part = collect(plugin, origin)
-    _refuse_taken(part, [outcome.contribution for outcome in before], origin)
-    schemes, problems, measures = (len(getattr(part, kind)) for kind in KINDS)
-    further = tuple((hook, len(things)) for hook, things in part.further.items())
-    return LoadedPlugin(PluginRow(*origin, "loaded", "", schemes, problems, measures, further), part)
-
-
-def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:
-    for kind, own in _entries(part).items():
-        for known in (_entries(other).get(kind, {}) for other in (before if own else ())):
+def _loaded(entries: Entries, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
+    for hook, own in entries.items():
+        for known in (other.entries.get(hook, {}) for other in before):
             for name in sorted(own.keys() & known.keys()):
-                raise PluginError(f"{kind} {name!r} of {origin} is already registered by {known[name].origin}")
-
-
-def _entries(part: Contribution) -> Mapping[str, Mapping[str, Any]]:
-    """Return what a plugin registers by the word for one of each."""
-    return {word: getattr(part, kind) for kind, word in KINDS.items()} | {
-        hook.partition("_")[2]: things for hook, things in part.further.items()
-    }
+                raise PluginError(
+                    f"{word_of(hook)} {name!r} of {origin} is already registered by {known[name].origin}"
+                )
+    schemes, problems, measures = (len(entries.get(hook, {})) for hook in (SCHEMES, PROBLEMS, MEASURES))
+    further = tuple((hook, len(things)) for hook, things in entries.items() if hook not in HOOKS)
+    return LoadedPlugin(PluginRow(*origin, "loaded", "", schemes, problems, measures, further), entries)

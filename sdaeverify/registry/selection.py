@@ -11,35 +11,17 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from ..contracts.labels import parse_label, split_list
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec, check_scheme, describe, problem_spec, unknown
 from ..errors import UsageError
 from ..forms import Problem
-from .contributions import ProblemEntry, SchemeEntry
+from .contributions import Registered
 from .load import Registry
 
-Texts = Mapping[str, str] | None
-
-
-class Labelled(Protocol):
-    """Anything with a name and a canonical label."""
-
-    @property
-    def name(self) -> str:
-        """Registered name."""
-        ...
-
-    @property
-    def label(self) -> str:
-        """Canonical label."""
-        ...
-
-
-Entry = TypeVar("Entry")
-Thing = TypeVar("Thing", bound=Labelled)
+Thing = TypeVar("Thing")
 
 
 def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Scheme] = ()) -> list[Scheme]:
@@ -58,12 +40,19 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
     ParameterError
         If a parameter is unknown or its value is not accepted.
     """
-    if not wanted and not isinstance(wanted, str):
-        chosen = [one for entry in registry.schemes.values() if not entry.on_request for one in entry.variants]
-    else:
-        chosen = list(_chosen_schemes(registry, wanted))
-    unique = _unique("scheme", chosen, type)
-    return sorted(unique, key=lambda scheme: (scheme.name, _position(scheme, registry.schemes), scheme.label))
+
+    def given(scheme: Any) -> Any:
+        check_scheme(scheme)
+        # No other scheme is registered under its name: controls are found by their names.
+        entry = registry.schemes.get(scheme.name)
+        if entry is not None and not registry.names(scheme):
+            raise UsageError(
+                f"a scheme that is given is named {scheme.name!r}, which is registered by {entry.origin}; "
+                "give it a name of its own"
+            )
+        return scheme
+
+    return _select("scheme", registry.schemes, wanted, given)
 
 
 def select_problems(
@@ -86,17 +75,7 @@ def select_problems(
     ParameterError
         If a parameter is unknown or its text is no value of its type.
     """
-    if not wanted and not isinstance(wanted, str):
-        return [spec for _, entry in sorted(registry.problems.items()) for spec in entry.in_matrix]
-    chosen: list[ProblemSpec] = []
-    for item in _items("problem", wanted):
-        if isinstance(item, str):
-            for entry, texts, is_glob in _matches("problem", item, registry.problems):
-                chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
-        else:
-            chosen.append(_recipe(item))
-    unique = _unique("problem", chosen, lambda spec: spec.function)
-    return sorted(unique, key=lambda spec: (spec.name, _place_in_matrix(spec, registry.problems), spec.label))
+    return _select("problem", registry.problems, wanted, _recipe)
 
 
 def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
@@ -113,16 +92,10 @@ def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
     UsageError
         If a name is unknown, a pattern matches nothing or has parameters, or two measures have one name.
     """
-    chosen: dict[str, Any] = {}
-    for item in _items("measure", wanted):
-        found = _measures(registry, item) if isinstance(item, str) else [_measure(item)]
-        for measure in found:
-            if chosen.setdefault(measure.name, measure) is not measure:
-                raise UsageError(f"two different measures are named {measure.name!r}; select one of them")
-    return [chosen[name] for name in sorted(chosen)]
+    return _select("measure", registry.measures, wanted, _measure)
 
 
-def only(kind: str, wanted: object, found: Sequence[Entry]) -> Entry:
+def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:
     """Return the one thing that a label means.
 
     Parameters
@@ -142,65 +115,62 @@ def only(kind: str, wanted: object, found: Sequence[Entry]) -> Entry:
     return found[0]
 
 
-def _chosen_schemes(registry: Registry, wanted: Any) -> Iterator[Scheme]:
-    for item in _items("scheme", wanted):
-        if isinstance(item, str):
-            for entry, texts, is_glob in _matches("scheme", item, registry.schemes):
-                yield from entry.variants if is_glob and texts is None else [entry.make(texts)]
-        else:
-            check_scheme(item)
-            _require_own_name(item, registry)
-            yield item
+def _select(kind: str, entries: Mapping[str, Registered], wanted: Any, given: Callable[[Any], Any]) -> list[Any]:
+    """Return what is meant, each once; `given` checks what is no pattern."""
+    if not wanted and not isinstance(wanted, str):
+        found: Iterable[Any] = (thing for entry in entries.values() for thing in entry.in_matrix)
+    else:
+        found = _chosen(kind, entries, wanted, given)
+    chosen: dict[str, Any] = {}
+    for thing in found:
+        if _identity(chosen.setdefault(_label(thing), thing)) is not _identity(thing):
+            raise UsageError(f"two different {kind}s are labelled {_label(thing)!r}; select one of them")
+    places = {
+        name: {_label(variant): place for place, variant in enumerate(entries[name].variants)}
+        for name in {thing.name for thing in chosen.values()} & entries.keys()
+    }
+
+    def rank(thing: Any) -> tuple[str, int, str]:
+        known = places.get(thing.name, {})
+        return thing.name, known.get(_label(thing), len(known)), _label(thing)
+
+    return sorted(chosen.values(), key=rank)
 
 
-def _require_own_name(scheme: Scheme, registry: Registry) -> None:
-    """Check that no other scheme is registered under the name of a given one: controls are found by their names."""
-    entry = registry.schemes.get(scheme.name)
-    if entry is not None and not registry.names(scheme):
-        raise UsageError(
-            f"a scheme that is given is named {scheme.name!r}, which is registered by {entry.origin}; "
-            "give it a name of its own"
-        )
+def _label(thing: Any) -> str:
+    return str(getattr(thing, "label", thing.name))
+
+
+def _identity(thing: Any) -> object:
+    """Return what makes two things of one label the same."""
+    if isinstance(thing, ProblemSpec):
+        return thing.function
+    return type(thing) if isinstance(thing, Scheme) else thing
+
+
+def _chosen(kind: str, entries: Mapping[str, Registered], wanted: Any, given: Callable[[Any], Any]) -> Iterator[Any]:
+    for item in _items(kind, wanted):
+        if not isinstance(item, str):
+            yield given(item)
+            continue
+        name, texts = parse_label(item)
+        is_glob = "*" in name or "?" in name
+        names = [known for known in entries if fnmatchcase(known, name)] if is_glob else [name]
+        # "*" alone asks for everything there is, which may be nothing.
+        if (not names and name != "*") or (not is_glob and name not in entries):
+            raise unknown(kind, name, entries)
+        for entry in (entries[known] for known in names):
+            yield from entry.variants if is_glob and texts is None else [entry.make(texts)]
 
 
 def _items(kind: str, wanted: Any) -> Iterator[Any]:
-    if wanted is not None and (isinstance(wanted, bytes) or not isinstance(wanted, Iterable)):
-        # A single thing; whoever asked for it checks what it is.
-        wanted = [wanted]
-    everything = ["*"] if not wanted and not isinstance(wanted, str) else wanted
-    for item in [everything] if isinstance(everything, str) else everything:
+    # A single thing may be given; whoever asked for it checks what it is.
+    several = isinstance(wanted, Iterable) and not isinstance(wanted, bytes | str)
+    for item in wanted if several else [wanted]:
         patterns = split_list(item) if isinstance(item, str) else [item]
         if not patterns:
             raise UsageError(f"empty selection of {kind}s: {item!r}")
         yield from patterns
-
-
-def _matches(kind: str, pattern: str, entries: Mapping[str, Entry]) -> Iterator[tuple[Entry, Texts, bool]]:
-    name, texts = parse_label(pattern)
-    is_glob = "*" in name or "?" in name
-    names = [known for known in entries if fnmatchcase(known, name)] if is_glob else [name]
-    # "*" alone asks for everything there is, which may be nothing.
-    if (not names and name != "*") or (not is_glob and name not in entries):
-        raise unknown(kind, name, entries)
-    yield from ((entries[known], texts, is_glob) for known in names)
-
-
-def _unique(kind: str, things: Iterable[Thing], identity: Callable[[Thing], object]) -> list[Thing]:
-    chosen: dict[str, Thing] = {}
-    for thing in things:
-        if identity(chosen.setdefault(thing.label, thing)) is not identity(thing):
-            raise UsageError(f"two different {kind}s are labelled {thing.label!r}; select one of them")
-    return list(chosen.values())
-
-
-def _position(scheme: Scheme, entries: Mapping[str, SchemeEntry]) -> int:
-    variants = [variant.label for variant in entries[scheme.name].variants] if scheme.name in entries else []
-    return variants.index(scheme.label) if scheme.label in variants else len(variants)
-
-
-def _place_in_matrix(spec: ProblemSpec, entries: Mapping[str, ProblemEntry]) -> int:
-    labels = [known.label for known in entries[spec.name].in_matrix] if spec.name in entries else []
-    return labels.index(spec.label) if spec.label in labels else len(labels)
 
 
 def _recipe(item: object) -> ProblemSpec:
@@ -215,12 +185,3 @@ def _measure(item: Any) -> Any:
     if isinstance(item, type | Scheme) or not isinstance(getattr(item, "name", None), str):
         raise UsageError(f"expected a measure or its name, got {describe(item)}")
     return item
-
-
-def _measures(registry: Registry, pattern: str) -> list[Any]:
-    found = []
-    for entry, texts, _ in _matches("measure", pattern, registry.measures):
-        if texts:
-            raise UsageError(f"measure {entry.name!r} takes no parameters, got {pattern!r}")
-        found.append(entry.thing)
-    return found

@@ -20,7 +20,7 @@ from ..errors import UsageError
 from ..forms import Problem
 from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
-from ..gate.outcomes import ORDER, Outcome, Status, is_red, names_of, outcomes
+from ..gate.outcomes import ORDER, Outcome, Status, is_red, key_of, outcomes
 from ..gate.policy import Policy
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
@@ -217,5 +217,5 @@ def _require_cells(plan: Plan, expected: Iterable[FailingClaim]) -> None:
     if not plan.cells:
         raise UsageError("none of these schemes claims anything of these measures on these problems")
     anything = Finding(quantity="", verdict=Verdict.NOT_RUN)
-    cells = [names_of(cell, anything) for cell in plan.cells]
+    cells = [key_of(cell, anything)._asdict() for cell in plan.cells]
     require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

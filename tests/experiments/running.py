@@ -8,8 +8,8 @@ from facade import EXPERIMENTS, Budget, ExperimentRun, Origin, Registered, exper
 def planned_run(registry, name, experiment=None, paths=None, budget=Budget.SMOKE):
     """Plan an experiment of this name: the registered one, unless another is given."""
     thing = experiment or registry.things(EXPERIMENTS)[name]
-    entry = Registered(name, thing, Origin(name, "", "", "mine.py"))
-    changed = replace(registry, further={EXPERIMENTS: {name: entry}})
+    entry = Registered(name, (thing,), Origin(name, "", "", "mine.py"))
+    changed = replace(registry, entries={**registry.entries, EXPERIMENTS: {name: entry}})
     return ExperimentRun(experiment_plan(changed, name, paths=paths, budget=budget))
 
 

@@ -6,14 +6,15 @@ from typing import ClassVar
 import pytest
 
 from facade import (
+    MEASURES,
+    PROBLEMS,
+    SCHEMES,
     Cell,
     CellResult,
     Origin,
     Policy,
-    ProblemEntry,
     Registered,
     Registry,
-    SchemeEntry,
     outcomes,
     problem_spec,
 )
@@ -82,9 +83,11 @@ def registered(schemes=(Plain(), Fussy()), families=(line, added, plane), distri
     for scheme in schemes:
         named.setdefault(scheme.name, []).append(scheme)
     return Registry(
-        {name: SchemeEntry(name, tuple(variants), origin) for name, variants in named.items()},
-        {family.__name__: ProblemEntry(family.__name__, family, origin) for family in families},
-        {measure.name: Registered(measure.name, measure, origin) for measure in (Blunt(), Sharp())},
+        {
+            SCHEMES: {name: Registered(name, tuple(variants), origin) for name, variants in named.items()},
+            PROBLEMS: {family.__name__: Registered(family.__name__, (family,), origin) for family in families},
+            MEASURES: {measure.name: Registered(measure.name, (measure,), origin) for measure in (Blunt(), Sharp())},
+        }
     )
 
 

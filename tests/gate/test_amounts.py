@@ -15,9 +15,7 @@ from sdaeverify import UsageError
         ("2G", 2 * 2**30),
         ("512M", 2**29),
         ("524288.5 K", 2**29 + 512),
-        ("300000000", 300000000),
         ("1GiB", 2**30),
-        ("2GB", 2**31),
     ],
 )
 def test_amounts(text, size):

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from facade import TIERS, Origin, Policy, SchemeEntry, gate_plan
+from facade import SCHEMES, TIERS, Origin, Policy, Registered, gate_plan
 from sdaeverify import Control, Pathwise, UsageError, in_matrix
 from sdaeverify.measuring import Verdict
 
@@ -117,7 +117,8 @@ def test_own_schemes():
     """Without patterns the schemes of the project's own distribution are gated, and everything without a project."""
     registry = registered((Plain(),))
     other = Origin("theirs", "other", "1", "module")
-    both = replace(registry, schemes={**registry.schemes, "fussy": SchemeEntry("fussy", (Fussy(),), other)})
+    schemes = {**registry.schemes, "fussy": Registered("fussy", (Fussy(),), other)}
+    both = replace(registry, entries={**registry.entries, SCHEMES: schemes})
 
     assert {scheme for scheme, *_ in cells(both, distribution="Pack")} == {"plain"}
     with pytest.raises(UsageError, match="project unknown registers no scheme here; install it"):
@@ -147,7 +148,8 @@ def test_schemes_of_plugin_files():
     """Schemes of a file that is named as a plugin belong to the project, too."""
     registry = registered((Plain(),))
     file = Origin("mine", "", "", "/somewhere/mine.py")
-    both = replace(registry, schemes={**registry.schemes, "fussy": SchemeEntry("fussy", (Fussy(),), file)})
+    schemes = {**registry.schemes, "fussy": Registered("fussy", (Fussy(),), file)}
+    both = replace(registry, entries={**registry.entries, SCHEMES: schemes})
 
     assert {scheme for scheme, *_ in cells(both, plugins=("/somewhere/mine.py",))} == {"fussy"}
 

@@ -13,6 +13,7 @@ from sdaeverify.measuring import Verdict
 from .conftest import SHARP, WEAKER, result
 
 X, Y = Key("plain", "line", "sharp", "x"), Key("plain", "line", "sharp", "y")
+UNBIASED = Claim(measure="sharp", value="unbiased", bound=0.01, source="made up")
 FOUND = (result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE, quantity="y", claim=WEAKER))
 
 BOTH = {X: Locked(order=1.0), Y: Locked(order=0.5)}
@@ -35,62 +36,40 @@ def test_what_is_locked():
     assert Locked.of(replace(wide, value="round-off")) == Locked(words="round-off")
 
 
-def test_nothing_to_say():
-    """What is locked and found is no news."""
-    assert held(BOTH, *FOUND) == held({})
-
-
 def test_dropped_claim():
     """A claim that is locked and not found is a violation that names it."""
-    lock = held(BOTH, FOUND[0])
+    violations, _ = held(BOTH, FOUND[0])
 
-    assert lock.violations == ("no longer tested: plain on line, sharp y: order >= 0.5",)
-
-
-@pytest.mark.parametrize(
-    ("locked", "weaker"),
-    [
-        (Locked(order=1.0), False),
-        (Locked(order=0.5), False),
-        (Locked(order=1.5), True),
-        (Locked(order=1.0, margin=0.1), True),
-        (Locked(order=1.0, margin=0.3), False),
-        (Locked(order=1.1, margin=0.3), False),
-        (Locked(words="round-off"), True),
-    ],
-)
-def test_changed_claim(locked, weaker):
-    """A claim whose bound has become lower is a violation, one that says more is a note."""
-    lock = held({X: locked}, result(Verdict.VERIFIED, claim=SHARP))
-
-    assert bool(lock.violations) is weaker
-    assert bool(lock.notes) is (not weaker and locked != Locked(order=1.0))
+    assert violations == ("no longer tested: plain on line, sharp y: order >= 0.5",)
 
 
 @pytest.mark.parametrize(
-    ("locked", "weaker"),
+    ("claim", "locked", "weaker"),
     [
-        (Locked(words="unbiased", within=0.01), False),
-        (Locked(words="unbiased", within=0.02), False),
-        (Locked(words="unbiased", within=0.005), True),
-        (Locked(words="exact", within=0.02), True),
-        (Locked(order=1.0), True),
-        (Locked(words="round-off"), True),
+        (SHARP, Locked(order=1.0), False),
+        (SHARP, Locked(order=0.5), False),
+        (SHARP, Locked(order=1.5), True),
+        (SHARP, Locked(order=1.0, margin=0.1), True),
+        (SHARP, Locked(order=1.1, margin=0.3), False),
+        (SHARP, Locked(words="round-off"), True),
+        (UNBIASED, Locked(words="unbiased", within=0.01), False),
+        (UNBIASED, Locked(words="unbiased", within=0.02), False),
+        (UNBIASED, Locked(words="unbiased", within=0.005), True),
+        (UNBIASED, Locked(words="exact", within=0.02), True),
+        (UNBIASED, Locked(order=1.0), True),
     ],
 )
-def test_changed_bound(locked, weaker):
-    """A wider bound is weaker, a narrower one says more; what says another thing is held to be weaker."""
-    claim = Claim(measure="sharp", value="unbiased", bound=0.01, source="made up")
+def test_changed_claim(claim, locked, weaker):
+    """What has become weaker, or says another thing, is a violation; what says more is a note."""
+    violations, notes = held({X: locked}, result(Verdict.VERIFIED, claim=claim))
 
-    lock = held({X: locked}, result(Verdict.VERIFIED, claim=claim))
-
-    assert bool(lock.violations) is weaker
-    assert bool(lock.notes) is (not weaker and locked != Locked.of(claim))
+    assert bool(violations) is weaker
+    assert bool(notes) is (not weaker and locked != Locked.of(claim))
 
 
 def test_new_claims():
     """What is not locked is a note."""
-    (note,) = held({}, *FOUND).notes
+    _, (note,) = held({}, *FOUND)
 
     assert note == "not in the lock file: plain on line, sharp x and 1 more; --write-lock adds what is new"
 
@@ -98,7 +77,7 @@ def test_new_claims():
 @pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.REFUTED])
 def test_cell_without_quantities(verdict):
     """A cell that could not be measured, or breaks the contract, fails by itself and is not missed as well."""
-    assert held(BOTH, result(verdict, quantity="")).violations == ()
+    assert held(BOTH, result(verdict, quantity=""))[0] == ()
 
 
 def test_file(tmp_path):
@@ -136,14 +115,9 @@ def test_every_claim_can_be_read_again(tmp_path, claim):
     [
         ("{", "is no lock file of version 2: .*; if it is meant to be one, remove it and write it anew"),
         ("[" * 100_000, "is no lock file of version 2: .*; if it is meant to be one, remove it and write it anew"),
-        ("[]", "is no lock file of version 2: Expected `object`, got `array`"),
-        (json.dumps({"schema_version": True, "tiers": {}}), "Expected `int`, got `bool` - at `$.schema_version`"),
         (json.dumps({"schema_version": 1, "tiers": {}}), "Invalid enum value 1 - at `$.schema_version`"),
-        (json.dumps({"schema_version": 2}), "missing required field `tiers`"),
-        (json.dumps({"schema_version": 2, "tiers": {"ci": {"plain": "gbm"}}}), "Expected `object`, got `str`"),
         *((lock_of(claim), "Expected `object`, got") for claim in (5, None, True, "order >= 1.0", [1.0])),
         *((lock_of(claim), "has either an order or words") for claim in ({}, {"order": 1.0, "words": "round-off"})),
-        (lock_of({"order": "abc"}), "Expected `float | null`, got `str`"),
         (lock_of({"order": 1.0, "margin": -1.0}), "Expected `float` > 0.0"),
         (lock_of({"ordre": 1.0}), "unknown field `ordre`"),
     ],

@@ -4,7 +4,7 @@ from math import inf, nan
 
 import pytest
 
-from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, is_red, outcomes
+from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, outcomes
 from sdaeverify.measuring import Verdict
 
 from .conftest import result
@@ -56,43 +56,12 @@ def test_lax_expectation_may_pass():
     assert outcome.status is Status.PASSED
 
 
-@pytest.mark.parametrize(
-    ("verdict", "red"),
-    [
-        (Verdict.VERIFIED, False),
-        (Verdict.REFUTED, True),
-        (Verdict.ERROR, True),
-        (Verdict.INCONCLUSIVE, False),
-    ],
-)
-def test_red(verdict, red):
-    """Refuted and unmeasured fail the gate; undecided where the policy says so."""
-    (outcome,) = outcomes([result(verdict)], Policy())
-
-    assert is_red(outcome, Policy()) is red
-    assert is_red(outcome, Policy(inconclusive="fail")) is (red or verdict is Verdict.INCONCLUSIVE)
-
-
-def test_a_pass_that_was_not_expected_is_red():
-    """Whoever expects a claim to fail is told that it holds."""
-    (outcome,) = outcomes([result(Verdict.VERIFIED)], Policy(expected_failures=ANY))
-
-    assert is_red(outcome, Policy())
-
-
 def test_idle_expectations():
     """An expected failure that no finding matches is told."""
     entries = (FailingClaim(reason="a", quantity="x"), FailingClaim(reason="b", quantity="y"))
     policy = Policy(expected_failures=entries)
 
     assert idle(outcomes([result(Verdict.REFUTED)], policy), policy) == [entries[1]]
-
-
-def test_claim_of_an_unmeasured_cell():
-    """Where nothing was measured the claim in words is all that the cell was to test."""
-    (outcome,) = outcomes([result(Verdict.ERROR)], Policy())
-
-    assert outcome.claim == "order >= 1.0 up to a margin of 0.2"
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facade import FailingClaim, Lock, Policy, markdown_report
+from facade import FailingClaim, Policy, markdown_report
 from sdaeverify.gate.writers.record import json_report
 from sdaeverify.gate.writers.text import text_report
 from sdaeverify.measuring import Method, Verdict
@@ -48,7 +48,7 @@ def test_no_command_without_a_name():
 def test_markdown_stays_in_its_cells(reason, kind, line):
     """No text adds a row, a column, HTML or code to the tables."""
     found = result(Verdict.REFUTED, scheme=Plain(kind), reason=reason)
-    lines = markdown_report(gated(found, lock=Lock((line,)))).splitlines()
+    lines = markdown_report(gated(found, violations=(line,))).splitlines()
     rows = [text.replace("\\|", "") for text in lines if text.startswith("| ")]
 
     assert [row.count("|") for row in rows] == [8, 8, 3, 3]
@@ -110,6 +110,6 @@ def test_words_without_an_interval():
 
 def test_words_show_no_control_characters(everything):
     """Every line is printable, whatever names and reasons hold."""
-    lines = list(text_report(gated(*everything, lock=Lock((NASTY,)), warnings=(NASTY,))))
+    lines = list(text_report(gated(*everything, violations=(NASTY,), warnings=(NASTY,))))
 
     assert all(line.isprintable() for line in lines)

@@ -12,7 +12,7 @@ FAMILIES = ("affine-constraint", "exponential-strip", "orthogonal-group", "penal
 
 def known(name: str, eps: float) -> dict[str, float]:
     """Return the moments at a time, and the invariant means, that a problem knows."""
-    truths = REGISTRY.problems[name].function(eps=eps).truths
+    truths = REGISTRY.problems[name].thing(eps=eps).truths
     moments = {f"E {t.observable}": float(t.value(0.4)) for t in truths if isinstance(t, Moment)}
     return moments | {t.observable: float(t.value) for t in truths if isinstance(t, InvariantMean)}
 

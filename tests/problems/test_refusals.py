@@ -58,7 +58,7 @@ PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
 def test_bad_parameters_are_named(problem: str, parameters: dict[str, Any], message: str) -> None:
     """One line says which parameter it is."""
     with pytest.raises(ParameterError, match=message) as caught:
-        REGISTRY.problems[problem].function(**parameters)
+        REGISTRY.problems[problem].thing(**parameters)
 
     assert "\n" not in str(caught.value)
 

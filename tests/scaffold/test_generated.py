@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from facade import ExitCode, Origin, collect, load_file, names_of, write_plugin
+from facade import PROBLEMS, SCHEMES, ExitCode, Origin, collect, load_file, names_of, write_plugin
 from sdaeverify.testing import check_problem, check_scheme
 
 NAMES = names_of(Path(), "rodeo")
@@ -63,7 +63,7 @@ def test_plugin_of_any_name_is_registered(tmp_path, name):
         for each in ("platen", "sinh")
     )
 
-    assert (list(scheme.schemes), list(problem.problems)) == ([names.scheme], [names.problem])
+    assert (list(scheme[SCHEMES]), list(problem[PROBLEMS])) == ([names.scheme], [names.problem])
     assert names.module not in {Path(file).stem for file in written}
 
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import pytest
 
-from facade import Cell, CellResult, Origin, Planted, ProblemEntry, Registered, Registry, SchemeEntry, problem_spec
+from facade import MEASURES, PROBLEMS, SCHEMES, Cell, CellResult, Origin, Planted, Registered, Registry, problem_spec
 from sdaeverify import SDE, Claim, Scheme
 from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
@@ -59,10 +59,14 @@ def registry_of():
 
     def make(*bugs):
         return Registry(
-            {"good": SchemeEntry("good", (Good(),), HERE)},
-            {name: ProblemEntry(name, family, HERE) for name, family in {"line": line, "curve": curve}.items()},
-            {measure.name: Registered(measure.name, measure, HERE) for measure in (Blunt(), Sharp())},
-            further={"sdaeverify_planted": {b.label: Registered(b.label, b, HERE) for b in bugs}},
+            {
+                SCHEMES: {"good": Registered("good", (Good(),), HERE)},
+                PROBLEMS: {family.__name__: Registered(family.__name__, (family,), HERE) for family in (line, curve)},
+                MEASURES: {
+                    measure.name: Registered(measure.name, (measure,), HERE) for measure in (Blunt(), Sharp())
+                },
+                "sdaeverify_planted": {b.label: Registered(b.label, (b,), HERE) for b in bugs},
+            }
         )
 
     return make

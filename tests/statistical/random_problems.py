@@ -77,7 +77,7 @@ def registry() -> Registry:
 def shipped() -> tuple[Callable[..., object], ...]:
     """Return the problem functions of this distribution, by name."""
     entries = registry().problems
-    families = (entries[name].function for name in sorted(entries))
+    families = (entries[name].thing for name in sorted(entries))
     return tuple(family for family in families if family.__module__.startswith("sdaeverify_problems."))
 
 

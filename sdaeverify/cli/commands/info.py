@@ -16,14 +16,16 @@ from rich.text import Text
 from ... import forms
 from ...contracts.claimed import Order
 from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
+from ...contracts.measure import Measure
 from ...contracts.scheme import Claim, Scheme, form_names
+from ...contracts.specs import ProblemSpec
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
 from ...forms.controls import Control
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
-from ...registry.contributions import ProblemEntry, Registered, SchemeEntry
+from ...registry.contributions import Registered
 from ...registry.load import PluginRow, Registry
 from ...report.passports import (
     Passport,
@@ -34,7 +36,6 @@ from ...report.passports import (
     truth_in_words,
 )
 from ...report.plain import visible
-from ..catalogue import AnyEntry, parameters_of, subject
 from ..console import output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
@@ -139,12 +140,12 @@ def _condition(known: Dissipation) -> list[str]:
     return [f"condition (4.1) holds: C = {known.C:g}; {constants}", *bounds]
 
 
-def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
+def describe_entry(entry: Registered, texts: Mapping[str, str]) -> list[str]:
     """Describe a scheme, problem or measure.
 
     Parameters
     ----------
-    entry : SchemeEntry, ProblemEntry or Registered
+    entry : Registered
     texts : mapping of str to str
         Parameters as written in a label.
 
@@ -156,15 +157,12 @@ def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
         If the problem cannot be built.
     """
     lines = [*_docstring(entry), *_parameters(entry)]
-    if isinstance(entry, SchemeEntry):
-        scheme = entry.make(texts)
-        lines = [f"scheme {scheme.label}", *lines, *_scheme(scheme)]
-    elif isinstance(entry, ProblemEntry):
-        spec = entry.make(texts)
-        lines = [f"problem {spec.label}", *lines, *_problem(make(spec.label, spec.build, given=bool(texts)))]
+    thing = entry.make(texts)
+    if isinstance(thing, Scheme):
+        lines = [f"scheme {thing.label}", *lines, *_scheme(thing)]
+    elif isinstance(thing, ProblemSpec):
+        lines = [f"problem {thing.label}", *lines, *_problem(make(thing.label, thing.build, given=bool(texts)))]
     else:
-        if texts:
-            raise UsageError(f"measure {entry.name!r} takes no parameters")
         lines = [f"measure {entry.name}", *lines]
     return [*lines, "", f"from {entry.origin}"]
 
@@ -174,22 +172,20 @@ def describe_plugin(row: PluginRow) -> list[str]:
     return [f"plugin {row.name}", *(f"{key}: {value}" for key, value in row._asdict().items() if value != "")]
 
 
-def _docstring(entry: AnyEntry) -> list[str]:
-    thing = subject(entry)
-    texts = [docstring(thing)]
-    if isinstance(entry, Registered):
+def _docstring(entry: Registered) -> list[str]:
+    texts = [docstring(entry.subject)]
+    if isinstance(entry.thing, Measure):
         # What a measure asks and how it judges stands at the top of its file.
-        texts.append(inspect.cleandoc(getattr(inspect.getmodule(thing), "__doc__", None) or ""))
+        texts.append(inspect.cleandoc(getattr(inspect.getmodule(entry.subject), "__doc__", None) or ""))
     return [line for text in texts if text for line in ("", *text.splitlines())]
 
 
-def _parameters(entry: AnyEntry) -> list[str]:
-    parameters = parameters_of(entry)
-    if not parameters:
+def _parameters(entry: Registered) -> list[str]:
+    if not entry.parameters:
         return []
     lines = [
         f"  {p.name} = {'required' if p.default is REQUIRED else p.default}  ({describe_kind(p.default)})"
-        for p in parameters
+        for p in entry.parameters
     ]
     return ["", "parameters and defaults:", *lines]
 
@@ -281,14 +277,14 @@ def _forms(registry: Registry) -> dict[str, type[Problem]]:
 
 
 def _schemes(registry: Registry) -> list[Scheme]:
-    return [entry.variants[0] for entry in registry.schemes.values()]
+    return [entry.thing for entry in registry.schemes.values()]
 
 
 def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
     yield from ("", *docstring(form).splitlines(), "")
     solving = (scheme.name for scheme in _schemes(registry) if form in scheme.forms)
     yield f"schemes that solve it: {', '.join(solving) or 'none'}"
-    functions = ((entry.name, inspect.signature(entry.function)) for entry in registry.problems.values())
+    functions = ((entry.name, inspect.signature(entry.thing)) for entry in registry.problems.values())
     having = (name for name, signature in functions if signature.return_annotation in {form, form.__name__})
     yield f"problems that are declared to have it: {', '.join(having) or 'none'}"
     yield f"traits that it declares: {', '.join(map(str, form.declared_traits)) or 'none'}"
@@ -319,7 +315,7 @@ def _claims(registry: Registry) -> Iterator[str]:
 def _measures(registry: Registry) -> Iterator[str]:
     count = _count(registry)
     for name, entry in registry.measures.items():
-        lines = docstring(subject(entry)).splitlines() or [""]
+        lines = docstring(entry.subject).splitlines() or [""]
         yield from ("", name, f"  {lines[0]}", f"  schemes with claims about it: {count[name]}")
 
 

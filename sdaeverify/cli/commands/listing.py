@@ -6,7 +6,7 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from ...registry import contributions
+from ...registry.contributions import word_of
 from ...report.plain import empty_table, visible
 from ..catalogue import Record, catalogue
 from ..console import output, output_to_stderr
@@ -54,9 +54,9 @@ def _text(record: Record, column: str) -> str:
     if column == "parameters":
         return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
     if column == "registers":
-        counts = [(record[kind], f"{word}{'s' * (record[kind] > 1)}") for kind, word in contributions.KINDS.items()]
-        counts += [(count, hook.partition("_")[2]) for hook, count in record["further"]]
-        return ", ".join(f"{count} {word}" for count, word in counts if count)
+        counts = [*((f"sdaeverify_{kind}", record[kind]) for kind in KINDS[:3]), *record["further"]]
+        words = ((count, word_of(hook) if count == 1 else hook.partition("_")[2]) for hook, count in counts)
+        return ", ".join(f"{count} {word}" for count, word in words if count)
     if column == "summary" and record.get("on_request"):
         return f"{record[column]} (run on request)"
     return str(record[column])

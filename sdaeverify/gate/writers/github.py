@@ -50,7 +50,7 @@ def annotations(gated: Gated, root: Path) -> Iterator[str]:
         Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
     """
     told = [outcome for outcome in gated.not_passed if outcome.status in KINDS]
-    lines = [f"lock file: {line}" for line in gated.lock.violations]
+    lines = [f"lock file: {line}" for line in gated.violations]
     shown = [_command("error", {"title": "sdaeverify lock file"}, visible(line)) for line in lines[: MOST // 2]]
     shown += [_annotation(outcome, gated, root) for outcome in told[: MOST - len(shown)]]
     yield from shown
@@ -143,12 +143,12 @@ def markdown_report(gated: Gated) -> str:
         f"{gated.budget}.",
         "",
     ]
-    lines += _bullets("Lock file", gated.lock.violations)
+    lines += _bullets("Lock file", gated.violations)
     for status in ORDER:
         if status is not Status.PASSED:
             lines += _section(status, gated)
     lines += _bullets("Warnings", gated.warnings)
-    lines += _bullets("Notes", (*gated.lock.notes, *gated.notes))
+    lines += _bullets("Notes", gated.notes)
     return "\n".join([*lines, *_schemes(gated.outcomes)]) + "\n"
 
 

@@ -29,9 +29,9 @@ def json_report(gated: Gated) -> dict[str, object]:
         "paths": gated.settings.paths,
         "steps": list(gated.settings.steps),
         "counts": {str(status): count for status, count in sorted(gated.counts.items())},
-        "lock_violations": [visible(line) for line in gated.lock.violations],
+        "lock_violations": [visible(line) for line in gated.violations],
         "warnings": [visible(line) for line in gated.warnings],
-        "notes": [visible(line) for line in (*gated.lock.notes, *gated.notes)],
+        "notes": [visible(line) for line in gated.notes],
         "outcomes": [_row(outcome, gated) for outcome in gated.outcomes],
     }
 

@@ -31,9 +31,9 @@ def text_report(gated: Gated) -> Iterator[str]:
     yield from limit_lines(
         [_one_line_text(outcome) for outcome in gated.not_passed if not _needs_full_text(outcome, gated)], MOST
     )
-    yield from (visible(f"lock file: {line}") for line in limit_lines(gated.lock.violations, 2 * MOST))
+    yield from (visible(f"lock file: {line}") for line in limit_lines(gated.violations, 2 * MOST))
     yield from (visible(f"warning: {line}") for line in gated.warnings)
-    yield from (visible(f"note: {line}") for line in (*gated.lock.notes, *gated.notes))
+    yield from (visible(f"note: {line}") for line in gated.notes)
     yield gated.budget
     yield gated.summary
 
