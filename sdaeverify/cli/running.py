@@ -4,22 +4,19 @@ import json
 import os
 import shlex
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from enum import Enum, auto
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
-from rich.console import Console
-from rich.text import Text
 
 from ..api import Result, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
-from ..errors import UsageError, one_line
+from ..errors import one_line
 from ..registry.load import Registry
 from ..report.files import require_writable
 from ..report.folders import LEVELS, VERDICTS
@@ -29,10 +26,9 @@ from ..report.plain import wrap_text
 from ..report.progress import progress
 from ..report.sentences import PlainLine, counts_of, ending
 from ..report.tables.columns import COLUMNS
-from ..report.terminal import drifts, legend, summary_tables, windows
 from ..report.verdict_row import VerdictRow
 from ..store.store import Store
-from ..study import CellResult, Finished, Plan, Study
+from ..study import Finished, Plan, Study
 from ..workers.executors import PROCESSES, LostExecutorError, Workers, open_workers
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
@@ -43,30 +39,6 @@ from .exit_codes import ExitCode, code_of_results
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
 # that is taken to be so many seconds a cell.
 APART, ROW = 200.0, 5e-5
-
-
-class Shown(Enum):
-    """What of its results a run shows in the end."""
-
-    SENTENCE = auto()
-    ENDING = auto()
-    MATRIX = auto()
-    JSON = auto()
-
-
-def choose_output(options: Mapping[str, Any]) -> Shown:
-    """Return what a command was asked to show.
-
-    Raises
-    ------
-    UsageError
-        If it was asked for several things.
-    """
-    asked = {"as_json": Shown.JSON, "quiet": Shown.SENTENCE, "verbose": Shown.MATRIX}
-    given = [shown for name, shown in asked.items() if options.get(name)]
-    if len(given) > 1:
-        raise UsageError("contradictory options: choose one of --quiet, --verbose and --json")
-    return given[0] if given else Shown.ENDING
 
 
 @dataclass
@@ -87,8 +59,8 @@ class Run:
         Whether nothing is computed.
     page : bool
         Whether a page is written in the end.
-    shown : Shown
-        What is said in the end.
+    as_json, quiet : bool
+        Whether JSON, or the counts, are all that is said in the end.
     first_only : bool
         Whether the run ends with the first claim that is refuted.
     study : Study
@@ -104,7 +76,8 @@ class Run:
     fresh: bool = False
     stored_only: bool = False
     page: bool = True
-    shown: Shown = Shown.ENDING
+    as_json: bool = False
+    quiet: bool = False
     first_only: bool = False
     study: Study = field(init=False)
     home: Path = field(init=False)
@@ -276,13 +249,11 @@ def _finish(run: Run, result: Result) -> ExitCode:
 
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
-    if run.shown is Shown.JSON:
+    if run.as_json:
         click.echo(json.dumps([_record(row, result) for row in result.rows.verdicts], indent=2))
         return
-    if run.shown is Shown.MATRIX:
-        _show_matrix(console, result.results)
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
-    if run.shown is Shown.SENTENCE:
+    if run.quiet:
         print_lines(console, [PlainLine(line) for line in wrap_text(sentence, console.width)])
         return
     notes, plain = [*_notes(run), f"exit code {code.value}: {code.words}"], console.options.ascii_only
@@ -291,17 +262,6 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
 
 def _record(row: VerdictRow, result: Result) -> dict[str, Any]:
     return {**row.record, "reproduce": result.command(row.scheme, row.problem, row.measure) or None}
-
-
-def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
-    plain = console.options.ascii_only
-    for table in summary_tables(results, console.width, plain=plain):
-        console.print(table)
-        console.print()
-    console.print(legend(plain=plain))
-    console.print()
-    for line in (*drifts(results), *windows(results)):
-        console.print(Text(line), soft_wrap=True)
 
 
 def _notes(run: Run) -> Iterator[str]:

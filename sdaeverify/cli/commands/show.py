@@ -24,6 +24,7 @@ from ...report.sentences import (
 )
 from ...report.tables.command import command_of
 from ...report.verdict_row import VerdictRow
+from .. import options
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
 
@@ -36,8 +37,8 @@ INDENT = "    "
 @click.argument("what", nargs=-1, metavar="[DIR] [SCHEME] [PROBLEM]")
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures: names or globs.")
 @click.option("--open", "left_open", is_flag=True, help="What is refuted, failed or undecided, all of it.")
-@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity.")
-@click.option("-q", "--quiet", is_flag=True, help="Say the counts alone.")
+@options.as_json
+@options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:
     """Show what a run came to: DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
 
