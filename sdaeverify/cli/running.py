@@ -1,6 +1,5 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
-import json
 import os
 import shlex
 import time
@@ -9,9 +8,7 @@ from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import click
+from typing import NamedTuple
 
 from ..api import Result, result_of
 from ..contracts.finding import Verdict
@@ -22,18 +19,17 @@ from ..report.files import require_writable
 from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
-from ..report.plain import wrap_text
 from ..report.progress import progress
-from ..report.sentences import PlainLine, counts_of, ending
+from ..report.sentences import counts_of, ending, lines_of
 from ..report.tables.columns import COLUMNS
-from ..report.verdict_row import VerdictRow
+from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
 from ..workers.executors import PROCESSES, LostExecutorError, Workers, open_workers
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from ..workers.room import NoWorkersError
-from .console import complain, output, output_to_stderr, print_lines
+from .console import complain, output, output_to_stderr, print_json, print_texts
 from .exit_codes import ExitCode, code_of_results
 
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
@@ -250,18 +246,14 @@ def _finish(run: Run, result: Result) -> ExitCode:
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
     if run.as_json:
-        click.echo(json.dumps([_record(row, result) for row in result.rows.verdicts], indent=2))
+        print_json(records_of(result.rows.verdicts, result.run))
         return
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.quiet:
-        print_lines(console, [PlainLine(line) for line in wrap_text(sentence, console.width)])
+        print_texts(console, lines_of(sentence, console.width))
         return
     notes, plain = [*_notes(run), f"exit code {code.value}: {code.words}"], console.options.ascii_only
-    print_lines(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
-
-
-def _record(row: VerdictRow, result: Result) -> dict[str, Any]:
-    return {**row.record, "reproduce": result.command(row.scheme, row.problem, row.measure) or None}
+    print_texts(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
 
 
 def _notes(run: Run) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """``check``: the conformance kit over schemes and problems by name."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
@@ -16,7 +15,7 @@ from ...registry.selection import select_problems, select_schemes
 from ...report.plain import empty_table, visible
 from ...testing.questions import Question, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
-from ..console import output, output_to_stderr
+from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
@@ -44,7 +43,7 @@ def check(**options: Any) -> ExitCode:
         questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
         rows = [question.answer({}).row for question in questions]
     if options["as_json"]:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
     else:
         _show(rows)
     return ExitCode.REFUTED if any(row["status"] == "failed" for row in rows) else ExitCode.OK

@@ -1,6 +1,5 @@
 """``compare``: what changed from one run to the next: verdicts, orders and sizes of errors."""
 
-import json
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
@@ -13,7 +12,7 @@ from ...report.compare.cells import compare as compared
 from ...report.compare.changes import RunPair, changes, counts, list_omissions, pair_in_words, records
 from ...report.compare.runs import StoredRun, damages, read_run, verdict_changes
 from ...report.plain import visible, wrap_text
-from ..console import complain, conclude, output, output_to_stderr, print_texts
+from ..console import complain, conclude, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
@@ -53,7 +52,8 @@ def compare(**options: Any) -> ExitCode:
         pairs = [_compare(old, new, registry, options) for old, new in pairwise(runs)]
     code = _code(pairs)
     if options["as_json"]:
-        click.echo(_json(pairs, options, code))
+        about = {name: options[name] for name in ("factor", "alpha")}
+        print_json({**about, "exit_code": code.value, "pairs": [*map(records, pairs)]})
     else:
         _show(pairs, every=options["every"])
         conclude(code, WORDS)
@@ -75,11 +75,6 @@ def _code(pairs: Sequence[RunPair]) -> ExitCode:
         complain("error", "nothing to compare: the runs have no quantity in common")
         return ExitCode.NOTHING
     return ExitCode.OK
-
-
-def _json(pairs: Sequence[RunPair], options: dict[str, Any], code: ExitCode) -> str:
-    about = {name: options[name] for name in ("factor", "alpha")}
-    return json.dumps({**about, "exit_code": code.value, "pairs": [records(pair) for pair in pairs]}, indent=2)
 
 
 def _show(pairs: Sequence[RunPair], *, every: bool) -> None:

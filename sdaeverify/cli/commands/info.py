@@ -4,7 +4,6 @@ Words are told by docstrings and by what is registered: forms, traits, noise and
 """
 
 import inspect
-import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 
@@ -35,7 +34,7 @@ from ...report.passports import (
 )
 from ...report.plain import visible
 from ..catalogue import AnyEntry, parameters_of, subject
-from ..console import output, output_to_stderr, print_texts
+from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
@@ -65,7 +64,7 @@ def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
             records = _passports(registry, label.name, label.parameters or {})
             if label.name in concept_names(registry):
                 records.append({"kind": "word", "text": "\n".join(describe_concept(label.name, registry))})
-        click.echo(json.dumps([*records, *([rows[label.name]._asdict()] if label.name in rows else [])], indent=2))
+        print_json([*records, *([rows[label.name]._asdict()] if label.name in rows else [])])
         return ExitCode.OK
     with output_to_stderr():
         sections = _sections(registry, label.name, label.parameters or {})

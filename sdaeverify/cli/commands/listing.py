@@ -1,7 +1,5 @@
 """``list``: what is registered."""
 
-import json
-
 import click
 from rich.table import Table
 from rich.text import Text
@@ -9,7 +7,7 @@ from rich.text import Text
 from ...registry import contributions
 from ...report.plain import empty_table, visible
 from ..catalogue import Record, catalogue
-from ..console import output, output_to_stderr
+from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
@@ -33,7 +31,7 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
     with output_to_stderr():
         records = catalogue(registry)
     if as_json:
-        click.echo(json.dumps(records[kind] if kind else records, indent=2))
+        print_json(records[kind] if kind else records)
         return ExitCode.OK
     console = output(unbroken=True)
     for name in [kind] if kind else KINDS:
