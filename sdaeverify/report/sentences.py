@@ -32,13 +32,33 @@ MOST_NAMED = 3
 
 
 def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: int = 0) -> list[Text]:
-    """Return the lines of a text, as `wrap_text`, in the style of a verdict if one is given."""
+    """Return the lines of a text in the style of a verdict.
+
+    Parameters
+    ----------
+    text : str
+    width : int
+    indent : str
+    verdict : str
+        Empty for no style.
+    most : int
+        As the others, see `wrap_text`.
+    """
     style = SYMBOLS[verdict][2] if verdict else ""
     return [Text(line, style=style) for line in wrap_text(text, width, indent, most)]
 
 
 def quantity_table(rows: Sequence[VerdictRow], cells: Sequence[Sequence[str]], gap: int = 2) -> list[Text]:
-    """Return a table as lines, each in the style of its verdict; of the cells the first are the headings."""
+    """Return a table as lines, each in the style of its verdict.
+
+    Parameters
+    ----------
+    rows : sequence of VerdictRow
+    cells : sequence of sequence of str
+        Headings first, then those of each row.
+    gap : int
+        Blanks between columns.
+    """
     styles = ("", *(SYMBOLS[row.verdict][2] for row in rows))
     return [Text(line, style=style) for line, style in zip(in_columns(cells, gap), styles, strict=True)]
 
