@@ -5,12 +5,12 @@ import shlex
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from ..api import Result, result_of
+from ..api import Result, crew_of, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import one_line
@@ -25,9 +25,9 @@ from ..report.tables.columns import COLUMNS
 from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
-from ..workers.executors import PROCESSES, LostExecutorError, Workers, open_workers
+from ..workers.executors import PROCESSES, LostExecutorError, Workers
 from ..workers.limits import Limits
-from ..workers.pool import BLOCKS_A_WORKER, executor_for
+from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
 from .console import complain, output, output_to_stderr, print_json, print_texts
 from .exit_codes import ExitCode, code_of_results
@@ -167,29 +167,21 @@ def halt_of(error: BaseException) -> Halt:
     return Halt(why, ExitCode.NOT_MEASURED, "; try fewer --jobs or a smaller --block")
 
 
-@contextmanager
-def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Workers]:
-    """Give the workers of a run, as `executor_for`, or as `open_workers` where they are those of another executor.
+def workers(
+    jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES
+) -> AbstractContextManager[Workers]:
+    """Give the workers of a run, as `crew_of`, and warn where limits do not hold.
 
     Parameters
     ----------
-    jobs : int
-        Number of processes.
-    limits : Limits or None
-        What they are held to.
-    registry : Registry
-        With the plugin files that they load.
+    jobs, limits, registry
+        As there.
     executor : str
         Its name, perhaps with an address.
     """
-    if executor != PROCESSES:
-        if limits is not None:
-            complain("warning", f"no limits of time and memory hold on executor {executor}")
-        with open_workers(executor, jobs, registry) as crew:
-            yield crew
-        return
-    with executor_for(jobs, registry.files, limits, registry.modules) as own:
-        yield Workers(own, jobs)
+    if executor != PROCESSES and limits is not None:
+        complain("warning", f"no limits of time and memory hold on executor {executor}")
+    return crew_of(jobs, limits, registry, executor)
 
 
 def advance(run: Run, crew: Workers, kind: str) -> Result:
