@@ -130,7 +130,7 @@ def complaints_of(page):
 
 
 @needs_chromium
-def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown, tmp_path):
+def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown):
     """At two widths, light, dark and printed there is no console error, no request, nothing wider than the window."""
     page = shown(reference())
     targets = page.run("[...document.querySelectorAll('nav a')].map(a => a.hash)")
@@ -142,7 +142,6 @@ def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown, tmp_p
         for width, scheme, media in ((1280, "light", ""), (400, "dark", ""), (1047, "light", "print")):
             page.look(width, scheme=scheme, media=media)
             assert page.run(FITS), (target, width)
-            page.photograph(tmp_path / f"{target.replace('/', '-')[2:]}-{width}-{scheme}{media}.png")
     assert not complaints_of(page)
 
 
@@ -225,7 +224,7 @@ def test_radii_that_are_not_known_are_not_drawn(shown, known):
 
 
 @needs_chromium
-def test_densities_and_work_are_those_of_the_tables(shown, tmp_path):
+def test_densities_and_work_are_those_of_the_tables(shown):
     """Both densities of a coordinate, solid and dashed, with half the area between them; errors against seconds."""
     at, own, exact = [-1.0, 0.0, 1.0], [0.1, 0.6, 0.2], [0.2, 0.5, 0.3]
     about = {"measure": "invariant", "quantity": "density of coordinate 1", "steps": "", "h": "0.25"}
@@ -252,7 +251,6 @@ def test_densities_and_work_are_those_of_the_tables(shown, tmp_path):
         for width, scheme, media in ((1280, "light", ""), (400, "dark", ""), (1047, "light", "print")):
             page.look(width, scheme=scheme, media=media)
             assert page.run(FITS), (target, width)
-            page.photograph(tmp_path / f"new-{target.replace('/', '-')[2:]}-{width}-{scheme}{media}.png")
     assert not complaints_of(page)
 
 
