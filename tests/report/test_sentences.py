@@ -10,7 +10,7 @@ from report.rows import read, verdict, weak
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
-WIDTHS = [60, 80, 132, 200]
+WIDTHS = [60, 132]
 
 
 def end_of(rows, width=80, notes=("exit code 0: no claim is refuted",)):
