@@ -12,7 +12,7 @@ from ...contracts.labels import did_you_mean, parse_label, split_list
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
-from ...report.plain import empty_table, visible
+from ...report.plain import text_table
 from ...testing.questions import Question, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
 from ..console import output, output_to_stderr, print_json
@@ -84,15 +84,13 @@ def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
 
 
 def _show(rows: list[Row]) -> None:
-    console = output(unbroken=True)
-    table = empty_table("", "subject", "check", "problem", "reason")
+    console, cells = output(unbroken=True), []
     for row, count in _different(row for row in rows if row["status"] != "passed"):
         more = f" and {count - 1} more" if count > 1 else ""
-        cells = (row["subject"], f"{row['check']}{more}", row["problem"], row["reason"])
-        texts = (Text(visible(str(cell))) for cell in cells)
-        table.add_row(Text(str(row["status"]), style=STYLES[str(row["status"])]), *texts)
-    if table.rows:
-        console.print(table)
+        status = Text(str(row["status"]), style=STYLES[str(row["status"])])
+        cells.append((status, row["subject"], f"{row['check']}{more}", row["problem"], row["reason"]))
+    if cells:
+        console.print(text_table(("", "subject", "check", "problem", "reason"), cells))
         console.print()
     counts = Counter(str(row["status"]) for row in rows)
     words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)

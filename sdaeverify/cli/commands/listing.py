@@ -2,10 +2,9 @@
 
 import click
 from rich.table import Table
-from rich.text import Text
 
 from ...registry import contributions
-from ...report.plain import empty_table, visible
+from ...report.plain import text_table
 from ..catalogue import Record, catalogue
 from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode
@@ -42,10 +41,8 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 
 
 def _table(kind: str, records: list[Record]) -> Table:
-    table = empty_table(*(kind if column == "name" else column for column in COLUMNS[kind]))
-    for record in records:
-        table.add_row(*(Text(visible(_text(record, column))) for column in COLUMNS[kind]))
-    return table
+    headings = [kind if column == "name" else column for column in COLUMNS[kind]]
+    return text_table(headings, ([_text(record, column) for column in COLUMNS[kind]] for record in records))
 
 
 def _text(record: Record, column: str) -> str:

@@ -14,7 +14,7 @@ from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
-from ...report.plain import empty_table, visible
+from ...report.plain import text_table
 from ...report.sentences import ATTENTION
 from ...study import Plan
 from ...study.plan import shard
@@ -173,9 +173,15 @@ def _show_plan(todo: Plan, settings: Settings) -> ExitCode:
 
 def _plan_table(todo: Plan) -> Table:
     """Return a row for each cell: what would be run, in which view, and why not."""
-    table = empty_table("", "scheme", "problem", "measure", "view or reason")
-    for cell in todo.cells:
-        state = Text("run", style="green") if cell.verdict is None else Text(cell.verdict, style="dim")
-        names = (cell.scheme.label, cell.spec.label, cell.measure.name, cell.reason or cell.view)
-        table.add_row(state, *(Text(visible(name)) for name in names))
-    return table
+    run = Text("run", style="green")
+    rows = (
+        (
+            Text(cell.verdict, style="dim") if cell.verdict else run,
+            cell.scheme.label,
+            cell.spec.label,
+            cell.measure.name,
+            cell.reason or cell.view,
+        )
+        for cell in todo.cells
+    )
+    return text_table(("", "scheme", "problem", "measure", "view or reason"), rows)
