@@ -8,7 +8,7 @@ from concurrent.futures import BrokenExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..api import Result, crew_of, result_of
 from ..contracts.finding import Verdict
@@ -26,7 +26,7 @@ from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
 from ..workers.executors import PROCESSES, LostExecutorError, Workers
-from ..workers.limits import Limits
+from ..workers.limits import Limits, available_cores
 from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
 from .console import complain, output, output_to_stderr, print_json, print_texts
@@ -208,6 +208,31 @@ def advance(run: Run, crew: Workers, kind: str) -> Result:
                 due = time.monotonic() + APART * (time.monotonic() - begun)
             show(event)
     return run.save()
+
+
+def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
+    """Do some work on processes of its own, and show how far it is.
+
+    Parameters
+    ----------
+    work : Study, Calibration or ExperimentRun
+        With its number of jobs, and the events of doing them on workers, so many sent ahead.
+    jobs : int or None
+        Number of processes at most; all cores by default.
+    registry : Registry
+        With the plugins that they load.
+    kind : str
+        Of progress.
+    """
+    processes = max(1, min(jobs or available_cores(), work.total))
+    try:
+        with crew_of(processes, None, registry) as crew, progress(kind) as show:
+            for event in work.run(crew.executor, BLOCKS_A_WORKER * processes):
+                show(event)
+    except BrokenExecutor:
+        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
+        return ExitCode.NOT_MEASURED
+    return ExitCode.OK
 
 
 def _has_refuted(event: Finished) -> bool:
