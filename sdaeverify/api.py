@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypedDict, Unpack
+from typing import Any, TypedDict, Unpack
 
 import pandas as pd
 
@@ -219,15 +219,17 @@ def verify(
     LostExecutorError
         If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
     """
-    run = _read_options(options)
-    registry = load_registry(run.plugins)
-    folder = None if run.out is None else Path(run.out)
+    numbers: dict[str, Any] = dict(options)
+    asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
+    limits, settings = _check_options(**asked), settings_from(**numbers)
+    registry = load_registry(asked["plugins"])
+    folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
         require_writable(folder, "out")
-    with _crew(run, registry) as crew:
-        todo = plan_of(registry, schemes, problems, measures, crew.executor if run.limits else None)
-        study = Study(todo, run.settings, None if folder is None else Store(folder))
-        with shown_progress(run.progress) as show:
+    with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
+        todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)
+        study = Study(todo, settings, None if folder is None else Store(folder))
+        with shown_progress(asked["progress"] or "none") as show:
             for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
                 show(event)
     result = result_of(study, registry, ["sdaeverify.verify"])
@@ -237,24 +239,16 @@ def verify(
     return result
 
 
-class _Requested(NamedTuple):
-    """Options of `verify`, checked."""
-
-    settings: Settings
-    jobs: int
-    limits: Limits | None
-    plugins: Sequence[str | Path]
-    progress: str
-    out: str | Path | None
-    executor: Executor | str | None
+WITHOUT_OPTIONS: dict[str, Any] = {"jobs": 1, "plugins": ()} | dict.fromkeys(
+    ("progress", "out", "timeout", "memory", "executor")
+)
 
 
-def _read_options(options: RunOptions) -> _Requested:
-    known: dict[str, Any] = dict(options)
-    jobs = whole("jobs", known.pop("jobs", 1))
-    plugins, progress = known.pop("plugins", ()), known.pop("progress", None)
-    out, timeout, memory = (known.pop(name, None) for name in ("out", "timeout", "memory"))
-    if jobs < 1:
+def _check_options(
+    *, jobs: Any, progress: Any, out: Any, timeout: Any, memory: Any, executor: Any, **_: object
+) -> Limits | None:
+    """Check options of `verify` that are no settings, and return the limits that processes of its own are held to."""
+    if whole("jobs", jobs) < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
     if progress not in {None, *KINDS}:
         raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
@@ -262,33 +256,44 @@ def _read_options(options: RunOptions) -> _Requested:
         raise UsageError(f"out must be a folder, got {out!r:.200}")
     if memory is not None and not isinstance(memory, str):
         raise UsageError(f"memory must be a size such as '2G', got {memory!r:.200}")
-    executor = _executor(known.pop("executor", None))
+    if not (executor is None or isinstance(executor, str) or callable(getattr(executor, "submit", None))):
+        raise UsageError(f"executor expects a name or something with a method submit, got {executor!r:.200}")
     limited = timeout is not None or memory is not None
-    if executor is not None and limited:
-        raise UsageError("timeout and memory hold on worker processes alone; leave them out with another executor")
-    limited = executor is None and (limited or jobs > 1)
+    if not (executor is None or executor == PROCESSES):
+        if limited:
+            raise UsageError(
+                "timeout and memory hold on worker processes alone; leave them out with another executor"
+            )
+        return None
     seconds = None if timeout is None else number("timeout", timeout)
-    limits = read_limits(seconds, memory, jobs)[1] if limited else None
-    return _Requested(settings_from(**known), jobs, limits, plugins, progress or "none", out, executor)
-
-
-def _executor(given: object) -> Any:
-    """Return an executor or the name of one; None for worker processes."""
-    if not (given is None or isinstance(given, str) or callable(getattr(given, "submit", None))):
-        raise UsageError(f"executor expects a name or something with a method submit, got {given!r:.200}")
-    return None if isinstance(given, str) and given == PROCESSES else given
+    return read_limits(seconds, memory, jobs)[1] if limited or jobs > 1 else None
 
 
 @contextmanager
-def _crew(run: _Requested, registry: Registry) -> Iterator[Workers]:
-    if run.executor is None:
-        with executor_for(run.jobs, registry.files, run.limits, registry.modules) as own:
-            yield Workers(own, run.jobs)
-    elif isinstance(run.executor, str):
-        with open_workers(run.executor, run.jobs, registry) as crew:
+def crew_of(
+    jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
+) -> Iterator[Workers]:
+    """Give the workers of a run: processes of its own, those that a name stands for, or those of an executor.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of workers.
+    limits : Limits or None
+        What processes of its own are held to.
+    registry : Registry
+        With the plugins that they load.
+    executor : Executor, str or None
+        As `verify` takes it.
+    """
+    if executor is None or executor == PROCESSES:
+        with executor_for(jobs, registry.files, limits, registry.modules) as own:
+            yield Workers(own, jobs)
+    elif isinstance(executor, str):
+        with open_workers(executor, jobs, registry) as crew:
             yield crew
     else:
-        yield Workers(run.executor, run.jobs, Plugins.of(registry))
+        yield Workers(executor, jobs, Plugins.of(registry))
 
 
 def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:

@@ -20,7 +20,7 @@ from .cli import options
 from .cli.console import conclude, output, print_texts
 from .cli.exit_codes import ExitCode, codes_in_words
 from .cli.loading import load_and_warn
-from .cli.on_workers import run_on_workers
+from .cli.running import run_on_workers
 from .report.files import require_writable, write_json, write_table, write_text
 from .report.html import PAGE, TablePage, write_tables
 from .report.plain import empty_table, escape, visible

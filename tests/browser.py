@@ -1,6 +1,5 @@
 """A headless Chromium driven over a pipe: what a page shows, writes to its console and asks the network for."""
 
-import base64
 import json
 import os
 import shutil
@@ -98,13 +97,6 @@ class Browser:
         self.ask(
             "Emulation.setEmulatedMedia", media=media, features=[{"name": "prefers-color-scheme", "value": scheme}]
         )
-
-    def photograph(self, path, most=4000):
-        """Write a picture of the page."""
-        size = self.run("({x: document.documentElement.clientWidth, y: document.documentElement.scrollHeight})")
-        clip = {"x": 0, "y": 0, "width": size["x"], "height": min(size["y"], most), "scale": 1}
-        told = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)
-        Path(path).write_bytes(base64.b64decode(told["data"]))
 
     @property
     def complaints(self):

@@ -1,19 +1,20 @@
 """Where words go: results to stdout; errors, warnings and progress to stderr, one line each."""
 
+import json
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 
+import click
 from rich.console import Console
 from rich.text import Text
 
 from ..registry.foreign_code import printed_to_stderr
 from ..report.plain import errors, output, silence, visible
-from ..report.sentences import SYMBOLS, PlainLine
 from .exit_codes import ExitCode
 
-__all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "print_lines", "print_texts", "silence"]
+__all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "print_json", "print_texts", "silence"]
 
 PROGRAM = "sdaeverify"
 STDOUT, STDERR = 1, 2
@@ -62,17 +63,15 @@ def output_to_stderr() -> Iterator[None]:
             os.close(kept)
 
 
-def print_lines(console: Console, lines: Iterable[PlainLine]) -> None:
-    """Print lines as they are, each in the style of its verdict."""
-    for line in lines:
-        style = SYMBOLS[line.verdict][2] if line.verdict else ""
-        console.print(Text(line.text, style=style), soft_wrap=True)
-
-
-def print_texts(console: Console, texts: Iterable[str]) -> None:
-    """Print texts, each on a line of its own; what cannot be shown is escaped."""
+def print_texts(console: Console, texts: Iterable[str | Text]) -> None:
+    """Print texts, each on a line of its own; what cannot be shown is escaped, but for texts with a style."""
     for text in texts:
-        console.print(Text(visible(text)), soft_wrap=True)
+        console.print(Text(visible(text)) if isinstance(text, str) else text, soft_wrap=True)
+
+
+def print_json(value: object) -> None:
+    """Print a value for programs."""
+    click.echo(json.dumps(value, indent=2))
 
 
 def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:

@@ -2,14 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
+from ..contracts.finding import UNMEASURED, Verdict
 from ..errors import PluginError, SdaeverifyError, UsageError
-
-if TYPE_CHECKING:
-    from ..gate.outcomes import Outcome
-    from ..gate.policy import Policy
-    from ..study import CellResult
+from ..gate.outcomes import Outcome, Status, is_red
+from ..gate.policy import Policy
+from ..study import CellResult
 
 
 class ExitCode(IntEnum):
@@ -56,11 +54,8 @@ def code_of_error(error: SdaeverifyError) -> ExitCode:
     return ExitCode.USAGE if isinstance(error, UsageError) else ExitCode.NOT_MEASURED
 
 
-def code_of_results(results: "Iterable[CellResult]") -> ExitCode:
+def code_of_results(results: Iterable[CellResult]) -> ExitCode:
     """Return the code of a run that came to its end."""
-    # Verdicts need numpy, which the codes do not.
-    from ..contracts.finding import UNMEASURED, Verdict  # noqa: PLC0415
-
     verdicts = {finding.verdict for result in results for finding in result.findings}
     if Verdict.REFUTED in verdicts:
         return ExitCode.REFUTED
@@ -69,7 +64,7 @@ def code_of_results(results: "Iterable[CellResult]") -> ExitCode:
     return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
 
 
-def code_of_gate(outcomes: "Sequence[Outcome]", policy: "Policy", *, complete: bool) -> ExitCode:
+def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
     """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
 
     Parameters
@@ -79,8 +74,6 @@ def code_of_gate(outcomes: "Sequence[Outcome]", policy: "Policy", *, complete: b
     complete : bool
         Whether all that the lock file demands is there, and all that is claimed is tested.
     """
-    from ..gate.outcomes import Status, is_red  # noqa: PLC0415 - as above
-
     if not outcomes or not complete:
         return ExitCode.NOTHING
     red = {outcome.status for outcome in outcomes if is_red(outcome, policy)}

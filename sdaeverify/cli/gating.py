@@ -1,8 +1,8 @@
 """A gate under way: run, judge, compare with the lock file, write and print the reports."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -13,7 +13,7 @@ from ..gate.gated import Gated, limit_lines
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
-from ..gate.untested import Untested, find_untested
+from ..gate.untested import find_untested
 from ..gate.writers.record import json_report
 from ..gate.writers.text import text_report
 from ..registry.load import Registry
@@ -28,48 +28,30 @@ MOST_UNTESTED = 20
 GATE = "gate.json"
 
 
-@dataclass(frozen=True)
-class Request:
-    """What a command line asks for.
+def is_narrowed(options: Mapping[str, Any]) -> bool:
+    """Tell whether a command line selects a part: the lock file is not held against the rest."""
+    return any(options[name] for name in ("schemes", "problems", "measures"))
 
-    Attributes
+
+def carry_out_gate(
+    policy: Policy,
+    registry: Registry,
+    arguments: tuple[str, ...],
+    options: Mapping[str, Any],
+    held_to: tuple[int, Limits | None],
+) -> tuple[Gated | None, ExitCode]:
+    """Run a gate, write ``gate.json`` and print the report.
+
+    Parameters
     ----------
     policy : Policy
     registry : Registry
     arguments : tuple of str
         Words of the command line.
-    folder : Path
-        Of the reports.
-    jobs : int
-        Worker processes at most.
-    limits : Limits or None
-    progress : str
-    write_lock, reuse : bool
-    narrowed : bool
-        Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
-    partial : bool
-        Whether it selects problems or measures: claims need not be tested by these.
-    """
-
-    policy: Policy
-    registry: Registry
-    arguments: tuple[str, ...]
-    folder: Path
-    jobs: int
-    limits: Limits | None
-    progress: str
-    write_lock: bool
-    reuse: bool
-    narrowed: bool
-    partial: bool
-
-
-def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
-    """Run a gate, write ``gate.json`` and print the report.
-
-    Parameters
-    ----------
-    request : Request
+    options : mapping
+        Of the command line.
+    held_to : tuple of int and Limits
+        Worker processes at most, and what each is held to.
 
     Returns
     -------
@@ -82,25 +64,24 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     UsageError
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
-    policy = request.policy
     # What stands in its place and is no lock file must not be overwritten.
-    before = read_lock(policy.lock_file) if request.write_lock else locked_tiers(policy)
-    require_writable(request.folder)
-    _remove_report(request.folder / GATE)
-    with workers(request.jobs, request.limits, request.registry) as crew:
+    before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
+    require_writable(options["out"])
+    _remove_report(options["out"] / GATE)
+    with workers(*held_to, registry) as crew:
         with output_to_stderr():
-            plan = gate_plan(request.registry, policy, crew.executor)
-        run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
-        result, code = _run_to_its_end(run, crew, request.progress)
+            plan = gate_plan(registry, policy, crew.executor)
+        run = Run(plan, policy.settings, registry, arguments, options["out"], not options["reuse"])
+        result, code = _run_to_its_end(run, crew, options["progress"])
     if result is None:
         return None, code
     run.write_page()
     call_report_hooks(run, result)
-    gated = _judge(run, result, request, {} if request.write_lock else before)
+    gated = _judge(run, result, policy, options, {} if options["write_lock"] else before)
     for line in (*text_report(gated), gated.words):
         click.echo(line)
     # Written last: where it is, the gate came to its end.
-    write_json(json_report(gated), request.folder / GATE)
+    write_json(json_report(gated), options["out"] / GATE)
     return gated, ExitCode(gated.code)
 
 
@@ -115,16 +96,23 @@ def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, 
         return None, halt.code
 
 
-def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
-    policy = request.policy
+def _judge(
+    run: Run, result: Result, policy: Policy, options: Mapping[str, Any], tiers: dict[str, Claims] | None
+) -> Gated:
+    registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
-        locked = restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed)
-        violations, news = compare(locked, found)
-    idle_claims = _find_untested(run, result, request)
-    missed = [str(each) for each in idle_claims if not each.chosen]
+        violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
+    untested = find_untested(registry, policy, run.plan, result.results)
+    if options["problems"] or options["measures"]:
+        # Of a part of the problems or measures nothing is known but names.
+        untested = [each for each in untested if each.claim.measure not in registry.measures]
+    missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
+    locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
+    store = run.study.store
+    reused = [store.summary()] if options["reuse"] and store is not None and store.telling else []
     return Gated(
         found,
         policy,
@@ -132,40 +120,37 @@ def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] 
         violations,
         code,
         f"exit code {code.value}: {code.words}",
-        request.registry.files,
+        registry.files,
         frozenset(result.run["unnamed"]),
-        (*_warnings(found, request), *limit_lines(missed, MOST_UNTESTED)),
-        (
-            *news,
-            *_notes(found, request, tiers),
-            *limit_lines([str(each) for each in idle_claims if each.chosen], MOST_UNTESTED),
-            *(_reuse(run) if request.reuse else ()),
-        ),
+        (*_warnings(found, policy, registry, narrowed=narrowed), *limit_lines(missed, MOST_UNTESTED)),
+        (*news, *locked, *_left_out(policy, registry), *limit_lines(chosen, MOST_UNTESTED), *reused),
     )
 
 
-def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
+def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
     # A smaller selection need not reach what is expected to fail.
-    whole = not request.narrowed and not request.policy.budget.quick
-    for one in idle(found, request.policy):
-        if why := why_not_reached(one, request.registry, found) or ("remove it" if whole else ""):
+    whole = not narrowed and not policy.budget.quick
+    for one in idle(found, policy):
+        if why := why_not_reached(one, registry, found) or ("remove it" if whole else ""):
             yield f"no finding matches the expected failure {one} ({one.reason}); {why}"
 
 
-def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims] | None) -> Iterator[str]:
-    file, tier = request.policy.lock_file, request.policy.tier
-    if request.write_lock:
-        yield from write_lock(request.policy, found)
-    elif tiers is None:
+def _why_not_locked(policy: Policy, tiers: dict[str, Claims] | None) -> Iterator[str]:
+    file, tier = policy.lock_file, policy.tier
+    if tiers is None:
         yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
     elif tier not in tiers:
         yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
-    if not (request.policy.schemes or request.policy.distribution):
-        yield describe_everything(request.registry)
-    if skipped := omitted_measures(request.registry, request.policy):
-        yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
+
+
+def _left_out(policy: Policy, registry: Registry) -> Iterator[str]:
+    if not (policy.schemes or policy.distribution):
+        yield describe_everything(registry)
+    if skipped := omitted_measures(registry, policy):
+        left = f"tier {policy.tier} leaves out {', '.join(skipped)}"
+        yield f"{left}; a larger tier runs them, or a policy that names them"
 
 
 def describe_everything(registry: Registry) -> str:
@@ -173,19 +158,6 @@ def describe_everything(registry: Registry) -> str:
     left = [name for name, entry in registry.schemes.items() if entry.on_request]
     taken = f"no policy and no project name schemes: the claims of all {len(registry.schemes) - len(left)} are gated"
     return f"{taken}; run on request are {', '.join(left)}" if left else taken
-
-
-def _find_untested(run: Run, result: Result, request: Request) -> list[Untested]:
-    """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
-    found = find_untested(request.registry, request.policy, run.plan, result.results)
-    if request.partial:
-        return [each for each in found if each.claim.measure not in request.registry.measures]
-    return found
-
-
-def _reuse(run: Run) -> list[str]:
-    store = run.study.store
-    return [store.summary()] if store is not None and store.telling else []
 
 
 def _remove_report(file: Path) -> None:

@@ -83,10 +83,10 @@ selection = combine_options(
 )
 
 
-loudness = combine_options(
-    click.option("-q", "--quiet", is_flag=True, help="Say the counts alone."),
-    click.option("-v", "--verbose", is_flag=True, help="Show the matrix, too."),
+as_json = click.option(
+    "--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity."
 )
+quiet = click.option("-q", "--quiet", is_flag=True, help="Say the counts alone.")
 
 
 def levels_text(settings: Settings) -> str:

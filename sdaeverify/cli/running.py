@@ -1,72 +1,40 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
-import json
 import os
 import shlex
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from enum import Enum, auto
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import click
-from rich.console import Console
-from rich.text import Text
-
-from ..api import Result, result_of
+from ..api import Result, crew_of, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
-from ..errors import UsageError, one_line
+from ..errors import one_line
 from ..registry.load import Registry
 from ..report.files import require_writable
 from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
-from ..report.plain import wrap_text
 from ..report.progress import progress
-from ..report.sentences import PlainLine, counts_of, ending
+from ..report.sentences import counts_of, ending, lines_of
 from ..report.tables.columns import COLUMNS
-from ..report.terminal import drifts, legend, summary_tables, windows
-from ..report.verdict_row import VerdictRow
+from ..report.tables.command import records_of
 from ..store.store import Store
-from ..study import CellResult, Finished, Plan, Study
-from ..workers.executors import PROCESSES, LostExecutorError, Workers, open_workers
-from ..workers.limits import Limits
-from ..workers.pool import BLOCKS_A_WORKER, executor_for
+from ..study import Finished, Plan, Study
+from ..workers.executors import PROCESSES, LostExecutorError, Workers
+from ..workers.limits import Limits, available_cores
+from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
-from .console import complain, output, output_to_stderr, print_lines
+from .console import complain, output, output_to_stderr, print_json, print_texts
 from .exit_codes import ExitCode, code_of_results
 
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
 # that is taken to be so many seconds a cell.
 APART, ROW = 200.0, 5e-5
-
-
-class Shown(Enum):
-    """What of its results a run shows in the end."""
-
-    SENTENCE = auto()
-    ENDING = auto()
-    MATRIX = auto()
-    JSON = auto()
-
-
-def choose_output(options: Mapping[str, Any]) -> Shown:
-    """Return what a command was asked to show.
-
-    Raises
-    ------
-    UsageError
-        If it was asked for several things.
-    """
-    asked = {"as_json": Shown.JSON, "quiet": Shown.SENTENCE, "verbose": Shown.MATRIX}
-    given = [shown for name, shown in asked.items() if options.get(name)]
-    if len(given) > 1:
-        raise UsageError("contradictory options: choose one of --quiet, --verbose and --json")
-    return given[0] if given else Shown.ENDING
 
 
 @dataclass
@@ -87,8 +55,8 @@ class Run:
         Whether nothing is computed.
     page : bool
         Whether a page is written in the end.
-    shown : Shown
-        What is said in the end.
+    as_json, quiet : bool
+        Whether JSON, or the counts, are all that is said in the end.
     first_only : bool
         Whether the run ends with the first claim that is refuted.
     study : Study
@@ -104,7 +72,8 @@ class Run:
     fresh: bool = False
     stored_only: bool = False
     page: bool = True
-    shown: Shown = Shown.ENDING
+    as_json: bool = False
+    quiet: bool = False
     first_only: bool = False
     study: Study = field(init=False)
     home: Path = field(init=False)
@@ -198,29 +167,21 @@ def halt_of(error: BaseException) -> Halt:
     return Halt(why, ExitCode.NOT_MEASURED, "; try fewer --jobs or a smaller --block")
 
 
-@contextmanager
-def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Workers]:
-    """Give the workers of a run, as `executor_for`, or as `open_workers` where they are those of another executor.
+def workers(
+    jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES
+) -> AbstractContextManager[Workers]:
+    """Give the workers of a run, as `crew_of`, and warn where limits do not hold.
 
     Parameters
     ----------
-    jobs : int
-        Number of processes.
-    limits : Limits or None
-        What they are held to.
-    registry : Registry
-        With the plugin files that they load.
+    jobs, limits, registry
+        As there.
     executor : str
         Its name, perhaps with an address.
     """
-    if executor != PROCESSES:
-        if limits is not None:
-            complain("warning", f"no limits of time and memory hold on executor {executor}")
-        with open_workers(executor, jobs, registry) as crew:
-            yield crew
-        return
-    with executor_for(jobs, registry.files, limits, registry.modules) as own:
-        yield Workers(own, jobs)
+    if executor != PROCESSES and limits is not None:
+        complain("warning", f"no limits of time and memory hold on executor {executor}")
+    return crew_of(jobs, limits, registry, executor)
 
 
 def advance(run: Run, crew: Workers, kind: str) -> Result:
@@ -247,6 +208,31 @@ def advance(run: Run, crew: Workers, kind: str) -> Result:
                 due = time.monotonic() + APART * (time.monotonic() - begun)
             show(event)
     return run.save()
+
+
+def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
+    """Do some work on processes of its own, and show how far it is.
+
+    Parameters
+    ----------
+    work : Study, Calibration or ExperimentRun
+        With its number of jobs, and the events of doing them on workers, so many sent ahead.
+    jobs : int or None
+        Number of processes at most; all cores by default.
+    registry : Registry
+        With the plugins that they load.
+    kind : str
+        Of progress.
+    """
+    processes = max(1, min(jobs or available_cores(), work.total))
+    try:
+        with crew_of(processes, None, registry) as crew, progress(kind) as show:
+            for event in work.run(crew.executor, BLOCKS_A_WORKER * processes):
+                show(event)
+    except BrokenExecutor:
+        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
+        return ExitCode.NOT_MEASURED
+    return ExitCode.OK
 
 
 def _has_refuted(event: Finished) -> bool:
@@ -276,32 +262,15 @@ def _finish(run: Run, result: Result) -> ExitCode:
 
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
-    if run.shown is Shown.JSON:
-        click.echo(json.dumps([_record(row, result) for row in result.rows.verdicts], indent=2))
+    if run.as_json:
+        print_json(records_of(result.rows.verdicts, result.run))
         return
-    if run.shown is Shown.MATRIX:
-        _show_matrix(console, result.results)
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
-    if run.shown is Shown.SENTENCE:
-        print_lines(console, [PlainLine(line) for line in wrap_text(sentence, console.width)])
+    if run.quiet:
+        print_texts(console, lines_of(sentence, console.width))
         return
     notes, plain = [*_notes(run), f"exit code {code.value}: {code.words}"], console.options.ascii_only
-    print_lines(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
-
-
-def _record(row: VerdictRow, result: Result) -> dict[str, Any]:
-    return {**row.record, "reproduce": result.command(row.scheme, row.problem, row.measure) or None}
-
-
-def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
-    plain = console.options.ascii_only
-    for table in summary_tables(results, console.width, plain=plain):
-        console.print(table)
-        console.print()
-    console.print(legend(plain=plain))
-    console.print()
-    for line in (*drifts(results), *windows(results)):
-        console.print(Text(line), soft_wrap=True)
+    print_texts(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
 
 
 def _notes(run: Run) -> Iterator[str]:

@@ -6,7 +6,6 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from errno import EISDIR
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
@@ -63,23 +62,6 @@ def require_writable(folder: Path, option: str = "--out") -> None:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"cannot write into {folder}: {why}; choose another {option}") from error
-
-
-def require_writable_file(file: Path, option: str) -> None:
-    """Create the folder of a file if there is none, and check that the file can be written.
-
-    Raises
-    ------
-    UsageError
-        If it cannot, for example because it is a folder.
-    """
-    require_writable(file.parent, option)
-    try:
-        is_folder = file.is_dir()
-    except OSError as error:
-        raise UsageError(f"cannot write {file}: {error.strerror or error}; choose another {option}") from error
-    if is_folder:
-        raise UsageError(f"cannot write {file}: {os.strerror(EISDIR)}; choose another {option}")
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from math import isnan
 
 from ..errors import UsageError
 from .cells import Row, text
@@ -15,6 +14,7 @@ from .sentences import (
     ending,
     estimate_in_words,
     interval,
+    local_order,
     mark,
     quantity_lines,
 )
@@ -70,7 +70,7 @@ class CellView:
 
     def __repr__(self) -> str:
         title = visible(f"{self.scheme} on {self.problem}")
-        lines = [line.text for row in self.rows for line in quantity_lines(row, WIDTH, brief=True)]
+        lines = [line.plain for row in self.rows for line in quantity_lines(row, WIDTH, brief=True)]
         return "\n".join([title, *lines, *_absent(self.absent)])
 
     def _repr_html_(self) -> str:
@@ -80,7 +80,7 @@ class CellView:
 
 def result_text(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
     """Return a result for a prompt: the counts, what needs attention, the schemes by measure."""
-    return "\n".join(line.text for line in ending(counts_of(rows, absent), rows, [], WIDTH)).rstrip()
+    return "\n".join(line.plain for line in ending(counts_of(rows, absent), rows, [], WIDTH)).rstrip()
 
 
 def result_html(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
@@ -103,7 +103,7 @@ def _table(rows: Sequence[VerdictRow]) -> str:
 
 
 def _cells(row: VerdictRow) -> tuple[str, ...]:
-    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
+    local = local_order(row)
     along = interval(row.path) or (estimate_in_words(row) if not local else "")
     names = (row.scheme, row.problem, f"{row.measure} {row.quantity}".strip())
     symbol = f"{mark(row.verdict)} {row.verdict}"

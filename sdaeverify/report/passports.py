@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from ..contracts.claimed import Order
@@ -11,7 +12,6 @@ from ..contracts.scheme import Claim, Scheme, form_names
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..forms import Problem
-from ..forms.controls import Control
 from ..forms.truths import InvariantMean, Moment, Pathwise, Truth
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:
         "traits": sorted(problem.traits),
         "observables": list(problem.observables),
         "truths": [truth_in_words(truth) for truth in problem.truths],
-        "controls": [_control(control) for control in problem.controls],
+        "controls": [asdict(control) for control in problem.controls],
         "source": problem.source,
     }
 
@@ -111,13 +111,4 @@ def _claim(claim: Claim) -> Passport:
         "when": sorted(claim.when),
         "margin": claim.value.margin if isinstance(claim.value, Order) else None,
         "source": claim.source,
-    }
-
-
-def _control(control: Control) -> Passport:
-    return {
-        "measure": control.measure,
-        "order": control.order,
-        "positive": control.positive,
-        "negative": control.negative,
     }

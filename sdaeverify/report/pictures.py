@@ -43,14 +43,6 @@ class Axis(NamedTuple):
     told: str = "Values"
 
 
-class SlopeLine(NamedTuple):
-    """A slope that is drawn beside errors: what it is, in which style, and its order."""
-
-    label: str
-    style: str
-    order: float
-
-
 AXES = {
     "": Axis(),
     "strong": Axis(told="Errors"),
@@ -73,11 +65,11 @@ def reach(confidence: float) -> float:
     return NormalDist().inv_cdf(0.5 * (1.0 + confidence))
 
 
-def claimed_slopes(row: VerdictRow) -> Iterator[SlopeLine]:
-    """Yield the order that a claim names, and the least that it allows."""
+def claimed_slopes(row: VerdictRow) -> Iterator[tuple[str, str, float]]:
+    """Yield the order that a claim names, and the least that it allows, each behind its label and its style."""
     if not isnan(claim := row.claimed_order):
-        yield SlopeLine("claim", "claim", claim)
-        yield SlopeLine("claim - margin", "least", claim - row.margin)
+        yield "claim", "claim", claim
+        yield "claim - margin", "least", claim - row.margin
 
 
 def known_order(row: VerdictRow) -> tuple[Interval, bool]:

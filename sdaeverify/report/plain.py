@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from textwrap import TextWrapper
 from typing import IO
 
@@ -31,6 +31,14 @@ def empty_table(*headings: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for heading in headings:
         table.add_column(Text(heading), overflow="fold")
+    return table
+
+
+def text_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:
+    """Return a table of texts, in which what cannot be shown is escaped; those with a style stay as they are."""
+    table = empty_table(*headings)
+    for row in rows:
+        table.add_row(*(cell if isinstance(cell, Text) else Text(visible(str(cell))) for cell in row))
     return table
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import UsageError
 from .cells import Row, number, text
 from .folders import NAMES
-from .pictures import CLEAR, SlopeLine, axis_of, claimed_slopes, known_order, reach
+from .pictures import CLEAR, axis_of, claimed_slopes, known_order, reach
 from .sentences import ABSENT, SYMBOLS
 from .verdict_row import VerdictRow
 
@@ -75,7 +75,7 @@ class Plots:
         ax.errorbar(h, np.abs(e), reach(self.confidence) * spread, fmt="none", ecolor="0.6", capsize=2)
         ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
         ax.plot(h[~fitted], np.abs(e)[~fitted], "o", mfc="none", color="C0", label="not fitted")
-        own = [SlopeLine("slope", "line", row.path.value)] if row.path.known else []
+        own = [("slope", "line", row.path.value)] if row.path.known else []
         kept = fitted if fitted.any() else np.ones_like(fitted)
         middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
         for label, style, order in (*own, *claimed_slopes(row)):

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from ..noise.brownian import fingerprint
@@ -76,7 +75,6 @@ def describe_making(registry: Registry, seed: int, arguments: Sequence[str]) -> 
     }
 
 
-@cache
 def commit() -> str:
     """Return the commit that is checked out in the folder of the call; empty where there is none or no git."""
     asked = ["git", "rev-parse", "--short=12", "HEAD"]

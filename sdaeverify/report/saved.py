@@ -5,9 +5,14 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from ..contracts.settings import Settings
-from ..errors import SdaeverifyError, UsageError
+from ..errors import UsageError
 from .folders import RUN, run_of
+
+# What reading ends with where something lacks or is of another type.
+WRONG = (KeyError, TypeError, msgspec.ValidationError)
 
 
 @dataclass(frozen=True)
@@ -39,9 +44,10 @@ def read_run(folder: Path) -> SavedRun:
     """
     file, saved = folder / RUN, run_of(folder)
     try:
-        names = (_texts(saved["selection"][kind]) for kind in ("schemes", "problems", "measures"))
-        return SavedRun(folder, settings_of(saved, file), *names)
-    except (KeyError, TypeError) as error:
+        names = msgspec.convert(saved["selection"], dict[str, tuple[str, ...]])
+        kinds = (names[kind] for kind in ("schemes", "problems", "measures"))
+        return SavedRun(folder, settings_of(saved, file), *kinds)
+    except WRONG as error:
         raise _unlike(file, error) from error
 
 
@@ -62,26 +68,11 @@ def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
     try:
         # Earlier versions knew no guards: all paths were on all levels.
         numbers = {"first_levels": run["settings"]["levels"], **run["settings"]}
-        return Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
-    except (KeyError, TypeError, ValueError, ArithmeticError) as error:
+        return msgspec.convert({each.name: numbers[each.name] for each in fields(Settings)}, Settings)
+    except WRONG as error:
         raise _unlike(file, error) from error
 
 
 def _unlike(file: object, error: Exception) -> UsageError:
-    why = str(error) if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {error}"
+    why = str(error) if isinstance(error, msgspec.ValidationError) else f"{type(error).__name__}: {error}"
     return UsageError(f"{file} does not tell of a run as this program writes it: {why}")
-
-
-def _number(value: Any, kind: object) -> Any:
-    wanted = float if kind in {float, "float"} else int
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"expected a number, got {value!r}")
-    if wanted(value) != value:
-        raise ValueError(f"expected a whole number, got {value!r}")
-    return wanted(value)
-
-
-def _texts(values: Any) -> tuple[str, ...]:
-    if not (isinstance(values, list) and all(isinstance(value, str) for value in values)):
-        raise TypeError(f"expected a list of names, got {values!r}")
-    return tuple(values)

@@ -3,7 +3,8 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, isfinite, isinf, isnan
-from typing import NamedTuple
+
+from rich.text import Text
 
 from .plain import TOGETHER, in_columns, visible, wrap_text
 from .verdict_row import ORDER, Interval, VerdictRow
@@ -30,11 +31,43 @@ FEW, MANY = 2, 5
 MOST_NAMED = 3
 
 
-class PlainLine(NamedTuple):
-    """A line of words, and the verdict in whose style it is shown; empty for none."""
+def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: int = 0) -> list[Text]:
+    """Return the lines of a text in the style of a verdict.
 
-    text: str
-    verdict: str = ""
+    Parameters
+    ----------
+    text : str
+    width : int
+    indent : str
+    verdict : str
+        Empty for no style.
+    most : int
+        As the others, see `wrap_text`.
+    """
+    style = SYMBOLS[verdict][2] if verdict else ""
+    return [Text(line, style=style) for line in wrap_text(text, width, indent, most)]
+
+
+def quantity_table(rows: Sequence[VerdictRow], cells: Sequence[Sequence[str]], gap: int = 2) -> list[Text]:
+    """Return a table as lines, each in the style of its verdict.
+
+    Parameters
+    ----------
+    rows : sequence of VerdictRow
+    cells : sequence of sequence of str
+        Headings first, then those of each row.
+    gap : int
+        Blanks between columns.
+    """
+    styles = ("", *(SYMBOLS[row.verdict][2] for row in rows))
+    return [Text(line, style=style) for line, style in zip(in_columns(cells, gap), styles, strict=True)]
+
+
+def cells_in_brief(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
+    """Return the symbol of the verdict, the claim, the orders of one step and along paths, and the tier."""
+    claim = row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}"
+    along = interval(row.path) or other_value(row)
+    return mark(row.verdict, plain=plain), visible(claim), local_order(row), along, row.decided_by
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:
@@ -55,7 +88,7 @@ def counts_of(rows: Iterable[VerdictRow], absent: Iterable[object]) -> str:
 
 def ending(
     sentence: str, rows: Sequence[VerdictRow], notes: Sequence[str], width: int, *, plain: bool = False
-) -> list[PlainLine]:
+) -> list[Text]:
     """Return the end of a run: counts, what needs attention, each scheme by measure, where to look further.
 
     Parameters
@@ -71,8 +104,8 @@ def ending(
     plain : bool
         Whether only ASCII can be shown.
     """
-    first = [PlainLine(line) for line in wrap_text(sentence, width)]
-    last = [PlainLine(line) for note in notes for line in wrap_text(visible(note), width, "  ")]
+    first = lines_of(sentence, width)
+    last = [line for note in notes for line in lines_of(visible(note), width, "  ")]
     room = MOST_LINES - len(first) - len(last) - 2
     needs, schemes = list(_attention(rows, width, plain=plain)), by_scheme(rows, width, plain=plain)
     share = max(room - len(schemes), room // 2)
@@ -106,16 +139,16 @@ def interval(estimate: Interval, digits: int = 2) -> str:
     return f"{estimate.value:.{digits}f}{ends}"
 
 
+def local_order(row: VerdictRow, digits: int = 2) -> str:
+    """Return the order of one step; empty where none is known."""
+    return "" if isnan(row.local_order) else f"{row.local_order:.{digits}f}"
+
+
 def claim_in_words(row: VerdictRow) -> str:
     """Return a claim with its margin."""
     if not row.claim:
         return "no claim"
     return row.claim + (f" (margin {row.margin:g})" if not isnan(row.margin) else "")
-
-
-def claim_in_brief(row: VerdictRow) -> str:
-    """Return a claim in the columns of a terminal: an order by its sign and numbers, else its words."""
-    return row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}"
 
 
 def resolution_in_words(row: VerdictRow) -> str:
@@ -135,8 +168,8 @@ def other_value(row: VerdictRow) -> str:
     return estimate_in_words(row) if row.estimate.known and isnan(row.local_order) else ""
 
 
-def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[PlainLine]:
-    """Yield all that is known of a quantity: claim, orders, what decides and guards, why.
+def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: bool = False) -> list[Text]:
+    """Return all that is known of a quantity: claim, orders, what decides and guards, why.
 
     Parameters
     ----------
@@ -147,9 +180,10 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: b
     brief : bool
         Whether the measure is named and the reason left out.
     """
+    local = local_order(row, 3)
     told = [
         claim_in_words(row),
-        "" if isnan(row.local_order) else f"local order {row.local_order:.3f}",
+        local and f"local order {local}",
         f"order along paths {interval(row.path, 3)}" if row.path.known else "",
         other_value(row),
         f"decided by {row.decided_by}" if row.decided_by else "",
@@ -158,12 +192,11 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: b
     ]
     name = f"{row.measure} {row.quantity}" if brief else row.quantity
     head = f"  {mark(row.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
-    yield from (PlainLine(line, row.verdict) for line in wrap_text(head, width, "    "))
-    if not brief:
-        yield from map(PlainLine, wrap_text(f"    {visible(row.reason)}", width, "    "))
+    why = [] if brief else lines_of(f"    {visible(row.reason)}", width, "    ")
+    return [*lines_of(head, width, "    ", row.verdict), *why]
 
 
-def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) -> list[PlainLine]:
+def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) -> list[Text]:
     """Return a line or more for each scheme with the counts of its claims by measure, those in need first.
 
     Parameters
@@ -186,13 +219,13 @@ def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) ->
     cells = {name: [_counts(counted[name].get(one, Counter()), plain=plain) for one in columns] for name in told}
     lines = in_columns([["", *columns], *([name, *cells[name]] for name in told)]) if told else []
     if lines and max(map(len, lines)) <= width:
-        return [PlainLine(line) for line in lines]
+        return [Text(line) for line in lines]
     return [line for name in told for line in _in_words(name, zip(columns, cells[name], strict=True), width)]
 
 
-def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> Iterator[PlainLine]:
+def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> list[Text]:
     told = ", ".join(f"{measure} {cell}".replace(" ", TOGETHER) for measure, cell in cells if cell)
-    yield from map(PlainLine, wrap_text(f"{name}: {told}", width, "    "))
+    return lines_of(f"{name}: {told}", width, "    ")
 
 
 def _counts(found: Counter[str], *, plain: bool) -> str:
@@ -206,7 +239,7 @@ def _worst(measures: Mapping[str, Counter[str]]) -> int:
     return min((order.index(verdict) for found in measures.values() for verdict in found), default=len(order))
 
 
-def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterator[list[PlainLine]]:
+def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterator[list[Text]]:
     groups: dict[tuple[str, ...], list[VerdictRow]] = {}
     for row in rows:
         if row.verdict in ATTENTION:
@@ -216,8 +249,7 @@ def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterat
             groups.setdefault((row.verdict, row.problem, says, *of), []).append(row)
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
-        lines = wrap_text(_group_words(group, plain=plain), width, "    ", most)
-        yield [PlainLine(line, verdict) for line in lines]
+        yield lines_of(_group_words(group, plain=plain), width, "    ", verdict, most)
 
 
 def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
@@ -238,16 +270,16 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     return f"{symbol}: {visible(where)}: {claim}; {visible(row.reason)}"
 
 
-def _fit(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list[PlainLine]:
+def _fit(blocks: Sequence[Sequence[Text]], room: int, rest: str) -> list[Text]:
     """Return as many blocks as there is room for, and how many more there are."""
-    lines: list[PlainLine] = []
+    lines: list[Text] = []
     for number, block in enumerate(blocks):
         left = len(blocks) - number
         if len(lines) + len(block) + (left > 1) > room:
-            return [*lines, PlainLine(f"and {left} {rest}")]
+            return [*lines, Text(f"and {left} {rest}")]
         lines += block
     return lines
 
 
-def _space(lines: Sequence[PlainLine]) -> Sequence[PlainLine]:
-    return [*lines, PlainLine("")] if lines else []
+def _space(lines: Sequence[Text]) -> Sequence[Text]:
+    return [*lines, Text()] if lines else []

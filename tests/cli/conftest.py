@@ -1,5 +1,6 @@
 """The command line called in this process, and plugin files that misbehave."""
 
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -88,6 +89,8 @@ def call(
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(load, "_from_entry_point", remembered)
     monkeypatch.setattr("sdaeverify.cli.commands.matrix.options_of", _options_of)
+    # What a merge says does not depend on where problems are built.
+    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: (1, None))
 
     def execute_it(*arguments: str) -> Outcome:
         code = execute(arguments)
@@ -96,6 +99,28 @@ def call(
     yield execute_it
     for name in [name for name in sys.modules if name.startswith("sdaeverify_file_")]:
         del sys.modules[name]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[object, tuple[Outcome, Path]]]:
+    """Return a folder in which the runs of a module are kept, and what they came to."""
+    return tmp_path_factory.mktemp("kept"), {}
+
+
+@pytest.fixture
+def call_once(call: Call, kept: tuple[Path, dict[object, tuple[Outcome, Path]]]) -> Call:
+    """Run a command line that writes into a folder, or copy what the same one wrote in an earlier test."""
+    place, known = kept
+
+    def run(out: str, *arguments: str, also: object = None) -> Outcome:
+        if (arguments, also) in known:
+            shutil.copytree(known[arguments, also][1], out)
+        else:
+            outcome = call(*arguments, "--out", out)
+            known[arguments, also] = outcome, Path(shutil.copytree(out, place / str(len(known))))
+        return known[arguments, also][0]
+
+    return run
 
 
 def _options_of(options: dict[str, Any]) -> tuple[int, Limits | None]:

@@ -20,15 +20,6 @@ def test_calibrate_writes_its_tables(call):
     assert "`python -m sdaeverify calibrate --repetitions 40 --seed 7 --only 'chains*on ou' --out here`" in text
 
 
-def test_same_seed_same_files(call):
-    """The files are the same to the last bit if the command is repeated."""
-    for folder in ("first", "second"):
-        call(*QUICK, "--only", "families", "--only", "chains", "--out", folder)
-
-    first, second = (Path(folder, "calibration.csv").read_bytes() for folder in ("first", "second"))
-    assert first == second
-
-
 def test_rates_that_disagree_are_named(call, monkeypatch):
     """An interval of half its width ends with exit code 1 and the rows that show it."""
     right = studies.estimates
@@ -44,11 +35,3 @@ def test_rates_that_disagree_are_named(call, monkeypatch):
     assert outcome.code == 1
     assert "disagrees: slope, milstein on gbm, L1 interval, 95 %, 100 paths" in outcome.out
     assert "exit code 1: a rate disagrees with what is promised" in outcome.out
-
-
-def test_wrong_words_are_one_line(call):
-    """Patterns that match nothing and too few repetitions are usage errors."""
-    for arguments in (("--only", "nonsense"), ("--repetitions", "3")):
-        outcome = call("calibrate", *arguments)
-        assert outcome.code == 2
-        assert len(outcome.err.splitlines()) == 1

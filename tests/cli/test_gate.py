@@ -243,13 +243,6 @@ def test_github(project, tmp_path, monkeypatch):
     assert "| wrong | gbm | strong x |" in summary.read_text()
 
 
-def test_line_of_the_claim(project, tmp_path):
-    """The line of an annotation is that of the claim."""
-    line = (tmp_path / "odd_plugin.py").read_text().splitlines()[20]
-
-    assert line.strip().startswith('Claim(measure="strong", value=1.0')
-
-
 def test_seed_of_the_day(project, monkeypatch):
     """The seed of a day is printed; it cannot be given along with another one."""
     options = dict.fromkeys(parameter.name for parameter in gate.params)

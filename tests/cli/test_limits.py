@@ -427,30 +427,6 @@ def test_no_limit_of_time(timeout):
         read_limits(timeout, None, None)
 
 
-@pytest.mark.parametrize("memory", ["", "-1G", "much", "0G", "1E", "nan"])
-def test_no_limit_of_memory(memory):
-    """An amount that is none is refused in one line."""
-    with pytest.raises(UsageError, match="--memory expects an amount of memory such as 500M or 2G, got"):
-        read_limits(None, memory, None)
-
-
-@pytest.mark.parametrize("memory", ["1", "100K"])
-def test_a_limit_that_no_worker_can_keep(memory):
-    """Less than a worker itself needs is refused in one line that names the bound."""
-    with pytest.raises(UsageError, match="--memory expects at least 256M"):
-        read_limits(None, memory, None)
-
-
-def test_bad_limits_on_the_command_line(call):
-    """They are told before anything is run."""
-    for option, value in (("--timeout", "-1"), ("--memory", "much")):
-        outcome = call("matrix", "-s", "milstein", "-p", "gbm", option, value)
-
-        assert outcome.code == 2
-        assert outcome.err.count("\n") == 1
-        assert option in outcome.err
-
-
 def test_an_interrupt_that_a_plugin_raises(call, write, tmp_path):
     """Where workers run its code, it costs the rows of the plugin: the run goes on and is no interrupted one."""
     stopped = ["zz-stops", "zz-stops[where=asked]", "zz-stops[where=late]"]

@@ -9,48 +9,31 @@ import numpy as np
 import pytest
 
 from evidence import change_lanes, files_in, lanes_in
-from facade import write_lanes
+from facade import read_limits, write_lanes
 from sdaeverify.measuring import Tally
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")
 
 
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Return a folder in which runs are kept, and what is in it."""
-    return tmp_path_factory.mktemp("kept"), {}
-
-
 @pytest.fixture
-def made(call, kept):
-    """Run ``matrix`` at a small budget, or copy the same run of an earlier test."""
-    folder, known = kept
+def made(call_once):
+    """Run ``matrix`` at a small budget."""
 
     def run(out, *arguments, paths=80):
-        what = (*arguments, paths)
-        if what not in known:
-            outcome = call("matrix", *arguments, *SMALL, "--paths", str(paths), "--out", out)
-            assert outcome.err == ""
-            known[what] = shutil.copytree(out, folder / str(len(known)))
-        else:
-            shutil.copytree(known[what], out)
+        assert call_once(out, "matrix", *arguments, *SMALL, "--paths", str(paths)).err == ""
         return Path(out)
 
     return run
 
 
 @pytest.fixture
-def merged(call, monkeypatch):
+def merged(call):
     """Merge runs into the folder ``both``."""
 
-    def run(*folders, further=(), workers=False):
+    def run(*folders, further=()):
         before = {path for path in Path().rglob("*") if "both" not in path.parts}
-        with monkeypatch.context() as patch:
-            if not workers:
-                # What a merge says does not depend on where problems are built; processes of its own take their time.
-                patch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: (1, None))
-            outcome = call("merge", *map(str, folders), "--out", "both", *further)
+        outcome = call("merge", *map(str, folders), "--out", "both", *further)
         assert "Traceback" not in outcome.err
         assert {path for path in Path().rglob("*") if "both" not in path.parts} == before
         return outcome
@@ -72,13 +55,14 @@ def changed(folder, **changes):
     (folder / "run.json").write_text(json.dumps(saved))
 
 
-def test_disjoint_runs(made, merged):
-    """Two runs with half of the problems each have, merged, the rows of one with all of them."""
+def test_disjoint_runs(made, merged, monkeypatch):
+    """Two runs with half of the problems each have, merged by workers, the rows of one with all of them."""
+    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", read_limits)
     one = made("one", "-s", "milstein,euler-maruyama", "-p", "gbm", *STRONG)
     two = made("two", "-s", "milstein,euler-maruyama", "-p", "ou", *STRONG)
     whole = made("whole", "-s", "milstein,euler-maruyama", "-p", "gbm,ou", *STRONG)
 
-    outcome = merged(one, two, workers=True)
+    outcome = merged(one, two)
 
     assert rows(Path("both")) == rows(whole)
     assert (Path("both") / "levels.csv").read_text() == (whole / "levels.csv").read_text()
@@ -203,22 +187,12 @@ def test_damaged_files_are_told(made, merged):
     assert "one: 1 pieces of evidence are damaged and left out" in outcome.err
 
 
-def test_a_folder_that_cannot_be_written(made, merged):
-    """A file in the way of the merged run is told in one line."""
+@pytest.mark.parametrize("file", ["both", "both/evidence"])
+def test_a_folder_that_cannot_be_written(made, merged, file):
+    """A file in the way of the merged run, or of its evidence, is told in one line."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
-    Path("both").write_text("")
-
-    outcome = merged(one)
-
-    assert outcome.code == 2
-    assert outcome.err.count("\n") == 1
-
-
-def test_evidence_that_cannot_be_written(made, merged):
-    """A file in the way of the evidence is told in one line."""
-    one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
-    Path("both").mkdir()
-    (Path("both") / "evidence").write_text("")
+    Path(file).parent.mkdir(exist_ok=True)
+    Path(file).write_text("")
 
     outcome = merged(one)
 

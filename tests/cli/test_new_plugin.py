@@ -36,22 +36,3 @@ def test_folder_that_is_not_empty_is_one_line(call):
     assert (code, out) == (ExitCode.USAGE, "")
     assert err == "sdaeverify: error: rodeo is not empty; new-plugin expects a folder that is new or empty\n"
     assert Path("rodeo/README.md").stat().st_mtime_ns == before
-
-
-def test_name_that_cannot_be_is_one_line(call):
-    """A name that no module can have is refused, with the way out, and control characters are escaped."""
-    code, _, err = call("new-plugin", "a\x1b[31m")
-
-    assert code == ExitCode.USAGE
-    assert "choose another with --name" in err
-    assert "\x1b" not in err
-    assert err.count("\n") == 1
-    assert not Path("a\x1b[31m").exists()
-
-
-def test_folder_is_asked_for(call):
-    """Without DIR, usage is wrong."""
-    code, _, err = call("new-plugin")
-
-    assert code == ExitCode.USAGE
-    assert "DIR" in err

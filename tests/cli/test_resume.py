@@ -14,13 +14,10 @@ import numpy as np
 import pytest
 
 from evidence import lanes_in
-from facade import LEVELS, names
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
 MOMENTS = 20
-# Of the moments, those that are tried among the fast tests.
-FEW = 1
 PATIENCE = 600.0
 
 
@@ -52,36 +49,23 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
     return folder, time.monotonic() - begun
 
 
-def killed_and_resumed(whole: tuple[Path, float], folder: Path, moment: int) -> None:
-    """Kill a run at a random moment, its workers too or not, resume it, and compare."""
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
+@pytest.mark.parametrize("moment", range(MOMENTS))
+def test_a_killed_run_goes_on(whole, tmp_path, moment):
+    """After kill -9 at a random moment, of its workers too or not, it has the tables of a run nobody interrupted."""
     rng = np.random.default_rng(moment)
-    process = begin(folder)
+    process = begin(tmp_path)
     time.sleep(whole[1] * rng.random())
     kill = os.killpg if moment % 2 else os.kill
     kill(process.pid, signal.SIGKILL)
     process.communicate()
 
-    finish(folder)
+    finish(tmp_path)
 
-    assert tables(folder) == tables(whole[0])
+    assert tables(tmp_path) == tables(whole[0])
     # The tables are written by the main process, which is always killed; evidence by workers.
-    assert not list((folder / "evidence").rglob(".unfinished-*")) or moment % 2
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
-@pytest.mark.parametrize("moment", range(FEW))
-def test_a_killed_run_goes_on(whole, tmp_path, moment):
-    """After kill -9 the resumed run has the tables of an uninterrupted one, bit by bit."""
-    killed_and_resumed(whole, tmp_path, moment)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
-@pytest.mark.parametrize("moment", range(FEW, MOMENTS))
-def test_a_killed_run_goes_on_at_any_moment(whole, tmp_path, moment):
-    """After kill -9 at a random moment the resumed run has the tables of an uninterrupted one, bit by bit."""
-    killed_and_resumed(whole, tmp_path, moment)
+    assert not list((tmp_path / "evidence").rglob(".unfinished-*")) or moment % 2
 
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
@@ -110,11 +94,13 @@ BOTH = ("-s", "milstein,euler-maruyama", "-p", "gbm,ou", "-m", "strong,weak")
 
 def test_a_repeated_run_reuses_everything(small, tmp_path):
     """A run that is made again writes the same tables, computes nothing, and says so."""
-    first, before = small("out", *TWO)
+    chosen = ("-s", "milstein,half-explicit-euler", "-p", "gbm,pendulum")
+    first, before = small("out", *chosen)
     files = evidence(tmp_path / "out")
 
-    second, after = small("out", *TWO)
+    second, after = small("out", *chosen)
 
+    assert {row["measure"] for row in before[1]} >= {"drift", "strong", "weak"}
     assert after == before
     assert evidence(tmp_path / "out") == files
     assert "was reused" not in first.out
@@ -148,23 +134,6 @@ def test_afresh(small, tmp_path):
     )
 
 
-def measured(rows):
-    """Return the measures that have numbers."""
-    return {row["measure"] for row in rows if row["quantity"]}
-
-
-def test_evidence_survives_the_file(small):
-    """Judged from the files of a run, measures come to the rows they came to at once."""
-    chosen = ("-s", "milstein,half-explicit-euler", "-p", "gbm,pendulum")
-    _, before = small("out", *chosen)
-
-    outcome, after = small("out", *chosen)
-
-    assert after == before
-    assert "computed" not in outcome.out
-    assert measured(before[1]) >= {"drift", "strong", "weak"}
-
-
 def test_further_measures_and_schemes(small):
     """What is added to a run later comes to what it comes to beside the rest from the start."""
     whole = small("whole", *TWO)[1]
@@ -187,11 +156,10 @@ def test_fewer_measures(small):
         assert small("out", *chosen)[1] == small(measure, *chosen)[1]
 
 
-@pytest.mark.parametrize("first", [80, 100], ids=["whole blocks", "a part of a block"])
-def test_more_paths(small, tmp_path, first):
+def test_more_paths(small, tmp_path):
     """More paths in the folder of a run with fewer are a run with more; no whole block is computed again."""
     fresh = small("fresh", *TWO, paths=400)[1]
-    small("out", *TWO, paths=first)
+    small("out", *TWO, paths=100)
     files = evidence(tmp_path / "out")
 
     outcome, extended = small("out", *TWO, paths=400)
@@ -199,21 +167,6 @@ def test_more_paths(small, tmp_path, first):
     assert extended == fresh
     assert files.items() <= evidence(tmp_path / "out").items()
     assert "was reused" in outcome.out
-
-
-@pytest.mark.slow
-def test_four_times_the_paths(call, tmp_path):
-    """With 2048 paths after 512, tables are those of a fresh run with 2048, to the byte, and old blocks stay."""
-    chosen = ("matrix", *TWO, "--levels", "8..64", "-j", "2", "--progress", "none")
-    call(*chosen, "--paths", "2048", "--out", "fresh")
-    call(*chosen, "--paths", "512", "--out", "out")
-    files = evidence(tmp_path / "out")
-
-    call(*chosen, "--paths", "2048", "--out", "out")
-
-    assert tables(tmp_path / "out") == tables(tmp_path / "fresh")
-    assert files.items() <= evidence(tmp_path / "out").items()
-    assert evidence(tmp_path / "fresh").keys() <= evidence(tmp_path / "out").keys()
 
 
 def test_damaged_evidence(small, tmp_path):
@@ -250,26 +203,14 @@ def test_damaged_evidence_on_a_lane(small, tmp_path):
 def test_a_folder_that_holds_no_evidence(small, tmp_path):
     """A file in the place of the evidence is told in one line."""
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "evidence").write_text("")
+    for name in ("evidence", "verdicts.csv", "levels.csv"):
+        (tmp_path / "out" / name).write_text("")
 
-    outcome = small_failed(small, tmp_path)
+    outcome, _ = small("out", *TWO)
 
     assert outcome.code == 2
     assert outcome.err.count("\n") == 1
     assert "out/evidence/gbm.sqlite: File exists; choose another --out" in outcome.err
-
-
-def small_failed(small, tmp_path):
-    """Run into a folder where nothing can be written."""
-    (tmp_path / "out" / "verdicts.csv").write_text("")
-    (tmp_path / "out" / "levels.csv").write_text("")
-    return small("out", *TWO)[0]
-
-
-def levels(both):
-    """Return the rows of the levels, as far as all measures have the same columns."""
-    rows = csv.DictReader(both[0].splitlines())
-    return {tuple(row[name] for name in names(LEVELS)) for row in rows}
 
 
 FILE = """

@@ -1,18 +1,10 @@
 """Parts of a run, made anywhere and merged."""
 
-import subprocess
-import sys
-
 import pandas as pd
 import pytest
 
 ASKED = ["-s", "euler-maruyama,milstein,heun", "-p", "gbm,ou", "-m", "strong"]
 BUDGET = ["--paths", "512", "--levels", "3", "-j", "1", "--timeout", "0", "--memory", "0", "--progress", "none"]
-
-
-def command(*words):
-    """Run the program in a process of its own."""
-    subprocess.run([sys.executable, "-m", "sdaeverify", *words], check=True, capture_output=True, timeout=300)
 
 
 def table(folder, name):
@@ -49,14 +41,14 @@ def test_no_shard(call, tmp_path, text):
     assert outcome.err.count("\n") == 1
 
 
-def test_merged_rows_are_in_the_order_of_one_run(tmp_path):
+def test_merged_rows_are_in_the_order_of_one_run(call, tmp_path):
     """Whatever their labels are, no row changes its place, of what applies and of what does not."""
     asked = ["-s", "milstein,heun", "-p", "gbm,gbm[a=1],gbm-algebraic", "-m", "strong,drift"]
     budget = ["--paths", "80", *BUDGET[2:]]
     for out, more in (("whole", []), ("one", ["--shard", "1/2"]), ("other", ["--shard", "2/2"])):
-        command("matrix", *asked, *budget, *more, "--out", str(tmp_path / out))
+        call("matrix", *asked, *budget, *more, "--out", str(tmp_path / out))
 
-    command("merge", str(tmp_path / "other"), str(tmp_path / "one"), "--out", str(tmp_path / "merged"))
+    call("merge", str(tmp_path / "other"), str(tmp_path / "one"), "--out", str(tmp_path / "merged"))
 
     for name in ("verdicts.csv", "not_applicable.csv"):
         whole, merged = (pd.read_csv(tmp_path / folder / name, usecols=[0, 1, 2]) for folder in ("whole", "merged"))

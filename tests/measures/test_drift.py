@@ -13,6 +13,7 @@ from facade import (
     EulerMaruyama,
     ResidualObserver,
     StochasticTheta,
+    _classify,
     gbm,
     gbm_algebraic,
     log_spaced,
@@ -274,3 +275,17 @@ def test_where_one_step_does_not_verify_the_state_the_residual_decides(scheme, v
     (row,) = verify(scheme, "circle", "drift").verdicts.to_dict("records")
 
     assert (row["verdict"], row["decided_by"]) == (verdict, tier)
+
+
+@pytest.mark.parametrize(
+    ("slope", "sup", "kind"),
+    [
+        (0.99, 1.0, "order 0.99"),
+        (-0.5, 1.0, "growing as h tends to 0"),
+        (0.0, 1e-6, "tolerance-limited"),
+        (0.0, 1.0, "constant"),
+    ],
+)
+def test_a_drift_is_classified_by_its_slope_and_its_size(slope, sup, kind):
+    """Each class has its name."""
+    assert _classify(slope, sup, 1.0) == kind

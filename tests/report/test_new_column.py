@@ -42,9 +42,8 @@ def with_column(tmp_path_factory):
         words = [sys.executable, "-c", PROGRAM, str(folder / "verdict_row.txt"), *arguments]
         return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True).stdout
 
-    run(
-        "matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "80", "--progress", "none", "--out", "run"
-    )
+    alone = ("-j", "1", "--timeout", "0", "--memory", "0", "--progress", "none")
+    run("matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "80", *alone, "--out", "run")
     return run, folder / "run"
 
 

@@ -10,12 +10,12 @@ from report.rows import read, verdict, weak
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
-WIDTHS = [60, 80, 132, 200]
+WIDTHS = [60, 132]
 
 
 def end_of(rows, width=80, notes=("exit code 0: no claim is refuted",)):
     """Return the lines of the end of a run."""
-    return [line.text for line in ending(counts_of(read(*rows), []), read(*rows), notes, width)]
+    return [line.plain for line in ending(counts_of(read(*rows), []), read(*rows), notes, width)]
 
 
 def words_of(lines):
@@ -25,7 +25,7 @@ def words_of(lines):
 
 def quantities(rows, width):
     """Return all lines on quantities."""
-    return [line.text for row in read(*rows) for line in quantity_lines(row, width)]
+    return [line.plain for row in read(*rows) for line in quantity_lines(row, width)]
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +100,11 @@ def test_a_quantity_without_information_tells_its_local_order_and_why():
     (row,) = read(weak())
     assert estimate_in_words(row) == "1.00 in one step"
     _, why = quantity_lines(row, 200)
-    assert "no order along paths: a mean difference is 0.2 standard errors" in why.text
+    assert "no order along paths: a mean difference is 0.2 standard errors" in why.plain
 
 
 def test_ascii_is_enough():
     """Where only ASCII can be shown, verdicts are letters."""
     rows = [verdict(), verdict(scheme="b", verdict="refuted")]
     lines = ending(counts_of(read(*rows), []), read(*rows), [], 80, plain=True)
-    assert "".join(line.text for line in lines).isascii()
+    assert "".join(line.plain for line in lines).isascii()

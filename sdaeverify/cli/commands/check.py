@@ -1,6 +1,5 @@
 """``check``: the conformance kit over schemes and problems by name."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
@@ -13,10 +12,10 @@ from ...contracts.labels import did_you_mean, parse_label, split_list
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
-from ...report.plain import empty_table, visible
+from ...report.plain import text_table
 from ...testing.questions import Question, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
-from ..console import output, output_to_stderr
+from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
@@ -44,7 +43,7 @@ def check(**options: Any) -> ExitCode:
         questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
         rows = [question.answer({}).row for question in questions]
     if options["as_json"]:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
     else:
         _show(rows)
     return ExitCode.REFUTED if any(row["status"] == "failed" for row in rows) else ExitCode.OK
@@ -85,15 +84,13 @@ def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
 
 
 def _show(rows: list[Row]) -> None:
-    console = output(unbroken=True)
-    table = empty_table("", "subject", "check", "problem", "reason")
+    console, cells = output(unbroken=True), []
     for row, count in _different(row for row in rows if row["status"] != "passed"):
         more = f" and {count - 1} more" if count > 1 else ""
-        cells = (row["subject"], f"{row['check']}{more}", row["problem"], row["reason"])
-        texts = (Text(visible(str(cell))) for cell in cells)
-        table.add_row(Text(str(row["status"]), style=STYLES[str(row["status"])]), *texts)
-    if table.rows:
-        console.print(table)
+        status = Text(str(row["status"]), style=STYLES[str(row["status"])])
+        cells.append((status, row["subject"], f"{row['check']}{more}", row["problem"], row["reason"]))
+    if cells:
+        console.print(text_table(("", "subject", "check", "problem", "reason"), cells))
         console.print()
     counts = Counter(str(row["status"]) for row in rows)
     words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)

@@ -1,23 +1,18 @@
 """``compare``: what changed from one run to the next: verdicts, orders and sizes of errors."""
 
-import json
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import click
-import pandas as pd
 
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.compare.cells import compare as compared
 from ...report.compare.changes import RunPair, changes, counts, list_omissions, pair_in_words, records
 from ...report.compare.runs import StoredRun, damages, read_run, verdict_changes
-from ...report.files import require_writable_file
-from ...report.html import TablePage, write_tables
 from ...report.plain import visible, wrap_text
-from ..console import complain, conclude, output, output_to_stderr, print_texts
+from ..console import complain, conclude, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
@@ -37,7 +32,6 @@ WORDS = {
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
 @once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in a comparison.")
 @click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
-@once("--html", type=PLACE, help="File for a page with all quantities.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
 @plugins
 def compare(**options: Any) -> ExitCode:
@@ -50,8 +44,6 @@ def compare(**options: Any) -> ExitCode:
     if len(options["runs"]) < 2:
         raise UsageError("compare needs two runs or more")
     changes([], options["factor"], options["alpha"])
-    if options["html"] is not None:
-        require_writable_file(options["html"], "--html")
     runs = [read_run(folder) for folder in options["runs"]]
     for run in (run for run in runs if run.damaged):
         complain("warning", f"{damages(run.folder, run.damaged)} and left out")
@@ -59,10 +51,9 @@ def compare(**options: Any) -> ExitCode:
     with output_to_stderr():
         pairs = [_compare(old, new, registry, options) for old, new in pairwise(runs)]
     code = _code(pairs)
-    if options["html"] is not None:
-        _write_page(pairs, options["html"])
     if options["as_json"]:
-        click.echo(_json(pairs, options, code))
+        about = {name: options[name] for name in ("factor", "alpha")}
+        print_json({**about, "exit_code": code.value, "pairs": [*map(records, pairs)]})
     else:
         _show(pairs, every=options["every"])
         conclude(code, WORDS)
@@ -70,7 +61,8 @@ def compare(**options: Any) -> ExitCode:
 
 
 def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[str, Any]) -> RunPair:
-    found, omitted = compared(old, new, registry)
+    every = compared(old, new, registry)
+    found, omitted = ([each for each in every if each.found.known == known] for known in (True, False))
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
     verdicts = verdict_changes(old.folder, new.folder)
     return RunPair(old.folder, new.folder, verdicts, list(zip(found, judged, strict=True)), omitted)
@@ -83,21 +75,6 @@ def _code(pairs: Sequence[RunPair]) -> ExitCode:
         complain("error", "nothing to compare: the runs have no quantity in common")
         return ExitCode.NOTHING
     return ExitCode.OK
-
-
-def _write_page(pairs: Sequence[RunPair], file: Path) -> None:
-    def table(name: str) -> TablePage:
-        told = [
-            {"from": pair["old"], "to": pair["new"], **each} for pair in map(records, pairs) for each in pair[name]
-        ]
-        return TablePage.of(name.capitalize(), pd.DataFrame(told))
-
-    write_tables(file, "; ".join(map(counts, pairs)), [table("verdicts"), table("quantities")])
-
-
-def _json(pairs: Sequence[RunPair], options: dict[str, Any], code: ExitCode) -> str:
-    about = {name: options[name] for name in ("factor", "alpha")}
-    return json.dumps({**about, "exit_code": code.value, "pairs": [records(pair) for pair in pairs]}, indent=2)
 
 
 def _show(pairs: Sequence[RunPair], *, every: bool) -> None:

@@ -1,20 +1,20 @@
 """``demo``: a first picture and a first table, in seconds."""
 
-from math import isnan
 from pathlib import Path
 from typing import Any
 
 import click
+from rich.text import Text
 
 from ...api import plan_of
 from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.files import require_writable
-from ...report.plain import in_columns, visible, wrap_text
-from ...report.sentences import PlainLine, claim_in_brief, counts_of, interval, mark
+from ...report.plain import visible
+from ...report.sentences import cells_in_brief, counts_of, lines_of, quantity_table
 from ...report.verdict_row import VerdictRow
 from ...workers.limits import read_limits
-from ..console import output, output_to_stderr, print_lines
+from ..console import output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_and_warn
 from ..options import PLACE, once
@@ -55,9 +55,7 @@ def _show(rows: list[VerdictRow], out: Path) -> None:
     console = output()
     plain = console.options.ascii_only
     whole = [row for row in rows if "@" not in row.quantity]
-    lines = in_columns([HEADINGS, *(_row(row, plain=plain) for row in whole)], gap=1)
-    verdicts = ["", *(row.verdict for row in whole)]
-    print_lines(console, [PlainLine(line, verdict) for line, verdict in zip(lines, verdicts, strict=True)])
+    print_texts(console, quantity_table(whole, [HEADINGS, *(_row(row, plain=plain) for row in whole)], gap=1))
     told = [
         "",
         counts_of(rows, ()),
@@ -65,17 +63,9 @@ def _show(rows: list[VerdictRow], out: Path) -> None:
         f"Next: sdaeverify show {visible(str(out))} milstein gbm",
         "      sdaeverify matrix -p gbm",
     ]
-    print_lines(console, [PlainLine(line) for text in told for line in (wrap_text(text, console.width) or [""])])
+    print_texts(console, [line for text in told for line in lines_of(text, console.width) or [Text()]])
 
 
 def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
-    names = map(visible, (row.scheme, row.problem, row.quantity))
-    return (
-        *names,
-        claim_in_brief(row) or "no claim",
-        local,
-        interval(row.path),
-        mark(row.verdict, plain=plain),
-        row.decided_by,
-    )
+    symbol, claim, local, along, tier = cells_in_brief(row, plain=plain)
+    return *map(visible, (row.scheme, row.problem, row.quantity)), claim or "no claim", local, along, symbol, tier

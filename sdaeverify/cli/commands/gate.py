@@ -19,7 +19,7 @@ from ...registry.load import Registry
 from ...workers.limits import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
-from ..gating import Request, carry_out_gate
+from ..gating import carry_out_gate, is_narrowed
 from ..loading import load_and_warn
 from ..options import PLACE, jobs, limits, once, plugins, progress_of_cells, selection
 
@@ -53,7 +53,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
     summary of the job.
     """
     policy = policy_of(options)
-    if options["write_lock"] and _is_narrowed(options):
+    if options["write_lock"] and is_narrowed(options):
         raise UsageError("--write-lock needs all that the policy selects: leave out -s, -p and -m")
     on_github = os.environ.get(GITHUB) == "true"
     with fence(click.echo) if on_github else nullcontext():
@@ -67,18 +67,12 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
     registry = load_and_warn(policy.plugins)
     if not _own_plugins_work(registry, policy):
         return None, ExitCode.PLUGIN
-    jobs, held_to = read_limits(
+    held_to = read_limits(
         policy.timeout if options["timeout"] is None else options["timeout"],
         str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
         options["jobs"],
     )
-    asked = {name: options[name] for name in ("progress", "write_lock", "reuse")}
-    narrowed, partial = _is_narrowed(options), bool(options["problems"] or options["measures"])
-    return carry_out_gate(
-        Request(
-            policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, partial=partial, **asked
-        )
-    )
+    return carry_out_gate(policy, registry, arguments, options, held_to)
 
 
 def policy_of(options: dict[str, Any]) -> Policy:
@@ -98,10 +92,6 @@ def policy_of(options: dict[str, Any]) -> Policy:
         given["seed"] = seed_of(datetime.now(UTC).date())
     files = (*policy.plugins, *(str(absolute(file)) for file in options["plugins"]))
     return replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
-
-
-def _is_narrowed(options: dict[str, Any]) -> bool:
-    return any(options[name] for name in ("schemes", "problems", "measures"))
 
 
 def _own_plugins_work(registry: Registry, policy: Policy) -> bool:

@@ -4,9 +4,9 @@ Words are told by docstrings and by what is registered: forms, traits, noise and
 """
 
 import inspect
-import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain
 
 import click
 import numpy as np
@@ -14,34 +14,31 @@ from rich.console import Console
 from rich.text import Text
 
 from ... import forms
-from ...contracts.claimed import Order
 from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
-from ...contracts.measure import Measure
-from ...contracts.scheme import Claim, Scheme, form_names
+from ...contracts.scheme import Claim, Scheme
 from ...contracts.specs import ProblemSpec
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
-from ...forms.controls import Control
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
 from ...registry.contributions import Registered
-from ...registry.load import PluginRow, Registry
+from ...registry.load import Registry
 from ...report.passports import (
     Passport,
     docstring,
     measure_passport,
     problem_passport,
     scheme_passport,
-    truth_in_words,
 )
 from ...report.plain import visible
-from ..console import output, output_to_stderr, print_texts
+from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
 
 THETAS = (0.0, 0.25, 0.5, 1.0)
+CONTROL = "{measure} order {order}: {positive}, and not {negative}"
 
 
 @click.command(short_help="Tell all about one of them.")
@@ -56,25 +53,16 @@ def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
     registry, label = load_quietly(plugins), parse_label(name)
     if label.name not in _names(registry):
         registry = load_quietly(plugins, lab=True)
-    rows, known = {row.name: row for row in registry.plugins}, _names(registry)
-    if label.name not in known:
+    if label.name not in (known := _names(registry)):
         raise UsageError(
             f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
         )
-    if as_json:
-        with output_to_stderr():
-            records = _passports(registry, label.name, label.parameters or {})
-            if label.name in concept_names(registry):
-                records.append({"kind": "word", "text": "\n".join(describe_concept(label.name, registry))})
-        click.echo(json.dumps([*records, *([rows[label.name]._asdict()] if label.name in rows else [])], indent=2))
-        return ExitCode.OK
     with output_to_stderr():
-        sections = _sections(registry, label.name, label.parameters or {})
-        if label.name in concept_names(registry):
-            sections.append(describe_concept(label.name, registry))
-    if label.name in rows:
-        sections.append(describe_plugin(rows[label.name]))
-    _print(output(), sections)
+        told = list(_tell(registry, label.name, label.parameters or {}))
+    if as_json:
+        print_json([record for record, _ in told])
+    else:
+        _print(output(), [lines for _, lines in told])
     return ExitCode.OK
 
 
@@ -83,22 +71,18 @@ def _names(registry: Registry) -> set[str]:
     return {name for kind in kinds for name in kind} | concept_names(registry)
 
 
-def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
-    found = (kind.get(name) for kind in (registry.schemes, registry.problems, registry.measures))
-    return [describe_entry(entry, texts) for entry in found if entry is not None]
-
-
-def _passports(registry: Registry, name: str, texts: Mapping[str, str]) -> list[Passport]:
-    """Return what is known of a name as records: of a scheme, a problem and a measure, as far as it names one."""
-    found: list[Passport] = []
-    if name in registry.schemes:
-        found.append({"kind": "scheme", **scheme_passport(registry.schemes[name].make(texts))})
-    if name in registry.problems:
-        spec = registry.problems[name].make(texts)
-        found.append({"kind": "problem", **problem_passport(spec, make(spec.label, spec.build, given=bool(texts)))})
-    if name in registry.measures:
-        found.append({"kind": "measure", **measure_passport(registry.measures[name].thing)})
-    return found
+def _tell(registry: Registry, name: str, texts: Mapping[str, str]) -> Iterator[tuple[Passport, list[str]]]:
+    """Yield what is known of each thing that has a name, as a record and as lines, heading first."""
+    for kind in (registry.schemes, registry.problems, registry.measures):
+        if name in kind:
+            yield _tell_entry(kind[name], texts)
+    if name in concept_names(registry):
+        lines = describe_concept(name, registry)
+        yield {"kind": "word", "text": "\n".join(lines)}, lines
+    for row in registry.plugins:
+        if row.name == name:
+            record = row._asdict()
+            yield record, [f"plugin {name}", *(f"{key}: {value}" for key, value in record.items() if value != "")]
 
 
 def _print(console: Console, sections: list[list[str]]) -> None:
@@ -140,8 +124,8 @@ def _condition(known: Dissipation) -> list[str]:
     return [f"condition (4.1) holds: C = {known.C:g}; {constants}", *bounds]
 
 
-def describe_entry(entry: Registered, texts: Mapping[str, str]) -> list[str]:
-    """Describe a scheme, problem or measure.
+def _tell_entry(entry: Registered, texts: Mapping[str, str]) -> tuple[Passport, list[str]]:
+    """Return the passport of a scheme, problem or measure, and its lines.
 
     Parameters
     ----------
@@ -156,28 +140,51 @@ def describe_entry(entry: Registered, texts: Mapping[str, str]) -> list[str]:
     ProblemError
         If the problem cannot be built.
     """
-    lines = [*_docstring(entry), *_parameters(entry)]
     thing = entry.make(texts)
     if isinstance(thing, Scheme):
-        lines = [f"scheme {thing.label}", *lines, *_scheme(thing)]
+        kind, told = "scheme", scheme_passport(thing)
+        lines = ["", f"form: {told['form']}", *_listed("claims", map(_claim, told["claims"]))]
+        lines += [f"source: {told['source'] or 'not given'}"]
     elif isinstance(thing, ProblemSpec):
-        lines = [f"problem {thing.label}", *lines, *_problem(make(thing.label, thing.build, given=bool(texts)))]
+        problem = make(thing.label, thing.build, given=bool(texts))
+        kind, told = "problem", problem_passport(thing, problem)
+        lines = ["", *_problem(told, stability_lines(problem))]
     else:
-        lines = [f"measure {entry.name}", *lines]
-    return [*lines, "", f"from {entry.origin}"]
+        kind, told, lines = "measure", measure_passport(thing), []
+    text = ["", *told["text"].splitlines()] if told["text"] else []
+    return {"kind": kind, **told}, [
+        f"{kind} {told['label']}", *text, *_parameters(entry), *lines, "", f"from {entry.origin}"
+    ]  # fmt: skip
 
 
-def describe_plugin(row: PluginRow) -> list[str]:
-    """Describe a plugin."""
-    return [f"plugin {row.name}", *(f"{key}: {value}" for key, value in row._asdict().items() if value != "")]
+def _problem(told: Passport, stability: list[str]) -> list[str]:
+    return [
+        f"form: {told['form']}",
+        f"Brownian motions: {told['noise']}",
+        f"horizon: {told['horizon']}",
+        f"units: {told['units']}",
+        f"traits: {', '.join(told['traits']) or 'none'}",
+        f"observables: {', '.join(told['observables']) or 'none'}",
+        *_listed("truths", told["truths"]),
+        *stability,
+        *_listed(
+            "controls",
+            ("{measure} order {order}: {positive}, and not {negative}".format(**each) for each in told["controls"]),
+        ),
+        f"source: {told['source']}",
+    ]
 
 
-def _docstring(entry: Registered) -> list[str]:
-    texts = [docstring(entry.subject)]
-    if isinstance(entry.thing, Measure):
-        # What a measure asks and how it judges stands at the top of its file.
-        texts.append(inspect.cleandoc(getattr(inspect.getmodule(entry.subject), "__doc__", None) or ""))
-    return [line for text in texts if text for line in ("", *text.splitlines())]
+def _listed(what: str, lines: Iterable[str]) -> list[str]:
+    found = [f"  {line}" for line in lines]
+    return [f"{what}:" if found else f"{what}: none", *found]
+
+
+def _claim(told: Passport) -> str:
+    of = f" of {', '.join(told['quantities'])}" if told["quantities"] else ""
+    when = f" for problems with {', '.join(told['when'])}" if told["when"] else ""
+    margin = "" if told["margin"] is None else f", margin {told['margin']}"
+    return f"{told['measure']}: {told['claim']}{of}{when}{margin} ({told['source']})"
 
 
 def _parameters(entry: Registered) -> list[str]:
@@ -188,19 +195,6 @@ def _parameters(entry: Registered) -> list[str]:
         for p in entry.parameters
     ]
     return ["", "parameters and defaults:", *lines]
-
-
-def _scheme(scheme: Scheme) -> list[str]:
-    claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.promises]
-    heading = "claims:" if claims else "claims: none"
-    return ["", f"form: {form_names(scheme)}", heading, *claims, f"source: {scheme.source or 'not given'}"]
-
-
-def _claim(claim: Claim) -> str:
-    of = f" of {', '.join(claim.quantities)}" if claim.quantities else ""
-    when = f" for problems with {', '.join(sorted(claim.when))}" if claim.when else ""
-    margin = f", margin {claim.value.margin}" if isinstance(claim.value, Order) else ""
-    return f"{claim}{of}{when}{margin} ({claim.source})"
 
 
 def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
@@ -228,26 +222,6 @@ def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
     except FAULTS as error:
         kind = UsageError if given and isinstance(error, SdaeverifyError) else ProblemError
         raise kind(f"problem {label} cannot be built: {one_line(error)}") from error
-
-
-def _problem(problem: Problem) -> list[str]:
-    lines = [
-        f"form: {type(problem).__name__}",
-        f"Brownian motions: {problem.noise_dim}",
-        f"horizon: {problem.horizon}",
-        f"units: {problem.units}",
-        f"traits: {', '.join(sorted(problem.traits)) or 'none'}",
-        f"observables: {', '.join(problem.observables) or 'none'}",
-        "truths:" if problem.truths else "truths: none",
-    ]
-    truths = [f"  {truth_in_words(truth)}" for truth in problem.truths]
-    truths += stability_lines(problem)
-    controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
-    return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
-
-
-def _control(control: Control) -> str:
-    return f"{control.measure} order {control.order}: {control.positive}, and not {control.negative}"
 
 
 def concept_names(registry: Registry) -> set[str]:
@@ -320,7 +294,8 @@ def _measures(registry: Registry) -> Iterator[str]:
 
 
 def _count(registry: Registry) -> Counter[str]:
-    return Counter(measure for scheme in _schemes(registry) for measure in {c.measure for c in scheme.promises})
+    claimed = (dict.fromkeys(claim.measure for claim in scheme.promises) for scheme in _schemes(registry))
+    return Counter(chain.from_iterable(claimed))
 
 
 CONCEPTS: dict[str, Callable[[Registry], Iterator[str]]] = {

@@ -1,15 +1,12 @@
 """``list``: what is registered."""
 
-import json
-
 import click
 from rich.table import Table
-from rich.text import Text
 
 from ...registry.contributions import word_of
-from ...report.plain import empty_table, visible
+from ...report.plain import text_table
 from ..catalogue import Record, catalogue
-from ..console import output, output_to_stderr
+from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
@@ -33,7 +30,7 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
     with output_to_stderr():
         records = catalogue(registry)
     if as_json:
-        click.echo(json.dumps(records[kind] if kind else records, indent=2))
+        print_json(records[kind] if kind else records)
         return ExitCode.OK
     console = output(unbroken=True)
     for name in [kind] if kind else KINDS:
@@ -44,10 +41,8 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 
 
 def _table(kind: str, records: list[Record]) -> Table:
-    table = empty_table(*(kind if column == "name" else column for column in COLUMNS[kind]))
-    for record in records:
-        table.add_row(*(Text(visible(_text(record, column))) for column in COLUMNS[kind]))
-    return table
+    headings = [kind if column == "name" else column for column in COLUMNS[kind]]
+    return text_table(headings, ([_text(record, column) for column in COLUMNS[kind]] for record in records))
 
 
 def _text(record: Record, column: str) -> str:

@@ -6,14 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import click
+from rich.table import Table
+from rich.text import Text
 
 from ...api import plan_of
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
+from ...report.plain import text_table
 from ...report.sentences import ATTENTION
-from ...report.terminal import plan_table
 from ...study import Plan
 from ...study.plan import shard
 from ..console import complain, output, output_to_stderr, print_texts
@@ -21,19 +23,20 @@ from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import (
     PLACE,
+    as_json,
     jobs,
     levels_text,
     limits,
-    loudness,
     once,
     options_of,
     plugins,
     progress_of_cells,
+    quiet,
     read_levels,
     seed,
     selection,
 )
-from ..running import Run, carry_out, choose_output, workers
+from ..running import Run, carry_out, workers
 
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
@@ -80,8 +83,8 @@ NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
 @click.option(
     "--lf", is_flag=True, help="Run what was not verified in the last run into the folder, and nothing else."
 )
-@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity.")
-@loudness
+@as_json
+@quiet
 @click.option("--no-html", is_flag=True, help="Write no page, report.html.")
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context
@@ -91,6 +94,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     With no options: everything that is registered, at a small budget.
     """
     settings = _settings(options)
+    if options["quiet"] and options["as_json"]:
+        raise UsageError("contradictory options: choose one of --quiet and --json")
     registry = load_and_warn(options["plugins"])
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
@@ -107,7 +112,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         if options["dry_run"]:
             return _show_plan(todo, settings)
         run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
-        run.page, run.shown, run.first_only = not options["no_html"], choose_output(options), options["exitfirst"]
+        run.page, run.first_only = not options["no_html"], options["exitfirst"]
+        run.as_json, run.quiet = options["as_json"], options["quiet"]
         return carry_out(run, crew, options["progress"])
 
 
@@ -158,8 +164,24 @@ def _nothing(reason: str) -> ExitCode:
 
 def _show_plan(todo: Plan, settings: Settings) -> ExitCode:
     console = output(unbroken=True)
-    console.print(plan_table(todo))
+    console.print(_plan_table(todo))
     runnable = sum(cell.verdict is None for cell in todo.cells)
     budget = f"{settings.paths} paths, {levels_text(settings)} steps, seed {settings.seed}"
     print_texts(console, [f"{runnable} of {len(todo.cells)} cells would be run: {budget}"])
     return ExitCode.OK if runnable else ExitCode.NOTHING
+
+
+def _plan_table(todo: Plan) -> Table:
+    """Return a row for each cell: what would be run, in which view, and why not."""
+    run = Text("run", style="green")
+    rows = (
+        (
+            Text(cell.verdict, style="dim") if cell.verdict else run,
+            cell.scheme.label,
+            cell.spec.label,
+            cell.measure.name,
+            cell.reason or cell.view,
+        )
+        for cell in todo.cells
+    )
+    return text_table(("", "scheme", "problem", "measure", "view or reason"), rows)

@@ -1,30 +1,20 @@
 """``show``: look again at a finished run, without running anything."""
 
-import json
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
-from math import isnan
 from pathlib import Path
 
 import click
+from rich.text import Text
 
 from ...errors import UsageError
 from ...report.folders import RUN, SavedTables, TextRow, key_of, read_verdicts
-from ...report.plain import in_columns, visible, wrap_text
-from ...report.sentences import (
-    ATTENTION,
-    PlainLine,
-    claim_in_brief,
-    counts_of,
-    ending,
-    interval,
-    mark,
-    other_value,
-    quantity_lines,
-)
-from ...report.tables.command import command_of
+from ...report.plain import visible
+from ...report.sentences import ATTENTION, cells_in_brief, counts_of, ending, lines_of, quantity_lines, quantity_table
+from ...report.tables.command import command_of, records_of
 from ...report.verdict_row import VerdictRow
-from ..console import output, print_lines
+from .. import options
+from ..console import output, print_json, print_texts
 from ..exit_codes import ExitCode
 
 FOLDER = Path("reports", "latest")
@@ -36,8 +26,8 @@ INDENT = "    "
 @click.argument("what", nargs=-1, metavar="[DIR] [SCHEME] [PROBLEM]")
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures: names or globs.")
 @click.option("--open", "left_open", is_flag=True, help="What is refuted, failed or undecided, all of it.")
-@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity.")
-@click.option("-q", "--quiet", is_flag=True, help="Say the counts alone.")
+@options.as_json
+@options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:
     """Show what a run came to: DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
 
@@ -55,16 +45,16 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     width, plain = console.width, console.options.ascii_only
     sentence = counts_of(rows, absent)
     if as_json:
-        click.echo(json.dumps([_record(row, tables) for row in shown], indent=2))
+        print_json(records_of(shown, tables.run))
     elif quiet:
-        print_lines(console, map(PlainLine, wrap_text(sentence, width)))
+        print_texts(console, lines_of(sentence, width))
     elif problem or left_open:
-        print_lines(console, _cells(shown, tables, width, plain=plain))
-        print_lines(console, _absent(absent if problem else [], width))
+        print_texts(console, _cells(shown, tables, width, plain=plain))
+        print_texts(console, _absent(absent if problem else [], width))
     elif scheme:
-        print_lines(console, [*map(PlainLine, wrap_text(sentence, width)), *_overview(shown, width, plain=plain)])
+        print_texts(console, [*lines_of(sentence, width), *_overview(shown, width, plain=plain)])
     else:
-        print_lines(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
+        print_texts(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
 
 
@@ -108,57 +98,44 @@ def _notes(folder: Path) -> Iterator[str]:
     yield f"sdaeverify show {folder} SCHEME [PROBLEM] tells more"
 
 
-def _overview(rows: Sequence[VerdictRow], width: int, *, plain: bool) -> Iterator[PlainLine]:
+def _overview(rows: Sequence[VerdictRow], width: int, *, plain: bool) -> Iterator[Text]:
     """Yield what was found of each quantity, a table for each cell."""
     cells: dict[tuple[str, str], list[VerdictRow]] = {}
     for row in rows:
         cells.setdefault((row.scheme, row.problem), []).append(row)
     for (scheme, problem), found in cells.items():
-        yield PlainLine("")
-        yield PlainLine(visible(f"{scheme} on {problem}"))
-        lines = in_columns([HEADINGS, *(_row(row, plain=plain) for row in found)])
-        if max(map(len, lines)) <= width:
-            yield from _table_lines(lines, found)
+        yield Text()
+        yield Text(visible(f"{scheme} on {problem}"))
+        table = quantity_table(found, [HEADINGS, *(_row(row, plain=plain) for row in found)])
+        if max(map(len, table)) <= width:
+            yield from table
         else:
             yield from (line for row in found for line in quantity_lines(row, width, plain=plain, brief=True))
 
 
-def _table_lines(lines: Sequence[str], found: Sequence[VerdictRow]) -> Iterator[PlainLine]:
-    """Yield the lines of a table, each in the style of its verdict."""
-    yield PlainLine(lines[0])
-    for line, row in zip(lines[1:], found, strict=True):
-        yield PlainLine(line, row.verdict)
-
-
 def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
-    other = interval(row.path) if row.path.known else other_value(row)
-    names = visible(f"{row.measure} {row.quantity}")
-    return mark(row.verdict, plain=plain), names, visible(claim_in_brief(row)), local, other, row.decided_by
+    symbol, *others = cells_in_brief(row, plain=plain)
+    return symbol, visible(f"{row.measure} {row.quantity}"), *others
 
 
-def _record(row: VerdictRow, tables: SavedTables) -> dict[str, object]:
-    return {**row.record, "reproduce": command_of(row.cells, tables.run) or None}
-
-
-def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[PlainLine]:
+def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[Text]:
     cells: dict[tuple[str, ...], list[VerdictRow]] = {}
     for row in rows:
         cells.setdefault((row.scheme, row.problem, row.measure), []).append(row)
     for (scheme, problem, measure), found in cells.items():
-        yield PlainLine(visible(f"{scheme} on {problem}, {measure}"))
+        yield Text(visible(f"{scheme} on {problem}, {measure}"))
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
         command = command_of(found[0].cells, tables.run)
-        yield from (PlainLine(line) for line in wrap_text(visible(f"  again: {command}"), width, INDENT) if command)
-        yield PlainLine("")
+        yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
+        yield Text()
 
 
-def _absent(rows: Sequence[TextRow], width: int) -> Iterator[PlainLine]:
+def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:
     """Yield what does not apply, measures with the same reason together."""
     reasons: dict[tuple[str, str, str], list[str]] = {}
     for row in rows:
         reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
     for (scheme, problem, reason), measures in reasons.items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(measures)}: {reason}"
-        yield from map(PlainLine, wrap_text(visible(told), width, INDENT))
+        yield from lines_of(visible(told), width, INDENT)

@@ -16,7 +16,7 @@ from ...forms import Problem
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...store.lanes import StoredLane
-from .factors import Factor, factor
+from .factors import Factor, factor, no_factor
 from .level_errors import LevelErrors, level_errors
 from .runs import Lanes, StoredRun, why_not_on_common_noise
 
@@ -24,32 +24,30 @@ DRAWN = "paths of the block"
 
 
 class Comparison(NamedTuple):
-    """A quantity that both runs know.
+    """A quantity of two runs, or all those of a cell, or of a measure there, that have no factor for one reason.
 
     Attributes
     ----------
     scheme, problem, measure, quantity : str
+        Empty where it is about all of them.
+    found : Factor
+        Unknown where they cannot be compared.
     paths : int
         Common ones; 0 where nothing is sampled.
-    found : Factor
     """
 
     scheme: str
     problem: str
     measure: str
     quantity: str
-    paths: int
     found: Factor
+    paths: int = 0
 
-
-class Omitted(NamedTuple):
-    """What cannot be compared, and why; without measure or quantity where it concerns all of them."""
-
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
-    reason: str
+    @classmethod
+    def without(cls, reason: str, *names: str) -> "Comparison":
+        """Return what cannot be compared, and why."""
+        scheme, problem, measure, quantity = (*names, "", "", "", "")[:4]
+        return cls(scheme, problem, measure, quantity, no_factor(reason))
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class _Cell:
             return level_errors(measure.judge, replace(evidence, sampled=sampled, probed=probed))
 
 
-def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Comparison], list[Omitted]]:
+def compare(old: StoredRun, new: StoredRun, registry: Registry) -> list[Comparison]:
     """Compare two runs on common noise.
 
     Parameters
@@ -88,27 +86,23 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Co
     Returns
     -------
     list of Comparison
-    list of Omitted
-        All with one reason where the runs do not share noise and step sizes.
+        One without names where the runs do not share noise and step sizes.
     """
     if different := why_not_on_common_noise(old, new):
-        return [], [Omitted("", "", "", "", different)]
-    rows = [row for key in sorted({*old.lanes, *new.lanes}) for row in _compare_cell(old, new, registry, key)]
-    return [row for row in rows if isinstance(row, Comparison)], [row for row in rows if isinstance(row, Omitted)]
+        return [Comparison.without(different)]
+    return [row for key in sorted({*old.lanes, *new.lanes}) for row in _compare_cell(old, new, registry, key)]
 
 
-def _compare_cell(
-    old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]
-) -> Iterator[Comparison | Omitted]:
+def _compare_cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]) -> Iterator[Comparison]:
     if key not in old.lanes or key not in new.lanes:
-        yield Omitted(*key, "", "", f"only in {(old if key in old.lanes else new).folder}")
+        yield Comparison.without(f"only in {(old if key in old.lanes else new).folder}", *key)
     elif _sources(old.lanes[key]) != _sources(new.lanes[key]):
-        yield Omitted(*key, "", "", "the problem has changed: it does something else")
+        yield Comparison.without("the problem has changed: it does something else", *key)
     else:
         try:
             cell = _cell(old, new, registry, key)
         except FAULTS as error:
-            yield Omitted(*key, "", "", f"it cannot be made here: {one_line(error)}")
+            yield Comparison.without(f"it cannot be made here: {one_line(error)}", *key)
             return
         for name in sorted({*_measures(old.lanes[key]), *_measures(new.lanes[key])}):
             yield from _of_measure(cell, registry, name)
@@ -125,41 +119,42 @@ def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, st
     return _Cell(made, built, matched.problem, old, new, key)
 
 
-def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparison | Omitted]:
+def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparison]:
     a, b = cell.old.lanes[cell.key], cell.new.lanes[cell.key]
     runs, blocks = _common(cell, name)
     if name not in registry.measures:
-        yield Omitted(*cell.key, name, "", f"measure {name} is not registered here")
+        yield Comparison.without(f"measure {name} is not registered here", *cell.key, name)
     elif not (name in _measures(a) and name in _measures(b)):
-        yield Omitted(*cell.key, name, "", f"only in {(cell.old if name in _measures(a) else cell.new).folder}")
+        yield Comparison.without(
+            f"only in {(cell.old if name in _measures(a) else cell.new).folder}", *cell.key, name
+        )
     elif 0 not in blocks:
-        yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
+        yield Comparison.without("the first block of paths is not in both runs on as many levels", *cell.key, name)
     elif what := registry.measures[name].thing.value_of:
-        yield Omitted(*cell.key, name, "", f"measure {name} finds no error and no order, but a {what}")
+        yield Comparison.without(f"measure {name} finds no error and no order, but a {what}", *cell.key, name)
     else:
         measure = registry.measures[name].thing
         try:
             errors = [cell.errors(measure, run, blocks) for run in runs]
         except FAULTS as error:
-            yield Omitted(*cell.key, name, "", f"its evidence cannot be read: {one_line(error)}")
+            yield Comparison.without(f"its evidence cannot be read: {one_line(error)}", *cell.key, name)
             return
         yield from _of_quantities(cell, name, *errors)
 
 
 def _of_quantities(
     cell: _Cell, measure: str, old: Mapping[str, LevelErrors], new: Mapping[str, LevelErrors]
-) -> Iterator[Comparison | Omitted]:
+) -> Iterator[Comparison]:
     if not (old or new):
-        yield Omitted(*cell.key, measure, "", f"measure {measure} tells no error of a level here")
+        yield Comparison.without(f"measure {measure} tells no error of a level here", *cell.key, measure)
     for quantity in dict.fromkeys((*old, *new)):
         where = (*cell.key, measure, quantity)
         if quantity not in old or quantity not in new:
-            yield Omitted(*where, f"only in {(cell.old if quantity in old else cell.new).folder}")
+            yield Comparison.without(f"only in {(cell.old if quantity in old else cell.new).folder}", *where)
             continue
         found = factor(old[quantity], new[quantity])
         counts = old[quantity].counts
-        paths = 0 if counts is None else int(counts.sum())
-        yield Comparison(*where, paths, found) if found.known else Omitted(*where, found.reason)
+        yield Comparison(*where, found, 0 if counts is None else int(counts.sum()))
 
 
 def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:

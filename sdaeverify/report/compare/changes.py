@@ -12,9 +12,8 @@ import numpy as np
 from ...errors import UsageError
 from ...study.holm import holm
 from ..folders import NAMES
-from .cells import Comparison, Omitted
+from .cells import Comparison
 from .factors import Factor
-from .runs import VerdictChange
 
 # An order that changes by less has not moved.
 ORDER = 0.01
@@ -121,24 +120,25 @@ class RunPair(NamedTuple):
     ----------
     old, new : Path
         Their folders.
-    verdicts : list of VerdictChange
+    verdicts : list of mapping of str to str
+        That are other ones now.
     rows : sequence of (Comparison, Changed)
         Of each quantity whose errors both runs know.
-    omitted : list of Omitted
+    omitted : list of Comparison
         What could not be compared.
     """
 
     old: Path
     new: Path
-    verdicts: list[VerdictChange]
+    verdicts: list[dict[str, str]]
     rows: Rows
-    omitted: list[Omitted]
+    omitted: list[Comparison]
 
     @property
     def is_worse(self) -> bool:
         """Whether an error has grown, or a claim is newly refuted."""
         grown = any(changed.change is Change.WORSE for _, changed in self.rows)
-        return grown or any(verdict.after == REFUTED for verdict in self.verdicts)
+        return grown or any(verdict["after"] == REFUTED for verdict in self.verdicts)
 
     @property
     def on_other_noise(self) -> bool:
@@ -151,17 +151,21 @@ def records(pair: RunPair) -> dict[str, Any]:
     return {
         "old": str(pair.old),
         "new": str(pair.new),
-        "verdicts": [change._asdict() for change in pair.verdicts],
+        "verdicts": pair.verdicts,
         "quantities": [_record(*row) for row in pair.rows],
-        "omitted": [each._asdict() for each in pair.omitted],
+        "omitted": [{**_names(each), "reason": each.found.reason} for each in pair.omitted],
     }
+
+
+def _names(compared: Comparison) -> dict[str, str]:
+    return {name: getattr(compared, name) for name in NAMES}
 
 
 def _record(compared: Comparison, changed: Changed) -> dict[str, object]:
     numbers = {"factor": changed.factor, "ci_low": changed.low, "ci_high": changed.high}
     numbers |= {"order_change": compared.found.order.value, "order_std_error": compared.found.order.se}
     return {
-        **dict(zip(NAMES, compared, strict=False)),
+        **_names(compared),
         **{name: value if isfinite(value) else None for name, value in numbers.items()},
         "verdict": str(changed.change),
         "order_moved": changed.order_moved,
@@ -174,7 +178,7 @@ def _record(compared: Comparison, changed: Changed) -> dict[str, object]:
 def pair_in_words(pair: RunPair, *, every: bool) -> Iterator[str]:
     """Yield what changed, a line each: verdicts, then errors, the worst and the largest factors first."""
     for change in pair.verdicts:
-        yield "{} on {}, {} {}: {} -> {}".format(*change)
+        yield "{} on {}, {} {}: {} -> {}".format(*change.values())
     order = list(WORDS)
     for compared, changed in sorted(pair.rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
         if every or changed.change is not Change.SAME or changed.order_moved:
@@ -197,11 +201,11 @@ def counts(pair: RunPair) -> str:
     return f"{len(pair.verdicts)} verdicts changed; {many}: {parts}; {moved} orders moved"
 
 
-def list_omissions(omitted: Sequence[Omitted]) -> Iterator[str]:
+def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:
     """Yield what is not compared, a line for each reason."""
-    grouped: dict[str, list[Omitted]] = {}
+    grouped: dict[str, list[Comparison]] = {}
     for each in omitted:
-        grouped.setdefault(each.reason, []).append(each)
+        grouped.setdefault(each.found.reason, []).append(each)
     for reason, cells in list(grouped.items())[:MOST_TOLD]:
         first = cells[0]
         what = f"{first.scheme} on {first.problem}, {first.measure} {first.quantity}".rstrip(", ")

@@ -76,7 +76,7 @@ def factor(old: LevelErrors, new: LevelErrors) -> Factor:
         Infinite where errors were rounding and are not now, 0 the other way round.
     """
     if obstacle := _obstacle(old, new):
-        return _no_factor(obstacle)
+        return no_factor(obstacle)
     mine, others = _common(old, new)
     with np.errstate(invalid="ignore"):  # Both may be 0.
         moved = new.log2[:, others] - old.log2[:, mine]
@@ -108,7 +108,7 @@ def _without_common_levels(old: LevelErrors, new: LevelErrors, moved: Array) -> 
     order = new.order - old.order
     if np.isfinite(order):
         return Factor(Estimate(0.0, 0.0), reason=ORDER_ALONE, order=Estimate(order, 0.0))
-    return _no_factor(UNTOLD)
+    return no_factor(UNTOLD)
 
 
 def _obstacle(old: LevelErrors, new: LevelErrors) -> str:
@@ -129,5 +129,6 @@ def _common(old: LevelErrors, new: LevelErrors) -> tuple[Array, Array]:
     return mine, others
 
 
-def _no_factor(reason: str) -> Factor:
+def no_factor(reason: str) -> Factor:
+    """Return that there is none, and why."""
     return Factor(Estimate(nan, nan), reason=reason)

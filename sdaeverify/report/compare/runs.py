@@ -4,14 +4,13 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 from ...contracts.settings import SCREENING, Settings
 from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import key_of, read_verdicts, run_of
+from ..folders import NAMES, key_of, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
 
@@ -90,22 +89,12 @@ def read_run(folder: Path) -> StoredRun:
     return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
 
 
-class VerdictChange(NamedTuple):
-    """A verdict that is another one in the later of two runs."""
-
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
-    before: str
-    after: str
-
-
-def verdict_changes(old: Path, new: Path) -> list[VerdictChange]:
-    """Return the verdicts that changed between the runs in two folders, of what both judged."""
+def verdict_changes(old: Path, new: Path) -> list[dict[str, str]]:
+    """Return the verdicts that changed between the runs in two folders, of what both judged: names, before, after."""
     known = {key_of(row): row["verdict"] for row in read_verdicts(old).verdicts}
     both = ((key_of(row), row["verdict"]) for row in read_verdicts(new).verdicts)
-    return [VerdictChange(*key, known[key], after) for key, after in both if known.get(key, after) != after]
+    changed = [(*key, known[key], after) for key, after in both if known.get(key, after) != after]
+    return [dict(zip((*NAMES, "before", "after"), row, strict=True)) for row in changed]
 
 
 def why_not_on_common_noise(old: StoredRun, new: StoredRun) -> str:

@@ -78,16 +78,16 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
     return path
 
 
-def write_tables(file: Path, sentence: str, tables: Sequence[TablePage], **further: Any) -> None:
+def write_tables(file: Path, sentence: str, tables: Sequence[TablePage]) -> None:
     """Write a page of tables alone.
 
     Parameters
     ----------
     file : Path
     sentence : str
+        What stands at the top.
     tables : sequence of TablePage
-    **further
-        Other parts of the page's data, as `payload` and `verifier` name them.
+        A part of the page each.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def write_tables(file: Path, sentence: str, tables: Sequence[TablePage], **furth
     """
     nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": [], "texts": []}
     shown = [table._asdict() for table in tables]
-    write_text(page_text({**nothing, "sentence": sentence, "tables": shown, **further}), file)
+    write_text(page_text({**nothing, "sentence": sentence, "tables": shown}), file)
 
 
 def remove_page(folder: Path) -> None:

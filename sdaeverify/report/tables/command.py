@@ -7,6 +7,7 @@ from typing import Any
 from ...contracts.settings import Settings
 from ..cells import Row, text
 from ..saved import settings_of
+from ..verdict_row import VerdictRow
 
 CELL = ("scheme", "problem", "measure")
 
@@ -63,3 +64,10 @@ def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
     settings, plugins, unnamed = settings_of(run), run.get("files", ()), {*run.get("unnamed", ())}
     cells = ([text(row, name) for name in CELL] for row in rows)
     return ["" if {*cell} & unnamed else reproduce(cell, settings, plugins) for cell in cells]
+
+
+def records_of(rows: Iterable[VerdictRow], run: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return rows for JSON, each with the command for its cell; see `commands_of`."""
+    told = list(rows)
+    commands = commands_of([row.cells for row in told], run)
+    return [{**row.record, "reproduce": command or None} for row, command in zip(told, commands, strict=True)]
