@@ -15,13 +15,11 @@ OF_PROBLEMS = {check.name for check in checks("problem")}
 
 def complaints(inquiry: Inquiry, may_be_skipped: Container[str] = ()) -> list[str]:
     """Return what fails, and what has nothing to ask where it should, check by check."""
-    outcomes = [question.answer({}) for question in inquiry.questions]
-    wrong = [
-        outcome
-        for outcome in outcomes
-        if outcome.status != "passed" and not (outcome.status == "skipped" and outcome.check in may_be_skipped)
+    return [
+        f"{row['check']} {row['status']}: {row['reason']}"
+        for row in (question.answer() for question in inquiry.questions)
+        if row["status"] != "passed" and not (row["status"] == "skipped" and row["check"] in may_be_skipped)
     ]
-    return [f"{outcome.check} {outcome.status}: {outcome.reason}" for outcome in wrong]
 
 
 def test_a_scheme_passes(asked_of_scheme: Inquiry) -> None:

@@ -141,10 +141,10 @@ def test_whatever_a_check_raises_is_a_failure():
     def raising(subject):
         raise SystemExit(3)
 
-    outcome = Question(Check("odd", "api", 1, raising), "x", "scheme", "", None).answer({})
+    outcome = Question(Check("odd", "api", 1, raising), "x", "scheme", "", None).answer()
 
-    assert outcome.status == "failed"
-    assert outcome.reason.startswith("raises SystemExit: 3 (")
+    assert outcome["status"] == "failed"
+    assert outcome["reason"].startswith("raises SystemExit: 3 (")
 
 
 @pytest.mark.parametrize("kind", ["scheme", "problem"])

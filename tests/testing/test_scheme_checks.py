@@ -197,9 +197,9 @@ def test_a_fault_is_found_by_its_check(check, scheme, text):
     """The check of this fault fails, and says what is wrong in one line."""
     outcome = of_scheme(scheme, check, "ou")
 
-    assert outcome.status == "failed"
-    assert text in outcome.reason
-    assert "\n" not in outcome.reason
+    assert outcome["status"] == "failed"
+    assert text in outcome["reason"]
+    assert "\n" not in outcome["reason"]
 
 
 @pytest.mark.parametrize("problem", ["ou", "gbm", "noncommuting", "circle"])
@@ -233,7 +233,7 @@ def test_paths_without_noise_are_not_asked_whether_they_hear_it():
         linear = {"drift": lambda t, x: 1.0 - x, "diffusion": lambda t, x: x[:, None]}
         return SDE(**linear, start=[0.0], noise_dim=1, horizon=1.0, source="planted")
 
-    assert of_scheme(Sound(), "noise-is-used", from_nothing).status == "passed"
+    assert of_scheme(Sound(), "noise-is-used", from_nothing)["status"] == "passed"
 
 
 def test_paths_that_end_together_near_rounding_are_remarked():
@@ -249,5 +249,5 @@ def test_paths_that_end_together_near_rounding_are_remarked():
         return y
 
     outcome = of_scheme(ruled(together), "paths-alone", "ou")
-    assert outcome.status == "skipped"
-    assert "of the state's size, as with an iteration" in outcome.reason
+    assert outcome["status"] == "skipped"
+    assert "of the state's size, as with an iteration" in outcome["reason"]

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 
 from ...arrays import Array
-from ...forms import Equation, IndexOne, Multiplied, as_sde
+from ...forms import IndexOne
 from ...forms.truths import InvariantMean, Moment
-from ...numerics import apply, norm
+from ...numerics import norm
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
 from ..subjects import ProblemSubject
@@ -151,23 +151,10 @@ def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
     if problem.capability(IndexOne):
         return _delay_flow(problem)
-    view = as_sde(problem)
+    view = problem.ito()
     if view is None:
         raise Inapplicable(f"a {type(problem).__name__} has no Ito equation whose rate could be taken")
-    if problem.capability(Multiplied):
-        return _flow_with_multiplier(problem, view, x)
     return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
-
-
-def _flow_with_multiplier(problem: Any, view: Equation, x: Array) -> tuple[Array, Array]:
-    n = problem.dimension
-    r, v = x[:n], x[n : 2 * n]
-    Dg, J = problem.dg(r), problem.linearised(r)
-    kicks = problem.inverse_mass(np.broadcast_to(problem.diffusion(0.0, r, v), (n, problem.noise_dim, 1)))
-    columns = [-J.gram(J).solve(apply(Dg, kick)) for kick in np.moveaxis(kicks, 1, 0)]
-    rate = problem.inherent_multiplier(J, r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
-    drift = np.concatenate([view.drift(0.0, x[: 2 * n]), rate])
-    return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
 
 
 def _rate_beside_x(problem: Any, x: Array) -> Array:
