@@ -10,7 +10,6 @@ from facade import (
     AnticipatingNoise,
     H,
     KeptAlgebraic,
-    LaggedAlgebraicTheta,
     OldLagAlgebraic,
     StochasticTheta,
     WrongLag,
@@ -68,13 +67,6 @@ class WrongStrength(StochasticTheta):
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         return super().step(problem, state, t, h, noise._replace(dW=1.01 * noise.dW))
-
-
-@pytest.mark.parametrize("theta", [0.0, 0.3, 1.0])
-@pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
-def test_right_schemes_are_exact(kind: type, theta: float) -> None:
-    """Neither the coupled method nor the one with the old y is accused."""
-    assert exactness_violation(kind(theta)) == ""
 
 
 @pytest.mark.parametrize("reading", WHERE)
