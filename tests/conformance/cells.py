@@ -136,9 +136,10 @@ class Inquiry(NamedTuple):
     questions: list[Question]
 
 
-def asked_of_schemes(registry: Registry) -> Iterator[Inquiry]:
-    """Yield what every scheme is asked once."""
-    once = [check for check in checks("scheme") if not check.each_problem]
+def asked_of_schemes(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
+    """Yield what every scheme is asked once: whether its claims are tested, for which cells are run, or the rest."""
+    every = [check for check in checks("scheme") if not check.each_problem]
+    once = [check for check in every if (check.name == "claims-tested") is long]
     for scheme in schemes(registry):
         subject = SchemeSubject(scheme, registry)
         yield Inquiry(scheme.label, [Question(check, scheme.label, "scheme", "", subject) for check in once])
