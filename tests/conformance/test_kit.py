@@ -29,7 +29,7 @@ def test_a_scheme_passes(asked_of_scheme: Inquiry) -> None:
 
 @pytest.mark.slow
 def test_claims_of_a_scheme_are_tested(asked_about_claims: Inquiry) -> None:
-    """Each claim holds on a registered problem, where its quantities are measured; the gate tells it of a run, too."""
+    """Each claim holds on a registered problem, where its quantities are measured; the gate tells it, too."""
     assert complaints(asked_about_claims, {"claims-tested"}) == []
 
 
