@@ -37,6 +37,9 @@ from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
 from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
 
+# Traits of noise that a projector takes away.
+NOT_PROJECTED = {"additive-noise", "diagonal-noise"}
+
 
 class HolonomicState(NamedTuple):
     """State of a scheme that keeps the multiplier.
@@ -417,16 +420,8 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
         diffusion_product=diffusion_product,
         start=np.concatenate(start),
         names=names if with_multiplier else {name: names[name] for name in ("r", "v")},
-        horizon=problem.horizon,
-        noise_dim=problem.noise_dim,
-        noise=problem.noise,
+        **{**problem.shared_fields, "traits": problem.traits - NOT_PROJECTED, "controls": (), "chart": None},
         source=f"inherent SDE (Lindner & Stroot 2017, (2.9)) of: {problem.source}",
-        units=problem.units,
-        traits=problem.traits - {"additive-noise", "diagonal-noise"},
-        observables=problem.observables,
-        truths=problem.truths,
-        relaxation=problem.relaxation,
-        fastest=problem.fastest,
         seen_as="inherent SDE",
     )
 
