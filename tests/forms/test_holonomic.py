@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, DenseJacobian, HolonomicSDAE, HolonomicState, ProblemError
+from sdaeverify import SDE, DenseJacobian, HolonomicSDAE, ProblemError
 
 EPS = np.finfo(float).eps
 MASS = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 3.0]])
@@ -137,15 +137,6 @@ def test_a_mass_matrix_symmetric_up_to_rounding_is_accepted():
     Q, _ = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [-1.0, 1.0, 3.0], [0.3, 0.1, 1.0]]))
     M = Q @ np.diag([1.0, 1.0, 1.0 + 1e-13]) @ Q.T
     assert make(mass=M).dimension == 3
-
-
-def test_the_initial_state_is_consistent_with_zero_multiplier():
-    """Position and velocity are repeated on every path, mu is 0."""
-    state = make().initial(4)
-    assert isinstance(state, HolonomicState)
-    assert np.array_equal(state.r, np.repeat(POSITION[:, None], 4, axis=1))
-    assert np.array_equal(state.v, np.repeat(VELOCITY[:, None], 4, axis=1))
-    assert np.array_equal(state.mu, np.zeros((2, 4)))
 
 
 def test_inverse_mass_undoes_the_mass():
