@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
+from forms.refusing import refusal
 from sdaeverify import SDE, DenseJacobian, HolonomicSDAE, ProblemError
 
 EPS = np.finfo(float).eps
@@ -116,10 +117,7 @@ REFUSED = [
 @pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
 def test_contradictory_problems_are_refused_in_one_line(changes, message):
     """The message says what was expected and what was given."""
-    with pytest.raises(ProblemError) as caught:
-        make(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert message in refusal(make, **changes)
 
 
 def test_inconsistent_initial_data_are_shown():

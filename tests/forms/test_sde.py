@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from forms.refusing import refusal
 from sdaeverify import SDE, HolonomicSDAE, Moment, Pathwise, ProblemError, SchemeError
 
 EPS = np.finfo(float).eps
@@ -28,6 +29,26 @@ def make(**changes):
 def moment(observable):
     """Return a truth about an observable."""
     return Moment(observable=observable, value=lambda t: 1.0, source="made up")
+
+
+def ellipse(x):
+    """Return x_1^2/4 + x_2^2 - 1, shape (1, P)."""
+    return (0.25 * x[0] ** 2 + x[1] ** 2 - 1.0)[None]
+
+
+def on_the_ellipse(**changes):
+    """Return a problem that starts on the ellipse and claims to stay there."""
+    return make(**{"constraint": ellipse, "start": [1.2, 0.8], **changes})
+
+
+def uneven(t, x):
+    """Return a full diffusion matrix that depends on the state."""
+    return (1.0 + x[0]) * np.ones((2, 2, 1))
+
+
+def known(parts):
+    """Return a solution on a path of these components."""
+    return Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
 
 
 REFUSED = [
@@ -62,16 +83,30 @@ REFUSED = [
     ({"diffusion_product": lambda t, x, w: x + w}, "diffusion_product disagrees"),
     ({"names": {"x": slice(2, 3)}}, "names['x'] must be a slice of the 2 components, got slice(2, 3, None)"),
     ({"names": {"x": 0}}, "names['x'] must be a slice of the 2 components, got 0"),
+    ({"observables": {"phi": lambda t, s: s["y"][0]}}, "'phi' asks for 'y'; the problem's components are x"),
+    ({"observables": {"phi": lambda t, s: s["x"]}}, "'phi' returned shape (2, 3), expected (3,)"),
+    ({"truths": (known(lambda t, z: {"y": z}),)}, "the truth knows ['y'], the problem's components are ['x']"),
+    ({"truths": (known(lambda t, z: {"x": z[:1]}),)}, "paths last"),
+    ({"truths": (known(lambda t, z: {"x": z + 1.0}),)}, "the truth starts with x at"),
+    ({"traits": {"additive-noise"}, "diffusion": uneven}, "trait additive-noise: the diffusion"),
+    ({"traits": {"diagonal-noise"}, "diffusion": uneven}, "trait diagonal-noise: the diffusion"),
+    ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
 ]
+OFF_THE_ELLIPSE = [
+    ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
+    ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
+    ({"jacobian": lambda x: x}, "jacobian(x) returned shape (2, 3), expected (1, 2, 3)"),
+    ({"jacobian": lambda x: x[None]}, "jacobian disagrees with a difference quotient"),
+    ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
+    ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
+]
+REFUSED += [({"constraint": ellipse, "start": [1.2, 0.8], **changes}, text) for changes, text in OFF_THE_ELLIPSE]
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
 def test_contradictory_problems_are_refused_in_one_line(changes, message):
     """The message says what was expected and what was given."""
-    with pytest.raises(ProblemError) as caught:
-        make(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert message in refusal(make, **changes)
 
 
 def test_a_given_derivative_is_used():
@@ -120,26 +155,6 @@ def test_components_have_names():
 CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
 
 
-@pytest.mark.parametrize("trait", ["additive-noise", "diagonal-noise"])
-def test_traits_that_are_not_there_are_refused(trait):
-    """A claim would be tested, and refuted, where it was never made."""
-    with pytest.raises(ProblemError, match=f"trait {trait}: the diffusion"):
-        make(traits={trait}, diffusion=lambda t, x: (1.0 + x[0]) * np.ones((2, 2, 1)))
-
-
-@pytest.mark.parametrize(
-    ("observable", "words"),
-    [
-        (lambda t, s: s["y"][0], "observable 'phi' asks for 'y'; the problem's components are x"),
-        (lambda t, s: s["x"], r"observable 'phi' returned shape \(2, 3\), expected \(3,\)"),
-    ],
-)
-def test_observables_that_cannot_be_evaluated_are_refused(observable, words):
-    """A misspelt component, or a value that is no number a path, is told when the problem is built."""
-    with pytest.raises(ProblemError, match=words):
-        make(observables={"phi": observable})
-
-
 @pytest.mark.parametrize(
     ("changes", "traits"),
     [
@@ -173,35 +188,10 @@ def test_the_pathwise_truth_is_found_among_the_truths():
     assert make().pathwise is None
 
 
-@pytest.mark.parametrize(
-    ("parts", "words"),
-    [
-        (lambda t, z: {"y": z}, r"the truth knows \['y'\], the problem's components are \['x'\]"),
-        (lambda t, z: {"x": z[:1]}, "paths last"),
-        (lambda t, z: {"x": z + 1.0}, "the truth starts with x at"),
-    ],
-)
-def test_a_truth_that_is_not_that_of_the_problem_is_refused(parts, words):
-    """A truth knows a component of the problem, in its shape, and starts where it does."""
-    path = Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
-    with pytest.raises(ProblemError, match=words):
-        make(truths=(path,))
-
-
 def test_a_state_with_further_memory_is_not_split():
     """A bare array of another length is no state of the problem."""
     with pytest.raises(SchemeError, match="further memory"):
         make().parts(np.ones((3, 4)))
-
-
-def ellipse(x):
-    """Return x_1^2/4 + x_2^2 - 1, shape (1, P)."""
-    return (0.25 * x[0] ** 2 + x[1] ** 2 - 1.0)[None]
-
-
-def on_the_ellipse(**changes):
-    """Return a problem that starts on the ellipse and claims to stay there."""
-    return make(**{"constraint": ellipse, "start": [1.2, 0.8], **changes})
 
 
 def test_a_constraint_is_a_residual():
@@ -230,26 +220,6 @@ def test_admissible_states_are_on_the_manifold_and_near():
     assert np.abs(ellipse(problem.admissible(1.1 * x))).max() <= 8 * EPS
     assert np.abs(problem.admissible(1.1 * x) - x).max() <= 0.5
     assert np.abs(problem.admissible(x) - x).max() <= 8 * EPS
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
-        ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
-        ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
-        ({"jacobian": lambda x: x}, "jacobian(x) returned shape (2, 3), expected (1, 2, 3)"),
-        ({"jacobian": lambda x: x[None]}, "jacobian disagrees with a difference quotient"),
-        ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
-        ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
-    ],
-)
-def test_impossible_constraints_are_refused_in_one_line(changes, message):
-    """A constraint is an analytic function of shape (m, P) that vanishes at the start."""
-    with pytest.raises(ProblemError) as caught:
-        on_the_ellipse(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_drift_derivative_is_the_author_s_or_taken_by_complex_step():
