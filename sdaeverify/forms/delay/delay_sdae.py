@@ -350,8 +350,10 @@ class DelaySDAE(Delayed):
         """
         if self.constraint is None:
             return super().without_index(t, x, v)
+        start, past = self.initial(1), self.past(-self.delay)
+        before = determinant(self.linearised_constraint(0.0, start.x, past, start.y).y)
         now = determinant(self.linearised_constraint(t, x, v, self.eliminated(t, x, v)).y)
-        return np.asarray(~(self._turn * now > 0.0))
+        return np.asarray(~(before * now > 0.0))
 
     def _make_sde(self) -> SDE:
         return SDE(
@@ -362,11 +364,6 @@ class DelaySDAE(Delayed):
             source=f"y eliminated from: {self.source}",
             seen_as="SDE",
         )
-
-    @cached_property
-    def _turn(self) -> Array:
-        begin = self.initial(1)
-        return determinant(self.linearised_constraint(0.0, begin.x, self.past(-self.delay), begin.y).y)
 
     @cached_property
     def _start_y(self) -> Array:

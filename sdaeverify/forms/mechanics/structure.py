@@ -160,7 +160,7 @@ class Structure:
         sums = (self.curvature_sum(problem, r, each) for each in c)
         return self.curvature_rows(problem, r, v), *sums
 
-    @cached_property
+    @property
     def empty_slots(self) -> BlockBanded:
         """Ones for the slots that no constraint has, blocks of shape (q, q, 1)."""
         used = self.by_slot(np.ones(len(self.owners)))

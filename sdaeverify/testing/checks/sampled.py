@@ -6,7 +6,7 @@ compared (Bonferroni). Noise is drawn by the problem's name, so that the same pr
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy
@@ -174,16 +174,9 @@ ORDER, MARGIN = 0.5, 0.2
 ROUNDING = 1e4 * EPS
 
 
-class Mean(NamedTuple):
-    """A mean of independent values with its standard error."""
-
-    value: float
-    se: float
-
-    @classmethod
-    def of(cls, values: Array) -> "Mean":
-        """Return the mean of values of shape (n,)."""
-        return cls(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
+def _mean(values: Array) -> tuple[float, float]:
+    """Return the mean of independent values, shape (n,), with its standard error."""
+    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
 
 
 def check_solution_simulated(subject: ProblemSubject) -> str:
@@ -233,7 +226,7 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
             values = problem.observe(moment.observable, t, reference.parts(t))
             if values is not None and not _heavy(values):
                 compared += 1
-                if interval := _gap(Mean.of(values), quantile, 0.0, moment.value(t)):
+                if interval := _gap(values, quantile, 0.0, moment.value(t)):
                     return _describe_gap("the solution's", moment, interval, t)
     if not compared:
         raise Inapplicable("no moment is one of known components with light tails")
@@ -253,9 +246,9 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
             values = _pair(problem, moment, t, coarse, fine)
             if values is not None:
                 compared += 1
-                change = Mean.of(values[1] - values[0])
-                bias = 2.0 * (abs(change.value) + quantile * change.se)
-                if interval := _gap(Mean.of(values[1]), quantile, bias, moment.value(t)):
+                change, change_se = _mean(values[1] - values[0])
+                bias = 2.0 * (abs(change) + quantile * change_se)
+                if interval := _gap(values[1], quantile, bias, moment.value(t)):
                     return _describe_gap("Euler's", moment, interval, t)
     if not compared:
         raise Inapplicable("no moment has light tails")
@@ -283,11 +276,12 @@ def _quantile(means: int) -> float:
     return -float(scipy.special.ndtri(LEVEL / (2 * means)))
 
 
-def _gap(mean: Mean, quantile: float, bias: float, expected: float) -> str:
+def _gap(values: Array, quantile: float, bias: float, expected: float) -> str:
     """Return an interval of a mean in words where an expectation is beside it, or an empty string."""
-    width = quantile * mean.se
-    beside = abs(mean.value - expected) > width + bias + ROUNDING * max(1.0, abs(expected))
-    return f"{mean.value:.6g} +- {width:.2g}" if beside else ""
+    mean, se = _mean(values)
+    width = quantile * se
+    beside = abs(mean - expected) > width + bias + ROUNDING * max(1.0, abs(expected))
+    return f"{mean:.6g} +- {width:.2g}" if beside else ""
 
 
 def _describe_gap(whose: str, moment: Moment, interval: str, t: float) -> str:
