@@ -4,10 +4,7 @@ from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.exit_codes import WORDS, ExitCode, code_of_gate
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
-    carries_its_memory,
     contract_violation,
-    hears_its_noise,
-    keeps_no_noise,
     trials,
     uses_declared_noise,
 )

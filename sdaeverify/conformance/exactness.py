@@ -58,15 +58,8 @@ class LawError(NamedTuple):
     rounding: float
 
 
-class StateMoments(NamedTuple):
-    """Mean, shape (d,), and covariance, shape (d, d), of a state."""
-
-    mean: Array
-    covariance: Array
-
-    def since(self, before: "StateMoments") -> "StateMoments":
-        """Return by how much they have grown."""
-        return StateMoments(self.mean - before.mean, self.covariance - before.covariance)
+# Mean, shape (d,), and covariance, shape (d, d), of a state.
+Moments = tuple[Array, Array]
 
 
 def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
@@ -94,14 +87,17 @@ def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
     found = [_moments(state, probe) for state in states]
     if any(moments is None for moments in found):
         return None
-    half, end = (moments for moments in found if moments is not None)
-    grown = end.since(half)
-    right = _solution(trivial, known, 2 * LAW_STEPS * h).since(_solution(trivial, known, LAW_STEPS * h))
-    variance = float(np.diag(right.covariance).max())
-    mean = np.abs(grown.mean - right.mean).max() / (np.abs(right.mean).max() + np.sqrt(variance))
-    covariance = np.abs(grown.covariance - right.covariance).max() / variance
+    grown_mean, grown = _growth(*(moments for moments in found if moments is not None))
+    right_mean, right = _growth(*(_solution(trivial, known, n * LAW_STEPS * h) for n in (1, 2)))
+    variance = float(np.diag(right).max())
+    mean = np.abs(grown_mean - right_mean).max() / (np.abs(right_mean).max() + np.sqrt(variance))
+    covariance = np.abs(grown - right).max() / variance
     rounding = 64.0 * EPS * len(noises) * (1.0 + float(np.abs(states[-1]).max()) / np.sqrt(variance))
     return LawError(*max(("the covariance", covariance), ("the mean", mean), key=lambda pair: pair[1]), rounding)
+
+
+def _growth(half: Moments, end: Moments) -> Moments:
+    return end[0] - half[0], end[1] - half[1]
 
 
 def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Increment], Array]:
@@ -121,20 +117,20 @@ def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Incre
     return [noise._replace(K=K, A=A) for noise in drawn], probe
 
 
-def _moments(x: Array, probe: Array) -> StateMoments | None:
+def _moments(x: Array, probe: Array) -> Moments | None:
     """Return mean and covariance from the states of all paths, shape (d, J + 2)."""
     mean, response = x[:, 0], x[:, 1:-1] - x[:, :1]
     expected = mean + response @ probe
     if not np.abs(x[:, -1] - expected).max() <= AFFINE * np.abs(response).max():
         return None
-    return StateMoments(mean, response @ response.T)
+    return mean, response @ response.T
 
 
-def _solution(trivial: Trivial, known: list[str], t: float) -> StateMoments:
+def _solution(trivial: Trivial, known: list[str], t: float) -> Moments:
     l = trivial.problem.noise_dim
     x = _stack_parts(trivial.solution(t, np.sqrt(t) * np.eye(l, l + 1, k=1)), known)
     response = x[:, 1:] - x[:, :1]
-    return StateMoments(x[:, 0], response @ response.T)
+    return x[:, 0], response @ response.T
 
 
 def _stack_parts(parts: Parts, known: list[str]) -> Array:

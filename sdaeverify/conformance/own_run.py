@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays import Array
 from ..contracts.scheme import Scheme, State
 from ..forms import Problem
 from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
@@ -31,15 +32,11 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     """
     steps = min(paths, STEPS)
     h, last = view.horizon / steps, np.arange(paths) * steps // paths
-    state, stepper = scheme.start(view, paths, h), scheme.prepare(view, h)
-    recall = view.recall(h, paths)
-    for n in range(last[-1]):
-        noise = scheme.law.increment(level_noise(view, paths, h, n), h)
-        new = stepper(freeze(state), n * h, noise if recall is None else recall.add_past(noise)).state
-        state = _choose(last > n, new, state)
-        if recall is not None:
-            recall.push(scheme.parts(view, state)["x"])
-    return freeze(state)
+    noises = [scheme.law.increment(level_noise(view, paths, h, n), h) for n in range(last[-1] + 1)]
+    stops = [stop.state for stop in stops_along(scheme, view, h, noises)]
+    if not isinstance(stops[0], tuple):
+        return freeze(_stop(stops, last))
+    return freeze(type(stops[0])(*(_stop(part, last) for part in zip(*stops, strict=True))))
 
 
 class Stop(NamedTuple):
@@ -94,7 +91,6 @@ def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
     return next(next(noise.pieces())).noise.increment(0)
 
 
-def _choose(mask: np.ndarray[Any, np.dtype[np.bool_]], new: State, old: State) -> State:
-    if not isinstance(new, tuple):
-        return np.where(mask, new, old)
-    return type(new)(*(np.where(mask, a, b) for a, b in zip(new, old, strict=True)))
+def _stop(stops: Sequence[Array], last: Array) -> Array:
+    # Of each path the state after its last step.
+    return np.stack([stops[n][..., path] for path, n in enumerate(last)], axis=-1)

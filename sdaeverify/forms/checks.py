@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from ..numerics.derivatives import matches_differences
+from ..numerics.derivatives import is_analytic, matches_differences
 from ..numerics.linalg import apply
 from .problem import Problem
 
@@ -49,6 +49,57 @@ def largest_component(values: Array) -> str:
     """Return in words the component of a vector (n,) that is largest, and how large it is."""
     worst = int(np.argmax(np.where(np.isnan(values), np.inf, np.abs(values))))
     return f"{values[worst]:.3g} in component {worst + 1} of {len(values)}"
+
+
+def check_not_negative(problem: Problem, *names: str) -> None:
+    """Check that some of a problem's numbers are finite and not negative.
+
+    Raises
+    ------
+    ProblemError
+    """
+    for name in names:
+        if not 0.0 <= (value := getattr(problem, name)) < np.inf:
+            raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+
+
+def check_analytic(name: str, f: Callable[[Array], Array], x: Array, instead: str) -> None:
+    """Check that a function can be differentiated by complex step at x.
+
+    Parameters
+    ----------
+    name : str
+        What the message calls the function.
+    f : callable, x -> ndarray
+    x : ndarray, shape (d, P)
+    instead : str
+        End of the message: what its author can give instead.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if not is_analytic(f, x):
+        raise ProblemError(f"{name} is not analytic (abs, real buffers?){instead}")
+
+
+def check_vanishes(text: str, name: str, value: Array, scale: ArrayLike) -> None:
+    """Check that a constraint holds at the start but for rounding.
+
+    Parameters
+    ----------
+    text, name : str
+        Begin of the message, and what it calls the constraint.
+    value : ndarray, shape (m, P)
+    scale : ndarray, shape (P,)
+        Size of the terms that cancel in it.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if np.abs(value).max() > CONSISTENCY * max(1.0, np.max(scale)):
+        raise ProblemError(f"{text} {name} = 0: {name} is {largest_component(value[:, 0])}")
 
 
 def columns(x: Array, paths: int = PROBES) -> Array:
@@ -136,8 +187,8 @@ def wave(shape: tuple[int, ...]) -> Array:
     return numbers.reshape(shape)
 
 
-def check_observables(problem: Problem, initial: Parts) -> None:
-    """Check that a problem's observables are finite numbers a path, of components that it has.
+def check_known(problem: Problem, initial: Parts) -> None:
+    """Check a problem's observables, and that its pathwise truth starts where the problem does.
 
     Parameters
     ----------
@@ -148,8 +199,14 @@ def check_observables(problem: Problem, initial: Parts) -> None:
     Raises
     ------
     ProblemError
-        If one asks for another component, returns another shape, or is not finite. Views may lack components.
+        If an observable asks for another component, returns another shape, or is not finite, where views may lack
+        components; or if the truth knows none of them, or one of another shape or with another initial value.
     """
+    _check_observables(problem, initial)
+    _check_truth(problem, initial)
+
+
+def _check_observables(problem: Problem, initial: Parts) -> None:
     for name, observable in ({} if problem.seen_as else problem.observables).items():
         try:
             value = np.asarray(observable(0.0, initial))
@@ -165,20 +222,7 @@ def check_observables(problem: Problem, initial: Parts) -> None:
             raise ProblemError(f"observable {name!r} is {value[0]} at the initial state")
 
 
-def check_truth(problem: Problem, initial: Parts) -> None:
-    """Check that a problem's pathwise truth starts where the problem does.
-
-    Parameters
-    ----------
-    problem : Problem
-    initial : mapping of str to ndarray, shape (n, P)
-        Named components of the initial state on `PROBES` paths.
-
-    Raises
-    ------
-    ProblemError
-        If the truth knows none of the components, or one of another shape or with another initial value.
-    """
+def _check_truth(problem: Problem, initial: Parts) -> None:
     if problem.pathwise is None:
         return
     known = problem.pathwise.parts(0.0, problem.pathwise.start(PROBES))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from inspect import Signature, signature
 from typing import Any, NamedTuple, TypeVar
 
@@ -141,6 +142,14 @@ class Problem:
     def view(self, form: "type[Problem]") -> "Problem | None":
         """Return this problem as one of another form, or None where it has no such view."""
         return self if isinstance(self, form) else None
+
+    # Made once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _sde(self) -> Any:
+        return self._make_sde()
+
+    def _make_sde(self) -> Any:
+        """Return the SDE that a form without one of its own is seen as."""
 
     def capability(self, kind: type[K]) -> K | None:
         """Return what the problem offers of a kind, or None; `why_not` says why not.

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -56,43 +56,6 @@ class Check:
     def question(self) -> str:
         """What it asks, in one line."""
         return (self.function.__doc__ or "").strip().partition("\n")[0]
-
-
-@dataclass(frozen=True)
-class CheckOutcome:
-    """What a check came to on one subject; `row` is the same as a dict that JSON can hold.
-
-    Attributes
-    ----------
-    subject : str
-        Label of the scheme or problem.
-    kind : str
-        ``scheme`` or ``problem``.
-    check, category : str
-    level : int
-        Level of the kit that the check came with.
-    problem : str
-        For a scheme, on which problem; empty if on none.
-    status : CheckStatus
-    reason : str
-        What is wrong, why it was skipped, or why the failure was expected.
-    seconds : float
-    """
-
-    subject: str
-    kind: str
-    check: str
-    category: str
-    level: int
-    problem: str
-    status: CheckStatus
-    reason: str = ""
-    seconds: float = 0.0
-
-    @property
-    def row(self) -> dict[str, object]:
-        """The fields as plain values."""
-        return {**asdict(self), "status": self.status.value}
 
 
 def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:

@@ -80,8 +80,16 @@ class ClaimRun:
         command = command_of(outcome, self.settings) if named else ""
         return message(outcome, self.settings, command)
 
-    def check(self, cell: Cell) -> None:
-        """Raise what became of a cell: nothing if all its claims are verified.
+
+@dataclass(frozen=True)
+class ClaimCheck:
+    """The check of one claimed cell, as a parameter of a test."""
+
+    run: ClaimRun
+    cell: Cell
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Raise what became of the cell: nothing if all its claims are verified.
 
         Raises
         ------
@@ -92,24 +100,10 @@ class ClaimRun:
             If one is undecided, or fails as expected.
         """
         __tracebackhide__ = True
-        found = self.outcomes(cell)
-        red = [outcome for outcome in found if is_red(outcome, self.policy)]
-        if red:
-            raise ClaimError("\n".join(map(self.words, red)))
+        found = self.run.outcomes(self.cell)
+        if red := [outcome for outcome in found if is_red(outcome, self.run.policy)]:
+            raise ClaimError("\n".join(map(self.run.words, red)))
         _skip_or_xfail(found)
-
-
-@dataclass(frozen=True)
-class ClaimCheck:
-    """The check of one claimed cell, as a parameter of a test."""
-
-    run: ClaimRun
-    cell: Cell
-
-    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
-        """Raise what became of the cell; see `ClaimRun.check`."""
-        __tracebackhide__ = True
-        self.run.check(self.cell)
 
     def __repr__(self) -> str:
         return visible(f"{self.cell.measure.name} on {self.cell.spec.label}")

@@ -17,7 +17,7 @@ from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem
 from ..gate.expected import FailingCheck, read_expected, require_matches
 from ..report.plain import visible
-from .check import LEVEL, Check, CheckOutcome, CheckStatus, run_check
+from .check import LEVEL, Check, CheckStatus, run_check
 from .checks.declarations import check_usable
 from .checks.problem_declarations import check_builds
 from .checks.problem_declarations import check_usable as check_function
@@ -25,6 +25,7 @@ from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, load_pl
 from .table import checks
 
 Expected = FailingCheck | Mapping[str, Any]
+Row = dict[str, object]
 
 # What a problem is asked even if it cannot be built.
 FIRST = ("declaration", "builds", "docstring")
@@ -33,7 +34,7 @@ NEWER = "the check came with level {since} of the kit, and level {level} is aske
 
 @dataclass(frozen=True)
 class Question:
-    """A check that is put to a subject.
+    """A check that is put to a subject; as a parameter of a test it is called with that subject.
 
     Attributes
     ----------
@@ -65,8 +66,8 @@ class Question:
         """Return the first expected failure that the question matches, or None."""
         return next((one for one in expected if one.matches(**self.names)), None)
 
-    def answer(self, expected: Iterable[FailingCheck]) -> CheckOutcome:
-        """Ask, and compare with the failures that are expected."""
+    def answer(self, expected: Iterable[FailingCheck] = ()) -> Row:
+        """Ask, and compare with the failures that are expected: a row of `check_scheme`."""
         unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
         status, reason, seconds = unasked if self.skipped else run_check(self.check, self.subject)
         one = self.expectation(expected)
@@ -74,10 +75,31 @@ class Question:
             status, reason = CheckStatus.XFAILED, f"{one.reason}: {reason}"
         elif one and one.strict and status is CheckStatus.PASSED:
             status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {one.reason}"
-        check = self.check
-        return CheckOutcome(
-            self.label, self.kind, check.name, check.category, check.since, self.problem, status, reason, seconds
-        )
+        return {
+            "subject": self.label,
+            "kind": self.kind,
+            "check": self.check.name,
+            "category": self.check.category,
+            "level": self.check.since,
+            "problem": self.problem,
+            "status": status.value,
+            "reason": reason,
+            "seconds": seconds,
+        }
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Raise AssertionError with the reason if the check fails, or skip the test."""
+        import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+        row = self.answer()
+        if row["status"] == CheckStatus.SKIPPED:
+            pytest.skip(visible(str(row["reason"])))
+        if row["status"] == CheckStatus.FAILED:
+            where = f"{self.label} on {self.problem}" if self.problem else self.label
+            raise AssertionError(visible(f"{where} fails {self.check.name}: {row['reason']}"))
+
+    def __repr__(self) -> str:
+        return self.check.name
 
 
 def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: int | None) -> list[Question]:
@@ -127,17 +149,9 @@ def _unbuilt(subject: ProblemSubject) -> str:
         return one_line(error)
 
 
-def answers(questions: list[Question], given: Iterable[Expected] | None) -> Iterator[CheckOutcome]:
-    """Yield what becomes of each question.
-
-    Raises
-    ------
-    UsageError
-        If a failure is expected of a check that is not asked, or without a reason.
-    """
+def _answers(questions: list[Question], given: Iterable[Expected] | None) -> list[Row]:
     expected = _read(given, questions)
-    for question in questions:
-        yield question.answer(expected)
+    return [question.answer(expected) for question in questions]
 
 
 def _read(given: Iterable[Expected] | None, questions: Iterable[Question]) -> tuple[FailingCheck, ...]:
@@ -159,7 +173,7 @@ def check_scheme(
     *,
     level: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
-) -> list[dict[str, object]]:
+) -> list[Row]:
     """Put a scheme to every check of the kit.
 
     Parameters
@@ -189,7 +203,7 @@ def check_scheme(
     """
     registry = load_plugins()
     questions = scheme_questions(SchemeSubject(scheme_of(scheme, registry), registry), problems, level)
-    return [outcome.row for outcome in answers(questions, expected_failures)]
+    return _answers(questions, expected_failures)
 
 
 def check_problem(
@@ -197,7 +211,7 @@ def check_problem(
     *,
     level: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
-) -> list[dict[str, object]]:
+) -> list[Row]:
     """Put a problem to every check of the kit.
 
     Parameters
@@ -221,34 +235,13 @@ def check_problem(
     """
     registry = load_plugins()
     questions = problem_questions(ProblemSubject(problem_of(problem, registry), registry), level)
-    return [outcome.row for outcome in answers(questions, expected_failures)]
+    return _answers(questions, expected_failures)
 
 
 if TYPE_CHECKING:
     import pytest
 
 Subject = str | Scheme | ProblemSpec | Callable[..., Problem]
-
-
-@dataclass(frozen=True)
-class BoundCheck:
-    """A check of a test's subject: calling it raises AssertionError with the reason, or skips the test."""
-
-    question: Question
-
-    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
-        """Ask the question that this is bound to."""
-        import pytest  # noqa: PLC0415 - the kit itself needs no pytest
-
-        outcome = self.question.answer({})
-        if outcome.status is CheckStatus.SKIPPED:
-            pytest.skip(visible(outcome.reason))
-        if outcome.status is CheckStatus.FAILED:
-            where = f"{outcome.subject} on {outcome.problem}" if outcome.problem else outcome.subject
-            raise AssertionError(visible(f"{where} fails {outcome.check}: {outcome.reason}"))
-
-    def __repr__(self) -> str:
-        return self.question.check.name
 
 
 def parametrize_with_checks(
@@ -311,4 +304,4 @@ def _parameters(subject: Any, question: Question, expected: Iterable[FailingChec
     marks = [pytest.mark.xfail(reason=visible(one.reason), raises=AssertionError, strict=strict)] if one else []
     where = f"{question.label}-{question.check.name}"
     name = f"{where}-on-{question.problem}" if question.problem else where
-    return pytest.param(subject, BoundCheck(question), id=visible(name), marks=marks)
+    return pytest.param(subject, question, id=visible(name), marks=marks)

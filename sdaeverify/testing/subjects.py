@@ -246,7 +246,7 @@ class ProblemSubject:
         states = cloud(view, self.equation)[:, -PATHS:]
         return np.asarray(states + MOVED * (1.0 + norm(states)) * directions(states, 1)[0])
 
-    @cached_property
+    @property
     def B(self) -> Array:
         """The diffusion matrix at these states, shape (d, l, 12)."""
         shape = (len(self.x), self.equation.noise_dim, PATHS)

@@ -1,6 +1,6 @@
 """What the conformance tests are run over: the registry, crossed by the rule the program itself uses."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
@@ -47,6 +47,8 @@ SHORTER = {
 }
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
+# So many schemes are put to each problem by the fast tests: a default run tries the contract on every cell.
+TURNS = 2
 # What takes seconds: controls everywhere, and these on long problems.
 LONG = frozenset({"solution-simulated", "moments-simulated", "moments-settle"})
 LATE = frozenset({"delay-ou"})
@@ -109,13 +111,15 @@ def cells(registry: Registry) -> Iterator[Cell]:
 
 
 def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
-    """Yield the cells of one variant of each scheme a problem, the variants taking turns, or all the others."""
-    met: Counter[str] = Counter()
+    """Yield the cells of the fast tests, those variants on each problem that had the fewest turns, or all others."""
+    turns: Counter[str] = Counter()
+    on_problems: dict[str, list[Cell]] = defaultdict(list)
     for cell in cells(registry):
-        variants = registry.schemes[cell.scheme.name].variants
-        turn, met[cell.scheme.label] = met[cell.scheme.label] % len(variants), met[cell.scheme.label] + 1
-        if (variants[turn] is cell.scheme) is chosen:
-            yield cell
+        on_problems[cell.label.partition(" on ")[2]].append(cell)
+    for found in on_problems.values():
+        found.sort(key=lambda cell: turns[cell.scheme.label])
+        turns.update(cell.scheme.label for cell in found[:TURNS])
+        yield from found[:TURNS] if chosen else found[TURNS:]
 
 
 def breaches(registry: Registry) -> list[Planted]:
@@ -132,9 +136,10 @@ class Inquiry(NamedTuple):
     questions: list[Question]
 
 
-def asked_of_schemes(registry: Registry) -> Iterator[Inquiry]:
-    """Yield what every scheme is asked once."""
-    once = [check for check in checks("scheme") if not check.each_problem]
+def asked_of_schemes(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
+    """Yield what every scheme is asked once: whether its claims are tested, for which cells are run, or the rest."""
+    every = [check for check in checks("scheme") if not check.each_problem]
+    once = [check for check in every if (check.name == "claims-tested") is long]
     for scheme in schemes(registry):
         subject = SchemeSubject(scheme, registry)
         yield Inquiry(scheme.label, [Question(check, scheme.label, "scheme", "", subject) for check in once])

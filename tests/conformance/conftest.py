@@ -9,7 +9,8 @@ from facade import Registry, load_registry
 
 COLLECTIONS = {
     "planted": cells.breaches,
-    "asked_of_scheme": cells.asked_of_schemes,
+    "asked_of_scheme": partial(cells.asked_of_schemes, long=False),
+    "asked_about_claims": partial(cells.asked_of_schemes, long=True),
     "asked_of_cell": partial(cells.asked_of_cells, chosen=True),
     "asked_of_another_cell": partial(cells.asked_of_cells, chosen=False),
     "asked_of_problem": partial(cells.asked_of_problems, long=False),

@@ -8,7 +8,6 @@ import pytest
 
 from facade import (
     ExplicitProjectionEuler,
-    LaggedAlgebraicTheta,
     StochasticTheta,
     departure,
     double_well,
@@ -103,7 +102,6 @@ class Unsolved(StochasticTheta):
 
 WRONG = {
     "a drift that is not renewed": (AdamsBashforth(1.3), double_well()),
-    "the same, of a linear equation": (AdamsBashforth(1.3), gbm()),
     "a counter": (Tired(), double_well()),
     "an algebraic component": (Unsolved(), gbm_algebraic()),
 }
@@ -113,8 +111,6 @@ RIGHT = {
     "an increment": (HalfIncrements(), double_well()),
     "a counter that does nothing": (Tired(10**6), gbm()),
     "an algebraic component": (StochasticTheta(), gbm_algebraic()),
-    "an old algebraic component": (LaggedAlgebraicTheta(), gbm_algebraic()),
-    "projections now and then": (ExplicitProjectionEuler(skip=3), pendulum()),
     "projections that are rarer than a part of the run": (ExplicitProjectionEuler(skip=20), pendulum()),
 }
 

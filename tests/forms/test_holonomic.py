@@ -6,7 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, HolonomicSDAE, HolonomicState, Moment, ProblemError
+from forms.refusing import refusal
+from sdaeverify import SDE, DenseJacobian, HolonomicSDAE, ProblemError
 
 EPS = np.finfo(float).eps
 MASS = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 3.0]])
@@ -31,11 +32,6 @@ def jacobian(r):
     """Return Dg, shape (2, 3, P)."""
     one = np.ones_like(r[0])
     return np.stack([np.stack([2.0 * r[0], 2.0 * r[1], np.exp(r[2])]), np.stack([np.cos(r[0]), -one, 0.0 * one])])
-
-
-def curvature(r, y, z):
-    """Return D^2 g(y, z), shape (2, P)."""
-    return np.stack([2.0 * (y[0] * z[0] + y[1] * z[1]) + np.exp(r[2]) * y[2] * z[2], -np.sin(r[0]) * y[0] * z[0]])
 
 
 X0 = 0.4
@@ -67,15 +63,7 @@ def real_buffer_jacobian(r):
 
 
 REFUSED = [
-    ({"horizon": 0.0}, "horizon must be a positive time, got 0.0"),
-    ({"noise_dim": 0}, "noise_dim must be a whole number of at least 1, got 0"),
-    ({"traits": {"stiff"}}, "unknown traits ['stiff']; known are"),
-    (
-        {"truths": (Moment(observable="H", value=lambda t: 0.0, source=""),), "observables": {"E": None}},
-        "a truth is about observable 'H'; known are ['E']",
-    ),
     ({"position": [0.0, np.inf, 0.0]}, "position must be a vector of finite numbers, got [0.0, inf, 0.0]"),
-    ({"velocity": 1.0}, "velocity must be a vector of finite numbers, got 1.0"),
     ({"velocity": [1.0, 0.0]}, "velocity has 2 components, position has 3"),
     ({"constraint": lambda r: 1.0 * r}, "constraint(r) has 3 components, expected between 1 and 2"),
     ({"constraint": lambda r: r[:0]}, "constraint(r) has 0 components, expected between 1 and 2"),
@@ -91,7 +79,7 @@ REFUSED = [
     ({"noise_dim": 2}, "diffusion(t, r, v) returned shape (3, 3, 1), expected (3, 2, 3)"),
     ({"jacobian": lambda r: jacobian(r)[0]}, "jacobian(r) returned shape (3, 3), expected (2, 3, 3)"),
     (
-        {"curvature": lambda r, y, z: curvature(r, y, z)[0]},
+        {"curvature": lambda r, y, z: y[0]},
         "curvature(r, y, z) returned shape (3,), expected (2, 3)",
     ),
     (
@@ -117,20 +105,19 @@ REFUSED = [
         "mass must be positive definite beyond rounding, its eigenvalues are [-1.0",
     ),
     ({"mass": np.ones((3, 3))}, "mass must be positive definite beyond rounding, its eigenvalues are"),
-    ({"mass": np.zeros((3, 3))}, "mass must be positive definite beyond rounding, its eigenvalues are"),
     ({"constraint_bound": 0.5}, "constraint_bound C_g must be finite and at least 1, got 0.5"),
-    ({"constraint_bound": np.nan}, "constraint_bound C_g must be finite and at least 1, got nan"),
     ({"constraint_bound": np.inf}, "constraint_bound C_g must be finite and at least 1, got inf"),
+    ({"diffusion_product": lambda t, r, v, w: 1.1 * w}, "diffusion_product disagrees"),
+    ({"diffusion_product": lambda t, r, v, w: w[:1]}, "diffusion_product returned shape"),
+    ({"linearisation": lambda r: DenseJacobian(1.1 * jacobian(r))}, "disagrees with the derivative"),
+    ({"linearisation": lambda r: DenseJacobian(jacobian(r)), "mass": MASS}, "without mass matrix"),
 ]
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
 def test_contradictory_problems_are_refused_in_one_line(changes, message):
     """The message says what was expected and what was given."""
-    with pytest.raises(ProblemError) as caught:
-        make(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert message in refusal(make, **changes)
 
 
 def test_inconsistent_initial_data_are_shown():
@@ -148,36 +135,6 @@ def test_a_mass_matrix_symmetric_up_to_rounding_is_accepted():
     Q, _ = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [-1.0, 1.0, 3.0], [0.3, 0.1, 1.0]]))
     M = Q @ np.diag([1.0, 1.0, 1.0 + 1e-13]) @ Q.T
     assert make(mass=M).dimension == 3
-
-
-def test_the_initial_state_is_consistent_with_zero_multiplier():
-    """Position and velocity are repeated on every path, mu is 0."""
-    state = make().initial(4)
-    assert isinstance(state, HolonomicState)
-    assert np.array_equal(state.r, np.repeat(POSITION[:, None], 4, axis=1))
-    assert np.array_equal(state.v, np.repeat(VELOCITY[:, None], 4, axis=1))
-    assert np.array_equal(state.mu, np.zeros((2, 4)))
-
-
-def test_fallback_jacobian_agrees_with_the_given_one():
-    """Dg by complex step is exact to a few roundings."""
-    given = make(jacobian=jacobian).dg(R)
-    assert np.array_equal(given, jacobian(R))
-    assert (np.abs(make().dg(R) - given) <= 8 * EPS * (1.0 + np.abs(given))).all()
-
-
-def test_curvature_from_a_given_jacobian_is_exact():
-    """With Dg one complex step is enough for D^2 g, exact to a few roundings."""
-    given = make(jacobian=jacobian, curvature=curvature).d2g(R, Y, Z)
-    assert np.array_equal(given, curvature(R, Y, Z))
-    size = np.abs(Y).max(axis=0) * np.abs(Z).max(axis=0)
-    assert (np.abs(make(jacobian=jacobian).d2g(R, Y, Z) - given) <= 64 * EPS * size).all()
-
-
-def test_curvature_from_the_constraint_alone_is_close():
-    """Without Dg the error is that of `second_directional`: eps/s and s^4, times the directions."""
-    size = np.abs(Y).max(axis=0) * np.abs(Z).max(axis=0)
-    assert (np.abs(make().d2g(R, Y, Z) - curvature(R, Y, Z)) <= 5e-11 * size).all()
 
 
 def test_inverse_mass_undoes_the_mass():

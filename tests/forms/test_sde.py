@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from forms.refusing import refusal
 from sdaeverify import SDE, HolonomicSDAE, Moment, Pathwise, ProblemError, SchemeError
 
 EPS = np.finfo(float).eps
@@ -19,17 +20,6 @@ def diffusion(t, x):
     return np.stack([np.stack([x[0] * x[1], zero]), np.stack([np.sin(x[0]), np.exp(x[1])])])
 
 
-def derivative(t, x, y):
-    """Return DB(x) y of `diffusion`."""
-    zero = 0.0 * x[0]
-    return np.stack(
-        [
-            np.stack([x[0] * y[1] + y[0] * x[1], zero]),
-            np.stack([np.cos(x[0]) * y[0], np.exp(x[1]) * y[1]]),
-        ]
-    )
-
-
 def make(**changes):
     """Return a valid problem with some of its arguments changed."""
     valid = {"drift": drift, "diffusion": diffusion, "start": [0.5, -0.3], "horizon": 1.0, "noise_dim": 2}
@@ -41,28 +31,42 @@ def moment(observable):
     return Moment(observable=observable, value=lambda t: 1.0, source="made up")
 
 
+def ellipse(x):
+    """Return x_1^2/4 + x_2^2 - 1, shape (1, P)."""
+    return (0.25 * x[0] ** 2 + x[1] ** 2 - 1.0)[None]
+
+
+def on_the_ellipse(**changes):
+    """Return a problem that starts on the ellipse and claims to stay there."""
+    return make(**{"constraint": ellipse, "start": [1.2, 0.8], **changes})
+
+
+def uneven(t, x):
+    """Return a full diffusion matrix that depends on the state."""
+    return (1.0 + x[0]) * np.ones((2, 2, 1))
+
+
+def known(parts):
+    """Return a solution on a path of these components."""
+    return Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
+
+
 REFUSED = [
     ({"horizon": 0.0}, "horizon must be a positive time, got 0.0"),
-    ({"horizon": -1.0}, "horizon must be a positive time, got -1.0"),
-    ({"horizon": np.nan}, "horizon must be a positive time, got nan"),
     ({"horizon": np.inf}, "horizon must be a positive time, got inf"),
     ({"noise_dim": 0}, "noise_dim must be a whole number of at least 1, got 0"),
     ({"noise_dim": 2.0}, "noise_dim must be a whole number of at least 1, got 2.0"),
     ({"traits": {"white-noise"}}, "unknown traits ['white-noise']; known are ['additive-noise',"),
     ({"truths": (moment("energy"),)}, "a truth is about observable 'energy'; known are []"),
     ({"start": [[0.5, -0.3]]}, "start must be a vector of finite numbers, got [[0.5, -0.3]]"),
-    ({"start": np.eye(2)}, "start must be a vector of finite numbers, got array([[1., 0.], [0., 1.]])"),
     ({"start": []}, "start must be a vector of finite numbers, got []"),
     ({"start": [0.5, np.nan]}, "start must be a vector of finite numbers, got [0.5, nan]"),
-    ({"start": ["a", "b"]}, "start must be a vector of finite numbers, got ['a', 'b']"),
     ({"start": [0.5, 1j]}, "start must be a vector of finite numbers, got [0.5, 1j]"),
-    ({"start": [[0.5], [1.0, 2.0]]}, "start must be a vector of finite numbers, got [[0.5], [1.0, 2.0]]"),
     ({"drift": lambda t, x: x.T}, "drift(t, x) returned shape (3, 2), expected (2, 3) for 3 paths (paths last)"),
     ({"drift": lambda t, x: [x[0], 1.0]}, "drift(t, x) returned list, expected an array of real numbers"),
     ({"drift": lambda t, x: x + 0j}, "drift(t, x) returned an array of complex128, expected an array of real"),
     ({"drift": lambda t, x: x + np.inf}, "drift(t, x) is not finite at the initial state: [inf, inf]"),
     ({"diffusion": lambda t, x: x}, "diffusion(t, x) returned shape (2, 3), expected (2, 2, 3)"),
-    ({"diffusion": lambda t, x: None}, "diffusion(t, x) returned NoneType, expected an array of real numbers"),
     ({"noise_dim": 1}, "diffusion(t, x) returned shape (2, 2, 3), expected (2, 1, 3)"),
     (
         {"drift_derivative": lambda t, x: x},
@@ -72,27 +76,37 @@ REFUSED = [
         {"diffusion_derivative": lambda t, x, y: x},
         "diffusion_derivative(t, x, y) returned shape (2, 3), expected (2, 2, 3)",
     ),
+    (
+        {"diffusion_derivative": lambda t, x, y: np.full((2, 2, x.shape[-1]), 7.0)},
+        "diffusion_derivative disagrees with a difference quotient",
+    ),
+    ({"diffusion_product": lambda t, x, w: x + w}, "diffusion_product disagrees"),
     ({"names": {"x": slice(2, 3)}}, "names['x'] must be a slice of the 2 components, got slice(2, 3, None)"),
     ({"names": {"x": 0}}, "names['x'] must be a slice of the 2 components, got 0"),
+    ({"observables": {"phi": lambda t, s: s["y"][0]}}, "'phi' asks for 'y'; the problem's components are x"),
+    ({"observables": {"phi": lambda t, s: s["x"]}}, "'phi' returned shape (2, 3), expected (3,)"),
+    ({"truths": (known(lambda t, z: {"y": z}),)}, "the truth knows ['y'], the problem's components are ['x']"),
+    ({"truths": (known(lambda t, z: {"x": z[:1]}),)}, "paths last"),
+    ({"truths": (known(lambda t, z: {"x": z + 1.0}),)}, "the truth starts with x at"),
+    ({"traits": {"additive-noise"}, "diffusion": uneven}, "trait additive-noise: the diffusion"),
+    ({"traits": {"diagonal-noise"}, "diffusion": uneven}, "trait diagonal-noise: the diffusion"),
+    ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
 ]
+OFF_THE_ELLIPSE = [
+    ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
+    ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
+    ({"jacobian": lambda x: x}, "jacobian(x) returned shape (2, 3), expected (1, 2, 3)"),
+    ({"jacobian": lambda x: x[None]}, "jacobian disagrees with a difference quotient"),
+    ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
+    ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
+]
+REFUSED += [({"constraint": ellipse, "start": [1.2, 0.8], **changes}, text) for changes, text in OFF_THE_ELLIPSE]
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
 def test_contradictory_problems_are_refused_in_one_line(changes, message):
     """The message says what was expected and what was given."""
-    with pytest.raises(ProblemError) as caught:
-        make(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_complex_step_agrees_with_the_given_derivative():
-    """DB(x) y by complex step is exact to a few roundings."""
-    x = np.array([[0.3, -1.0, 2.0], [0.5, 0.1, -0.7]])
-    y = np.array([[1.0, 0.5, -2.0], [-1.0, 3.0, 0.2]])
-    by_step = make().derivative_of_diffusion(0.0, x, y)
-    given = make(diffusion_derivative=derivative).derivative_of_diffusion(0.0, x, y)
-    assert (np.abs(by_step - given) <= 8 * EPS * (1.0 + np.abs(given))).all()
+    assert message in refusal(make, **changes)
 
 
 def test_a_given_derivative_is_used():
@@ -104,12 +118,6 @@ def test_a_given_derivative_is_used():
     )
     x = np.full((2, 4), -3.0)
     assert (kinked.derivative_of_diffusion(0.0, x, np.ones((2, 4))) == -1.0).all()
-
-
-def test_a_wrong_derivative_is_refused():
-    """An author's derivative has to agree with differences."""
-    with pytest.raises(ProblemError, match="diffusion_derivative disagrees with a difference quotient"):
-        make(diffusion_derivative=lambda t, x, y: np.full((2, 2, x.shape[-1]), 7.0))
 
 
 def absolute(t, x):
@@ -147,26 +155,6 @@ def test_components_have_names():
 CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
 
 
-@pytest.mark.parametrize("trait", ["additive-noise", "diagonal-noise"])
-def test_traits_that_are_not_there_are_refused(trait):
-    """A claim would be tested, and refuted, where it was never made."""
-    with pytest.raises(ProblemError, match=f"trait {trait}: the diffusion"):
-        make(traits={trait}, diffusion=lambda t, x: (1.0 + x[0]) * np.ones((2, 2, 1)))
-
-
-@pytest.mark.parametrize(
-    ("observable", "words"),
-    [
-        (lambda t, s: s["y"][0], "observable 'phi' asks for 'y'; the problem's components are x"),
-        (lambda t, s: s["x"], r"observable 'phi' returned shape \(2, 3\), expected \(3,\)"),
-    ],
-)
-def test_observables_that_cannot_be_evaluated_are_refused(observable, words):
-    """A misspelt component, or a value that is no number a path, is told when the problem is built."""
-    with pytest.raises(ProblemError, match=words):
-        make(observables={"phi": observable})
-
-
 @pytest.mark.parametrize(
     ("changes", "traits"),
     [
@@ -200,35 +188,10 @@ def test_the_pathwise_truth_is_found_among_the_truths():
     assert make().pathwise is None
 
 
-@pytest.mark.parametrize(
-    ("parts", "words"),
-    [
-        (lambda t, z: {"y": z}, r"the truth knows \['y'\], the problem's components are \['x'\]"),
-        (lambda t, z: {"x": z[:1]}, "paths last"),
-        (lambda t, z: {"x": z + 1.0}, "the truth starts with x at"),
-    ],
-)
-def test_a_truth_that_is_not_that_of_the_problem_is_refused(parts, words):
-    """A truth knows a component of the problem, in its shape, and starts where it does."""
-    path = Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
-    with pytest.raises(ProblemError, match=words):
-        make(truths=(path,))
-
-
 def test_a_state_with_further_memory_is_not_split():
     """A bare array of another length is no state of the problem."""
     with pytest.raises(SchemeError, match="further memory"):
         make().parts(np.ones((3, 4)))
-
-
-def ellipse(x):
-    """Return x_1^2/4 + x_2^2 - 1, shape (1, P)."""
-    return (0.25 * x[0] ** 2 + x[1] ** 2 - 1.0)[None]
-
-
-def on_the_ellipse(**changes):
-    """Return a problem that starts on the ellipse and claims to stay there."""
-    return make(**{"constraint": ellipse, "start": [1.2, 0.8], **changes})
 
 
 def test_a_constraint_is_a_residual():
@@ -239,12 +202,6 @@ def test_a_constraint_is_a_residual():
     assert np.abs(value - [[0.0, 1.0]]).max() <= 8 * EPS
     expected = np.hypot(0.5 * x[0], 2.0 * x[1]) * np.hypot(*x)
     assert np.abs(scale - expected).max() <= 16 * EPS * expected.max()
-
-
-def test_the_jacobian_of_the_constraint_is_its_derivative():
-    """Dg is (x_1/2, 2 x_2) on every path, to rounding."""
-    x = np.array([[1.2, -3.0, 0.1], [0.8, 0.5, 2.0]])
-    assert np.abs(on_the_ellipse().dg(x) - np.stack([0.5 * x[0], 2.0 * x[1]])[None]).max() <= 8 * EPS
 
 
 def test_a_jacobian_that_is_given_makes_up_for_a_constraint_that_is_not_analytic():
@@ -263,26 +220,6 @@ def test_admissible_states_are_on_the_manifold_and_near():
     assert np.abs(ellipse(problem.admissible(1.1 * x))).max() <= 8 * EPS
     assert np.abs(problem.admissible(1.1 * x) - x).max() <= 0.5
     assert np.abs(problem.admissible(x) - x).max() <= 8 * EPS
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
-        ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
-        ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
-        ({"jacobian": lambda x: x}, "jacobian(x) returned shape (2, 3), expected (1, 2, 3)"),
-        ({"jacobian": lambda x: x[None]}, "jacobian disagrees with a difference quotient"),
-        ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
-        ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
-    ],
-)
-def test_impossible_constraints_are_refused_in_one_line(changes, message):
-    """A constraint is an analytic function of shape (m, P) that vanishes at the start."""
-    with pytest.raises(ProblemError) as caught:
-        on_the_ellipse(**changes)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_drift_derivative_is_the_author_s_or_taken_by_complex_step():

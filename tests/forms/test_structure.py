@@ -6,7 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import HolonomicSDAE, ProblemError, Structure
+from forms.refusing import refusal
+from sdaeverify import HolonomicSDAE, Structure
 from sdaeverify.forms.mechanics.structure import Unstructured
 from sdaeverify.numerics import BlockBanded
 
@@ -192,8 +193,4 @@ REFUSED = [
 @pytest.mark.parametrize(("changes", "message"), REFUSED, ids=lambda x: x if isinstance(x, str) else "")
 def test_wrong_structures_are_refused(changes, message):
     """One line says what does not fit."""
-    with pytest.raises(ProblemError) as error:
-        make(**changes())
-
-    assert message in str(error.value)
-    assert "\n" not in str(error.value)
+    assert message in refusal(lambda: make(**changes()))

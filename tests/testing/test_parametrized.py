@@ -6,7 +6,7 @@ import pytest
 
 import sdaeverify.testing
 from sdaeverify import UsageError
-from sdaeverify.testing import check_problem, checks, parametrize_with_checks
+from sdaeverify.testing import checks, parametrize_with_checks
 
 FILE = """
 from dataclasses import dataclass
@@ -67,22 +67,13 @@ def test_what_has_nothing_to_ask_is_skipped():
         check("gbm")
 
 
-def test_a_misspelt_expected_failure_is_an_error():
-    """A reason for a check that there is not is refused when the tests are collected."""
-    with pytest.raises(UsageError, match=r"check=sauce matches no check; did you mean source\?"):
-        parametrize_with_checks(["gbm"], expected_failures=[{"check": "sauce", "reason": "hm"}])
-
-
 @pytest.mark.parametrize("expected", [["finite"], "finite", 5, {5: "five"}, {"finite": "why"}])
-@pytest.mark.parametrize(
-    "asked", [parametrize_with_checks, lambda names, **options: check_problem(*names, **options)]
-)
-def test_expected_failures_that_are_no_mappings(asked, expected):
+def test_expected_failures_that_are_no_mappings(expected):
     """Whatever they are, it is one line that says what is expected."""
     with pytest.raises(
         UsageError, match="expected_failures expects a sequence of mappings, each with a reason, got "
     ):
-        asked(["gbm"], expected_failures=expected)
+        parametrize_with_checks(["gbm"], expected_failures=expected)
 
 
 def test_the_kit_needs_no_pytest():

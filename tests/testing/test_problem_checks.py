@@ -227,9 +227,6 @@ MORE = [
     ("relaxation", changed(ou, relaxation=np.inf), "no relaxation time"),
     ("source", changed(gbm, truths=(Moment(observable="x", value=mean, source=" "),)), "a Moment"),
 ]
-SOUND = ("gbm", "ou", "circle", "pendulum", "gbm-algebraic")
-# The controls of one problem will do: they take seconds.
-PLACES = [(problem, check) for problem in SOUND for check in NAMES if check != "controls" or problem == "gbm"]
 
 
 def test_every_check_of_a_problem_has_a_fault():
@@ -242,17 +239,9 @@ def test_a_fault_is_found_by_its_check(check, problem, text):
     """The check of this fault fails, and says what is wrong in one line."""
     outcome = of_problem(problem, check)
 
-    assert outcome.status == "failed"
-    assert text in outcome.reason
-    assert "\n" not in outcome.reason
-
-
-@pytest.mark.parametrize(("problem", "check"), PLACES)
-def test_the_problems_in_which_faults_are_planted_are_sound(problem, check):
-    """Without fault, every check passes or has nothing to ask."""
-    outcome = of_problem(problem, check)
-
-    assert outcome.status in {"passed", "skipped"}, outcome.reason
+    assert outcome["status"] == "failed"
+    assert text in outcome["reason"]
+    assert "\n" not in outcome["reason"]
 
 
 @pytest.mark.parametrize("eps", [0.0, 0.1])
@@ -261,7 +250,7 @@ def test_langevin_dynamics_in_which_faults_are_planted_are_sound(check, eps):
     """Without fault, the penalised and the constrained dynamics pass."""
     outcome = of_problem(on_the_circle(eps=eps), check)
 
-    assert outcome.status == ("skipped" if eps and check == "constraints-kept" else "passed")
+    assert outcome["status"] == ("skipped" if eps and check == "constraints-kept" else "passed")
 
 
 def stiff_fibre():
@@ -280,8 +269,8 @@ def test_a_stiff_problem_is_asked_where_its_solutions_are(check):
     """An explicit run went to states of size 1e5 and more, where rounding was taken for a fault."""
     outcome = of_problem(stiff_fibre, check)
 
-    assert outcome.status == "passed", outcome.reason
-    assert of_problem(wrongly_bent_fibre, "constraint-curvature").status == "failed"
+    assert outcome["status"] == "passed", outcome["reason"]
+    assert of_problem(wrongly_bent_fibre, "constraint-curvature")["status"] == "failed"
 
 
 def test_a_problem_that_cannot_be_built_is_asked_nothing_else():
@@ -295,4 +284,4 @@ def test_a_problem_that_cannot_be_built_is_asked_nothing_else():
 
 def test_the_mark_of_a_long_problem_is_no_fault():
     """What is put on request passes."""
-    assert of_problem(on_request(named(gbm)), "in-matrix").status == "passed"
+    assert of_problem(on_request(named(gbm)), "in-matrix")["status"] == "passed"

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Claim, Scheme, Step
+from sdaeverify import SDE, THREE_POINT, Claim, Law, Scheme, Step
 from sdaeverify.numerics import apply
 from sdaeverify.testing import check_scheme, checks
 from testing.asking import of_scheme
@@ -101,6 +101,52 @@ class Nowhere(Sound):
     )
 
 
+@dataclass(frozen=True)
+class Clocked(Sound):
+    """A scheme whose instance counts its steps and makes every fourth one longer."""
+
+    def step(self, problem, state, t, h, noise):
+        made = self.__dict__.get("made", 0) + 1
+        object.__setattr__(self, "made", made)
+        return super().step(problem, state, t, h if made % 4 else 1.01 * h, noise)
+
+
+@dataclass(frozen=True)
+class Failing(Sound):
+    """A scheme that fails on some of the paths, and says so."""
+
+    def step(self, problem, state, t, h, noise):
+        failed = np.arange(state.shape[1]) % 2 > 0
+        return Step(np.where(failed, state, super().step(problem, state, t, h, noise).state), failed=failed)
+
+
+@dataclass(frozen=True)
+class Silent(Failing):
+    """A scheme that rejects on some of the paths, and does not say that it jumps."""
+
+    def step(self, problem, state, t, h, noise):
+        return Step(super().step(problem, state, t, h, noise).state)
+
+
+@dataclass(frozen=True)
+class Rejecting(Silent):
+    """The same that says it, or takes no noise."""
+
+    strength: float = 1.0
+
+    jumps: ClassVar[bool] = True
+
+    def step(self, problem, state, t, h, noise):
+        return super().step(problem, state, t, h, noise._replace(dW=self.strength * noise.dW))
+
+
+@dataclass(frozen=True)
+class Bounded(Sound):
+    """A scheme with bounded increments, of which two thirds vanish."""
+
+    law: ClassVar[Law] = THREE_POINT
+
+
 def prepared(make):
     """Return a scheme whose rule (problem, x, h, noise) -> x is made anew for each problem and step size."""
 
@@ -174,11 +220,14 @@ FAULTS = {
             ruled(lambda p, x, h, n: euler(p, x, h, n._replace(dW=n.dW * (x > x.min())))),
             "nothing on 1 of",
         ),
+        (Silent(), "changes nothing on"),
+        (Rejecting(strength=0.0), "changes nothing on"),
     ],
     "own-memory": [(ruled(lambda p, x, h, n: n.dW), "view of the noise")],
     "state-is-whole": [
         (prepared(two_steps), "after 3 steps from a copy"),
         (prepared(counting), "from a copy"),
+        (Clocked(), "the scheme remembers more than its state"),
     ],
     "claims-tested": [
         (Vague(), "no result is about 'X'"),
@@ -197,9 +246,9 @@ def test_a_fault_is_found_by_its_check(check, scheme, text):
     """The check of this fault fails, and says what is wrong in one line."""
     outcome = of_scheme(scheme, check, "ou")
 
-    assert outcome.status == "failed"
-    assert text in outcome.reason
-    assert "\n" not in outcome.reason
+    assert outcome["status"] == "failed"
+    assert text in outcome["reason"]
+    assert "\n" not in outcome["reason"]
 
 
 @pytest.mark.parametrize("problem", ["ou", "gbm", "noncommuting", "circle"])
@@ -225,6 +274,12 @@ def test_what_cannot_be_declared_is_not_run():
     assert {statuses[check.name] for check in checks("scheme") if check.category == "behaviour"} == {"skipped"}
 
 
+@pytest.mark.parametrize("scheme", [Failing(), Bounded(), Rejecting()])
+def test_paths_that_cannot_hear_are_not_counted(scheme):
+    """A step that fails or rejects stays where it was, and an increment of zero has no sign."""
+    assert of_scheme(scheme, "noise-is-used", "gbm")["status"] == "passed"
+
+
 def test_paths_without_noise_are_not_asked_whether_they_hear_it():
     """At x = 0 linear noise vanishes, and no step can show that it was heard."""
 
@@ -233,7 +288,7 @@ def test_paths_without_noise_are_not_asked_whether_they_hear_it():
         linear = {"drift": lambda t, x: 1.0 - x, "diffusion": lambda t, x: x[:, None]}
         return SDE(**linear, start=[0.0], noise_dim=1, horizon=1.0, source="planted")
 
-    assert of_scheme(Sound(), "noise-is-used", from_nothing).status == "passed"
+    assert of_scheme(Sound(), "noise-is-used", from_nothing)["status"] == "passed"
 
 
 def test_paths_that_end_together_near_rounding_are_remarked():
@@ -249,5 +304,5 @@ def test_paths_that_end_together_near_rounding_are_remarked():
         return y
 
     outcome = of_scheme(ruled(together), "paths-alone", "ou")
-    assert outcome.status == "skipped"
-    assert "of the state's size, as with an iteration" in outcome.reason
+    assert outcome["status"] == "skipped"
+    assert "of the state's size, as with an iteration" in outcome["reason"]

@@ -13,7 +13,7 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...report.plain import text_table
-from ...testing.questions import Question, problem_questions, scheme_questions
+from ...testing.questions import Question, Row, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
 from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode, codes_in_words
@@ -21,7 +21,6 @@ from ..loading import load_and_warn
 from ..options import plugins
 
 WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
-Row = dict[str, object]
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -41,7 +40,7 @@ def check(**options: Any) -> ExitCode:
     registry = load_and_warn(options["plugins"])
     with output_to_stderr():
         questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
-        rows = [question.answer({}).row for question in questions]
+        rows = [question.answer() for question in questions]
     if options["as_json"]:
         print_json(rows)
     else:

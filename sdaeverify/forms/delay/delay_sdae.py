@@ -16,9 +16,9 @@ from ...numerics.newton import newton, update_tolerance
 from ..checks import (
     CONSISTENCY,
     PROBES,
-    check_observables,
+    check_known,
+    check_not_negative,
     check_shape,
-    check_truth,
     columns,
     format_value,
     numbers,
@@ -126,8 +126,7 @@ class DelaySDAE(Delayed):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0.0 <= self.delay < np.inf:
-            raise ProblemError(f"delay must be finite and not negative, got {self.delay!r}")
+        check_not_negative(self, "delay")
         if (self.constraint is None) != (self.algebraic is None):
             raise ProblemError("constraint and algebraic, the y at time 0 or their number, must be given together")
         if _is_number(self.algebraic) and (isinstance(self.algebraic, bool) or self.constraints < 1):
@@ -135,8 +134,7 @@ class DelaySDAE(Delayed):
         for t in np.linspace(0.0, -self.delay, HISTORY):
             self.past(float(t))
         self._check_functions()
-        check_observables(self, self.parts(self.initial(PROBES)))
-        check_truth(self, self.parts(self.initial(PROBES)))
+        check_known(self, self.parts(self.initial(PROBES)))
 
     def _all_traits(self) -> frozenset[str]:
         constants = self.reduced_dissipation
@@ -261,7 +259,7 @@ class DelaySDAE(Delayed):
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
-        return super().view(form) or (self._equation if form is SDE and not self.delay else None)
+        return super().view(form) or (self._sde if form is SDE and not self.delay else None)
 
     @classmethod
     def trivial_problems(cls) -> Trivials:
@@ -270,7 +268,7 @@ class DelaySDAE(Delayed):
 
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
-        return None if self.delay else self._equation
+        return None if self.delay else self._sde
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
         """Return f, g and u at the rows x and y of states; the delayed x of a path is that of another one."""
@@ -352,12 +350,12 @@ class DelaySDAE(Delayed):
         """
         if self.constraint is None:
             return super().without_index(t, x, v)
+        start, past = self.initial(1), self.past(-self.delay)
+        before = determinant(self.linearised_constraint(0.0, start.x, past, start.y).y)
         now = determinant(self.linearised_constraint(t, x, v, self.eliminated(t, x, v)).y)
-        return np.asarray(~(self._turn * now > 0.0))
+        return np.asarray(~(before * now > 0.0))
 
-    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
-    @cached_property
-    def _equation(self) -> SDE:
+    def _make_sde(self) -> SDE:
         return SDE(
             drift=lambda t, x: self.drift(t, x, x, self.eliminated(t, x, x)),
             diffusion=lambda t, x: self.diffusion(t, x, x, self.eliminated(t, x, x)),
@@ -366,11 +364,6 @@ class DelaySDAE(Delayed):
             source=f"y eliminated from: {self.source}",
             seen_as="SDE",
         )
-
-    @cached_property
-    def _turn(self) -> Array:
-        begin = self.initial(1)
-        return determinant(self.linearised_constraint(0.0, begin.x, self.past(-self.delay), begin.y).y)
 
     @cached_property
     def _start_y(self) -> Array:

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import cast
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,29 +24,17 @@ class Pastless:
     f : callable, (t, x, y) -> object
     """
 
-    f: Callable[..., Array]
+    f: Callable[..., Any]
 
-    def __call__(self, t: float, x: Array, v: Array, *y: Array) -> Array:  # noqa: ARG002 - the past of no delay
+    def __call__(self, t: float, x: Array, v: Array, *y: Array) -> Any:  # noqa: ARG002 - the past of no delay
         """Return f(t, x, y)."""
         return self.f(t, x, *y)
 
 
-@dataclass(frozen=True)
-class PastlessPartials:
-    """The derivatives in x, v and y of a function that does not depend on v.
-
-    Attributes
-    ----------
-    df : callable, (t, x, y) -> two ndarrays
-        Derivatives in x, shape (n, d, P), and in y.
-    """
-
-    df: Callable[..., tuple[Array, Array]]
-
-    def __call__(self, t: float, x: Array, v: Array, y: Array) -> Partials:  # noqa: ARG002 - as above
-        """Return the derivatives, those in v being 0."""
-        in_x, in_y = self.df(t, x, y)
-        return Partials(in_x, np.zeros_like(in_x), in_y)
+def _with_past(df: Callable[..., tuple[Array, Array]], t: float, x: Array, y: Array) -> Partials:
+    # The derivatives in x, v and y, those in v being 0.
+    in_x, in_y = df(t, x, y)
+    return Partials(in_x, np.zeros_like(in_x), in_y)
 
 
 @briefly_signed
@@ -99,16 +88,12 @@ class IndexOneSDAE(DelaySDAE):
 
     def __post_init__(self) -> None:
         start = vector("start", self.start)
-        for name in ("drift", "diffusion", "constraint", "solved"):
-            self._wrap(name, Pastless)
-        for name in ("drift_partials", "constraint_partials"):
-            self._wrap(name, PastlessPartials)
+        for name in ("drift", "diffusion", "constraint", "solved", "drift_partials", "constraint_partials"):
+            given = getattr(self, name)
+            # A copy of a problem is given what its original has wrapped.
+            if given is not None and not isinstance(given, Pastless):
+                derivative = partial(_with_past, given) if name.endswith("partials") else given
+                object.__setattr__(self, name, Pastless(derivative))
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "history", lambda _: start)
         super().__post_init__()
-
-    def _wrap(self, name: str, kind: Callable[..., object]) -> None:
-        given = getattr(self, name)
-        # A copy of a problem is given what its original has wrapped.
-        if given is not None and not isinstance(given, cast("type", kind)):
-            object.__setattr__(self, name, kind(given))

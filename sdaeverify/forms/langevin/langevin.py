@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import ClassVar, cast
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, Parts
 from ...errors import ProblemError
 from ...noise.brownian import BROWNIAN
-from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
+from ..checks import PROBES, check_known, check_not_negative, check_shape, columns, vector
 from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import SOURCE, SPEED, Trivial, Trivials
@@ -61,16 +60,13 @@ class Langevin(Damped):
             object.__setattr__(self, name, vector(name, getattr(self, name)))
         object.__setattr__(self, "noise_dim", len(cast("Array", self.position)))
         super().__post_init__()
-        for name, value in (("friction", self.friction), ("strength", self.strength)):
-            if not 0.0 <= value < np.inf:
-                raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+        check_not_negative(self, "friction", "strength")
         n, given = self.noise_dim, len(cast("Array", self.momentum))
         if given != n:
             raise ProblemError(f"momentum has {given} components, position has {n}")
         x = self.initial(PROBES)
         check_shape("force(q)", self.force(x[:n]), (n, PROBES))
-        check_observables(self, self.parts(x))
-        check_truth(self, self.parts(x))
+        check_known(self, self.parts(x))
 
     def _all_traits(self) -> frozenset[str]:
         return super()._all_traits() | {"additive-noise", "vanishing-milstein-term"}
@@ -94,11 +90,9 @@ class Langevin(Damped):
 
     def ito(self) -> SDE:
         """Return the equation of x = (q, p)."""
-        return self._system
+        return cast("SDE", self._sde)
 
-    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
-    @cached_property
-    def _system(self) -> SDE:
+    def _make_sde(self) -> SDE:
         n, gamma = self.noise_dim, self.friction
         B = np.concatenate([np.zeros((n, n)), self.strength * np.eye(n)])[..., None]
 

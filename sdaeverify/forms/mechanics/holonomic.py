@@ -17,16 +17,15 @@ from ...errors import ProblemError
 from ...numerics.derivatives import directional, is_analytic, second_directional
 from ...numerics.linalg import apply, norm
 from ..checks import (
-    CONSISTENCY,
     PROBES,
+    check_analytic,
     check_derivative,
-    check_observables,
+    check_known,
     check_product,
     check_shape,
-    check_truth,
+    check_vanishes,
     columns,
     format_value,
-    largest_component,
     numbers,
     vector,
 )
@@ -37,6 +36,9 @@ from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
 from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
+
+# Traits of noise that a projector takes away.
+NOT_PROJECTED = {"additive-noise", "diagonal-noise"}
 
 
 class HolonomicState(NamedTuple):
@@ -234,7 +236,7 @@ class HolonomicSDAE(Mechanics):
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
-        return self._inherent if form is SDE else super().view(form)
+        return self._sde if form is SDE else super().view(form)
 
     @classmethod
     def trivial_problems(cls) -> Trivials:
@@ -282,9 +284,7 @@ class HolonomicSDAE(Mechanics):
         """The velocities, which stay tangent."""
         return slice(self.dimension, 2 * self.dimension)
 
-    # Built once: making an equation checks it, and what is found for one view serves all schemes that see it.
-    @cached_property
-    def _inherent(self) -> SDE:
+    def _make_sde(self) -> SDE:
         return inherent_sde(self)
 
     @cached_property
@@ -315,8 +315,7 @@ class HolonomicSDAE(Mechanics):
         if self.linearisation is not None:
             check_linearisation(self.linearisation(r), DenseJacobian(self.dg(r)), n, m)
         check_structure(self.blocks, self, r, v)
-        check_observables(self, self.initial(PROBES)._asdict())
-        check_truth(self, self.initial(PROBES)._asdict())
+        check_known(self, self.initial(PROBES)._asdict())
 
     def _check_derivatives(self, r: Array) -> None:
         y = np.sin(np.arange(1.0, len(r) + 1))[:, None] + np.zeros_like(r)
@@ -326,15 +325,12 @@ class HolonomicSDAE(Mechanics):
             check_derivative("curvature", lambda x: apply(self.dg(x), y), lambda x, z: self.d2g(x, y, z), r)
 
     def _check_complex_steps(self, r: Array) -> None:
-        if self.jacobian is None and not is_analytic(self.constraint, r):
-            text = "constraint is not analytic (abs, real buffers?), so that Dg cannot be taken"
-            raise ProblemError(f"{text} by complex step; give jacobian")
-        if self.jacobian is None or self.curvature is not None:
-            return
-        # A Jacobian written into a real buffer would pass for one whose derivative is zero.
-        if not is_analytic(self.jacobian, r):
-            text = "jacobian is not analytic (abs, real buffers?), so that D^2 g cannot be taken"
-            raise ProblemError(f"{text} by complex step; give curvature")
+        taken = ", so that {} cannot be taken by complex step; give {}"
+        if self.jacobian is None:
+            check_analytic("constraint", self.constraint, r, taken.format("Dg", "jacobian"))
+        elif self.curvature is None:
+            # A Jacobian written into a real buffer would pass for one whose derivative is zero.
+            check_analytic("jacobian", self.jacobian, r, taken.format("D^2 g", "curvature"))
 
     def _check_start(self) -> None:
         r, v, _ = self.initial(1)
@@ -342,8 +338,7 @@ class HolonomicSDAE(Mechanics):
         if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
             raise ProblemError(f"Dg does not have full rank at the initial position {r[:, 0].tolist()}")
         for name, (value, scale) in self.residuals({"r": r, "v": v}).items():
-            if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
-                raise ProblemError(f"initial data violate {name} = 0: {name} is {largest_component(value[:, 0])}")
+            check_vanishes("initial data violate", name, value, scale)
         if self.constraint_bound is not None and not 1.0 <= self.constraint_bound < np.inf:
             raise ProblemError(f"constraint_bound C_g must be finite and at least 1, got {self.constraint_bound!r}")
 
@@ -425,16 +420,8 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
         diffusion_product=diffusion_product,
         start=np.concatenate(start),
         names=names if with_multiplier else {name: names[name] for name in ("r", "v")},
-        horizon=problem.horizon,
-        noise_dim=problem.noise_dim,
-        noise=problem.noise,
+        **{**problem.shared_fields, "traits": problem.traits - NOT_PROJECTED, "controls": (), "chart": None},
         source=f"inherent SDE (Lindner & Stroot 2017, (2.9)) of: {problem.source}",
-        units=problem.units,
-        traits=problem.traits - {"additive-noise", "diagonal-noise"},
-        observables=problem.observables,
-        truths=problem.truths,
-        relaxation=problem.relaxation,
-        fastest=problem.fastest,
         seen_as="inherent SDE",
     )
 

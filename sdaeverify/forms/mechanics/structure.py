@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
-from typing import ClassVar, NamedTuple
+from functools import cached_property, partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,30 +13,6 @@ from ...numerics.block_banded import BlockBanded, overlap
 from ...numerics.derivatives import directional
 from ..checks import PROBES, check_derivative, check_shape, wave
 from .multiplied import Mechanics
-
-
-class Unit(NamedTuple):
-    """Unit vectors of one component of every so manyth node, added up.
-
-    Attributes
-    ----------
-    first : int
-        First of the nodes.
-    period : int
-        Distance to the next one.
-    component : int
-    y : ndarray, shape (n, P)
-    """
-
-    first: int
-    period: int
-    component: int
-    y: Array
-
-    def rows(self, nodes: int, offset: int) -> Array:
-        """Return the nodes i for which node i + offset is one of these."""
-        hit = np.arange(self.first, nodes, self.period) - offset
-        return hit[(hit >= 0) & (hit < nodes)]
 
 
 @dataclass(frozen=True)
@@ -162,12 +138,12 @@ class Structure:
         def weigh(y: Array, z: Array) -> Array:
             return c * problem.d2g(r, y, z)
 
-        for y in self._units(r, self.reach + 1):
-            rows = self._rows(r, partial(weigh, y.y))
+        for nodes, component, y in self._units(r, self.reach + 1):
+            rows = self._rows(r, partial(weigh, y))
             for before in range(self.reach + 1):
-                owners = y.rows(self.nodes, -before)
+                owners = self._within(nodes + before)
                 for k in range(self.reach + 1):
-                    blocks[k + before, owners - before, y.component] += rows.blocks[k, owners].sum(axis=1)
+                    blocks[k + before, owners - before, component] += rows.blocks[k, owners].sum(axis=1)
         return BlockBanded(blocks, self.reach)
 
     def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
@@ -184,40 +160,44 @@ class Structure:
         sums = (self.curvature_sum(problem, r, each) for each in c)
         return self.curvature_rows(problem, r, v), *sums
 
-    @cached_property
+    @property
     def empty_slots(self) -> BlockBanded:
         """Ones for the slots that no constraint has, blocks of shape (q, q, 1)."""
         used = self.by_slot(np.ones(len(self.owners)))
         return BlockBanded((np.eye(self.slots_per_node) * (1.0 - used)[:, None])[None, ..., None])
 
-    def _units(self, x: Array, period: int) -> Iterator[Unit]:
+    def _within(self, nodes: Array) -> Array:
+        return nodes[(nodes >= 0) & (nodes < self.nodes)]
+
+    def _units(self, x: Array, period: int) -> Iterator[tuple[Array, int, Array]]:
+        # Nodes at the distance of the period, a component, and the sum of the unit vectors of this component of them.
         d = len(x) // self.nodes
         for first in range(min(period, self.nodes)):
             for component in range(d):
                 y = np.zeros((self.nodes, d, 1))
                 y[first::period, component] = 1.0
-                yield Unit(first, period, component, np.broadcast_to(y.reshape(-1, 1), x.shape))
+                yield np.arange(first, self.nodes, period), component, np.broadcast_to(y.reshape(-1, 1), x.shape)
 
     def _differentiate(self, f: Callable[[Array], Array], x: Array) -> BlockBanded:
         # Df(x), by complex steps.
         d, w = len(x) // self.nodes, self.width
         blocks = np.zeros((2 * w + 1, self.nodes, d, d, x.shape[-1]))
-        for unit in self._units(x, 2 * w + 1):
-            value = self.by_node(np.broadcast_to(directional(f, x, unit.y), x.shape))
+        for nodes, component, y in self._units(x, 2 * w + 1):
+            value = self.by_node(np.broadcast_to(directional(f, x, y), x.shape))
             for k in range(2 * w + 1):
-                rows = unit.rows(self.nodes, k - w)
-                blocks[k, rows, :, unit.component] = value[rows]
+                rows = self._within(nodes + w - k)
+                blocks[k, rows, :, component] = value[rows]
         return BlockBanded(blocks, w)
 
     def _rows(self, r: Array, f: Callable[[Array], Array]) -> BlockBanded:
         # The matrix of a linear f : (n, P) -> (m, P) that goes with the constraints.
         q, d = self.slots_per_node, len(r) // self.nodes
         blocks = np.zeros((self.reach + 1, self.nodes, q, d, r.shape[-1]))
-        for unit in self._units(r, self.reach + 1):
-            value = self.by_slot(f(unit.y))
+        for nodes, component, y in self._units(r, self.reach + 1):
+            value = self.by_slot(f(y))
             for k in range(self.reach + 1):
-                rows = unit.rows(self.nodes, k - self.reach)
-                blocks[k, rows, :, unit.component] = value[rows]
+                rows = self._within(nodes + self.reach - k)
+                blocks[k, rows, :, component] = value[rows]
         return BlockBanded(blocks, self.reach)
 
     def _cut_blocks(self, matrix: Array, width: int) -> BlockBanded:
@@ -260,7 +240,7 @@ class Unstructured(Structure):
     def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
         """Return v^T Hess g_j(r), one block of shape (m, n, P), and every H(c_k), of shape (n, n, P)."""
         n, P = r.shape
-        second = problem.d2g(repeat_paths(r, n * n), units(n, n * P), pairs(n, P))
+        second = problem.d2g(repeat_paths(r, n * n), units(n, n * P), repeat_paths(units(n, P), n))
         hessian = np.broadcast_to(second, (len(second), n * n * P)).reshape(-1, n, n, P)
         sums = np.einsum("kmp,mijp->kijp", c, hessian)
         return one_block(np.einsum("mijp,ip->mjp", hessian, v)), *map(one_block, sums)
@@ -271,20 +251,9 @@ def repeat_paths(x: Array, times: int) -> Array:
     return np.concatenate([x] * times, axis=1)
 
 
-@lru_cache(maxsize=16)
 def units(n: int, paths: int) -> Array:
-    """Return the unit vectors of n components, each for all paths, shape (n, n P), not to be written into."""
-    unit = np.repeat(np.eye(n), paths, axis=1)
-    unit.flags.writeable = False
-    return unit
-
-
-@lru_cache(maxsize=8)
-def pairs(n: int, paths: int) -> Array:
-    """Return the unit vectors once for every one of them, shape (n, n n P), not to be written into."""
-    unit = repeat_paths(units(n, paths), n)
-    unit.flags.writeable = False
-    return unit
+    """Return the unit vectors of n components, each for all paths, shape (n, n P)."""
+    return np.repeat(np.eye(n), paths, axis=1)
 
 
 def one_block(matrix: Array) -> BlockBanded:

@@ -14,18 +14,18 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
-from ...numerics.derivatives import directional, is_analytic
+from ...numerics.derivatives import directional
 from ...numerics.linalg import norm
 from ...numerics.newton import Root
 from ..checks import (
-    CONSISTENCY,
     PROBES,
+    check_analytic,
     check_derivative,
-    check_observables,
+    check_known,
+    check_not_negative,
     check_shape,
-    check_truth,
+    check_vanishes,
     columns,
-    largest_component,
     vector,
 )
 from ..manifold import onto_manifold
@@ -92,7 +92,7 @@ class ConstraintGeometry:
         """Return grad ln det G = 2 sum_k H_k (g G^{-1})_k, shape (d, P)."""
         return 2.0 * self.problem.contraction(self.x, np.swapaxes(self.dual, 0, 1))
 
-    @cached_property
+    @property
     def divergence(self) -> Array:
         """Return div g = (tr H_k)_k, shape (q, P)."""
         return self.problem.traces(self.x)
@@ -102,7 +102,7 @@ class ConstraintGeometry:
         """Return G^{-1} g^T, shape (q, d, P)."""
         return self.gram.solve(np.broadcast_to(self.problem.dg(self.x), (len(self.zeta), *self.x.shape)))
 
-    @cached_property
+    @property
     def normal_traces(self) -> Array:
         """Return (tr H_k P)_k with P = g G^{-1} g^T, shape (q, P): the sum over j of (g G^{-1})_j . H_k g_j."""
         gradients = np.broadcast_to(self.problem.dg(self.x), self.dual.shape)
@@ -197,14 +197,11 @@ class ConstrainedLangevin(StiffnessFamily):
         object.__setattr__(self, "start", vector("start", self.start))
         object.__setattr__(self, "noise_dim", self.dimension)
         super().__post_init__()
-        for name, value in (("strength", self.strength), ("eps", self.eps)):
-            if not 0.0 <= value < np.inf:
-                raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+        check_not_negative(self, "strength", "eps")
         object.__setattr__(self, "fastest", self.eps or np.inf)
         self._check_functions()
         self._check_start()
-        check_observables(self, self.parts(self.initial(PROBES)))
-        check_truth(self, self.parts(self.initial(PROBES)))
+        check_known(self, self.parts(self.initial(PROBES)))
 
     def _all_traits(self) -> frozenset[str]:
         return super()._all_traits() | ({"additive-noise", "vanishing-milstein-term"} if self.eps else frozenset())
@@ -299,15 +296,13 @@ class ConstrainedLangevin(StiffnessFamily):
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its Ito equation where an `SDE` is asked for."""
-        return self._equation if form is SDE else super().view(form)
+        return self._sde if form is SDE else super().view(form)
 
     def ito(self) -> SDE:
         """Return the penalised equation (1.4), or that of the limit (1.2) in Ito's form."""
-        return self._equation
+        return cast("SDE", self._sde)
 
-    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
-    @cached_property
-    def _equation(self) -> SDE:
+    def _make_sde(self) -> SDE:
         return langevin_equation(self)
 
     @cached_property
@@ -320,15 +315,15 @@ class ConstrainedLangevin(StiffnessFamily):
             raise ProblemError(f"constraint(x) has {q} components, expected between 1 and {d - 1}")
         check_shape("drift(x)", self.drift(x), (d, PROBES))
         check_shape("constraint(x)", self.constraint(x), (q, PROBES))
-        if self.jacobian is None and not is_analytic(self.constraint, x):
-            raise ProblemError("constraint is not analytic (abs, real buffers?); give jacobian")
+        if self.jacobian is None:
+            check_analytic("constraint", self.constraint, x, "; give jacobian")
         check_shape("jacobian(x)", self.dg(x), (q, d, PROBES))
         if self.jacobian is not None:
             check_derivative("jacobian", self.constraint, lambda y, z: self.linearised(y).times(z), x)
         if self._hessians is not None and self._hessians.shape != (q, d, d):
             raise ProblemError(f"hessians has shape {self._hessians.shape}, expected {(q, d, d)}")
-        if self._hessians is None and self.second is None and not is_analytic(self.dg, x):
-            raise ProblemError("jacobian is not analytic (abs, real buffers?); give hessians or second")
+        if self._hessians is None and self.second is None:
+            check_analytic("jacobian", self.dg, x, "; give hessians or second")
         self._check_second(x)
 
     def _check_second(self, x: Array) -> None:
@@ -353,9 +348,7 @@ class ConstrainedLangevin(StiffnessFamily):
         Dg = self.dg(x)
         if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
             raise ProblemError(f"the gradient of the constraint has not full rank at start {x[:, 0].tolist()}")
-        value, scale = self.constraint(x), self.linearised(x).size() * norm(x)
-        if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
-            raise ProblemError(f"start violates constraint = 0: constraint is {largest_component(value[:, 0])}")
+        check_vanishes("start violates", "constraint", self.constraint(x), self.linearised(x).size() * norm(x))
 
 
 def langevin_equation(problem: "ConstrainedLangevin") -> SDE:

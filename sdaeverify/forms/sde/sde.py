@@ -14,15 +14,14 @@ from ...noise.brownian import BROWNIAN, Increment
 from ...numerics.derivatives import directional, is_analytic, jacobian, jacobian_at_once
 from ...numerics.linalg import apply, norm
 from ..checks import (
-    CONSISTENCY,
     PROBES,
+    check_analytic,
     check_derivative,
-    check_observables,
+    check_known,
     check_product,
     check_shape,
-    check_truth,
+    check_vanishes,
     columns,
-    largest_component,
     vector,
 )
 from ..manifold import onto_manifold
@@ -98,8 +97,7 @@ class SDE(Problem):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
         self._check_constraint(x)
         self._check_traits(x)
-        check_observables(self, self.parts(x))
-        check_truth(self, self.parts(x))
+        check_known(self, self.parts(x))
 
     @property
     def dimension(self) -> int:
@@ -267,12 +265,10 @@ class SDE(Problem):
         if self.jacobian is not None:
             check_shape("jacobian(x)", self.jacobian(x), (m, self.dimension, PROBES))
             check_derivative("jacobian", self.constraint, lambda y, z: self.linearised(y).times(z), x)
-        elif not is_analytic(self.constraint, x):
-            raise ProblemError("constraint is not analytic (abs, real buffers?); give jacobian")
-        scale = self.residuals(self.parts(x))["g"].scale.max()
-        if np.abs(value).max() > CONSISTENCY * max(1.0, scale):
-            text = "the initial state violates constraint = 0: constraint is"
-            raise ProblemError(f"{text} {largest_component(value[:, 0])}")
+        else:
+            check_analytic("constraint", self.constraint, x, "; give jacobian")
+        scale = self.residuals(self.parts(x))["g"].scale
+        check_vanishes("the initial state violates", "constraint", value, scale)
 
 
 def as_sde(problem: Problem) -> SDE | None:

@@ -1,15 +1,15 @@
 """Checks of expectations that a problem knows: at time 0, over the horizon, and as time passes."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 
 from ...arrays import Array
-from ...forms import Equation, IndexOne, Multiplied, as_sde
+from ...forms import IndexOne
 from ...forms.truths import InvariantMean, Moment
-from ...numerics import apply, norm
+from ...numerics import norm
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
 from ..subjects import ProblemSubject
@@ -62,11 +62,11 @@ def check_rate(subject: ProblemSubject) -> str:
     x = np.concatenate(list(problem.parts(problem.initial(1)).values()))
     drift, diffusion = _flow(problem, x)
     for moment in moments(subject):
-        rate = _rate_of_equation(_observable_of_array(subject, moment.observable), x, drift, diffusion)
-        given = _rate_at_the_start(moment.value, problem.horizon)
-        if not abs(rate.value - given.value) <= rate.error + given.error:
-            text = f"the moment of {moment.observable} begins with the rate {given.value:.8g}"
-            return f"{text}, the equation with {rate.value:.8g}"
+        rate, error = _rate_of_equation(_observable_of_array(subject, moment.observable), x, drift, diffusion)
+        given, off = _rate_at_the_start(moment.value, problem.horizon)
+        if not abs(rate - given) <= error + off:
+            text = f"the moment of {moment.observable} begins with the rate {given:.8g}"
+            return f"{text}, the equation with {rate:.8g}"
     return ""
 
 
@@ -92,10 +92,8 @@ def _pairs(subject: ProblemSubject) -> Iterator[tuple[Moment, InvariantMean]]:
                 yield moment, mean
 
 
-class _Known(NamedTuple):
-    # A number, and how far it can be off.
-    value: float
-    error: float
+# A number, and how far it can be off.
+_Known = tuple[float, float]
 
 
 def _rate_of_equation(q: Callable[[Array], Array], x: Array, drift: Array, diffusion: Array) -> _Known:
@@ -110,7 +108,7 @@ def _rate_of_equation(q: Callable[[Array], Array], x: Array, drift: Array, diffu
     values += [0.5 * b * second(q, x, column / np.sqrt(b)) for b, column in zip(squares, columns, strict=True)]
     size = 1.0 + abs(float(q(x)[0]))
     error = (FIRST_ERROR + ROUNDINGS * EPS) * f + SECOND_ERROR * (1.0 + sum(squares))
-    return _Known(float(sum(values, np.zeros(1))[0]), size * error)
+    return float(sum(values, np.zeros(1))[0]), size * error
 
 
 def _rate_at_the_start(value: Callable[[float], float], horizon: float) -> _Known:
@@ -131,7 +129,7 @@ def _rate_at_the_start(value: Callable[[float], float], horizon: float) -> _Know
         if unseen <= rounding:
             break
     delta, span, slope = min(known)
-    return _Known(slope, 4.0 / span * sum(k * k for k in range(DEGREE + 1)) * delta)
+    return slope, 4.0 / span * sum(k * k for k in range(DEGREE + 1)) * delta
 
 
 def _observable_of_array(subject: ProblemSubject, name: str) -> Callable[[Array], Array]:
@@ -151,23 +149,10 @@ def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
     if problem.capability(IndexOne):
         return _delay_flow(problem)
-    view = as_sde(problem)
+    view = problem.ito()
     if view is None:
         raise Inapplicable(f"a {type(problem).__name__} has no Ito equation whose rate could be taken")
-    if problem.capability(Multiplied):
-        return _flow_with_multiplier(problem, view, x)
     return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
-
-
-def _flow_with_multiplier(problem: Any, view: Equation, x: Array) -> tuple[Array, Array]:
-    n = problem.dimension
-    r, v = x[:n], x[n : 2 * n]
-    Dg, J = problem.dg(r), problem.linearised(r)
-    kicks = problem.inverse_mass(np.broadcast_to(problem.diffusion(0.0, r, v), (n, problem.noise_dim, 1)))
-    columns = [-J.gram(J).solve(apply(Dg, kick)) for kick in np.moveaxis(kicks, 1, 0)]
-    rate = problem.inherent_multiplier(J, r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
-    drift = np.concatenate([view.drift(0.0, x[: 2 * n]), rate])
-    return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
 
 
 def _rate_beside_x(problem: Any, x: Array) -> Array:
@@ -180,7 +165,7 @@ def _rate_beside_x(problem: Any, x: Array) -> Array:
         return value
 
     span = min(problem.horizon, problem.delay or np.inf)
-    return np.array([[_rate_at_the_start(component(i), span).value] for i in range(problem.constraints)])
+    return np.array([[_rate_at_the_start(component(i), span)[0]] for i in range(problem.constraints)])
 
 
 def _delay_flow(problem: Any) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ Derivatives that an author gave, and complex steps, are compared with difference
 refused where it is made if they disagree at the start; here they are compared along a run and closer.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,7 @@ from ...errors import ProblemError
 from ...forms import IndexOne, LevelSets, Multiplied, Penalised
 from ...forms.checks import PROBES
 from ...forms.mechanics.jacobian import DenseJacobian, check_linearisation
-from ...numerics import directional, is_analytic, jacobian, second_directional
+from ...numerics import apply, directional, is_analytic, jacobian, second_directional
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
 from ..subjects import PATHS, WHEN, ProblemSubject, directions, excess
@@ -106,12 +106,11 @@ def check_diffusion_derivative(subject: ProblemSubject) -> str:
     def B(z: Array) -> Array:
         return np.asarray(equation.diffusion(WHEN, z))
 
-    analytic = is_analytic(B, x)
-    for direction in directions(x):
-        derivative = equation.derivative_of_diffusion(WHEN, x, direction)
-        if text := _differs(B, derivative, x, direction, subject.B):
-            return f"DB(x) y is {text}"
-        if analytic and (text := excess(derivative - directional(B, x, direction), 64 * EPS, derivative)):
+    derivative = partial(equation.derivative_of_diffusion, WHEN, x)
+    if text := _wrong(B, derivative, x, subject.B):
+        return f"DB(x) y is {text}"
+    for y in directions(x) if is_analytic(B, x) else []:
+        if text := excess(derivative(y) - directional(B, x, y), 64 * EPS, derivative(y)):
             return f"DB(x) y differs from a complex step: {text}"
     return ""
 
@@ -122,11 +121,8 @@ def check_jacobian(subject: ProblemSubject) -> str:
     Dg, g = problem.dg(x), problem.constraint(x)
     if is_analytic(problem.constraint, x) and (text := excess(Dg - jacobian(problem.constraint, x), 16 * EPS, Dg)):
         return f"the Jacobian differs from complex steps: {text}"
-    for y in directions(x):
-        change = np.einsum("mnp,np->mp", Dg, y)
-        if text := _differs(problem.constraint, change, x, y, g):
-            return f"the Jacobian is {text}"
-    return ""
+    text = _wrong(problem.constraint, partial(apply, Dg), x, g)
+    return text and f"the Jacobian is {text}"
 
 
 def check_curvature(subject: ProblemSubject) -> str:
@@ -150,10 +146,8 @@ def check_curvature(subject: ProblemSubject) -> str:
 def check_second_derivatives(subject: ProblemSubject) -> str:
     """Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg."""
     problem, x = subject.offering(Penalised), subject.x
-    for w in directions(x):
-        turned = problem.turn_normals(x, w)
-        if text := _differs(problem.dg, turned, x, w, problem.dg(x)):
-            return f"the second derivative is {text}"
+    if text := _wrong(problem.dg, partial(problem.turn_normals, x), x, problem.dg(x)):
+        return f"the second derivative is {text}"
     units = (np.broadcast_to(unit[:, None], x.shape) for unit in np.eye(len(x)))
     traces = sum(problem.turn_normals(x, unit)[:, i] for i, unit in enumerate(units))
     text = excess(problem.traces(x) - traces, 64 * EPS * len(x), traces)
@@ -171,12 +165,9 @@ def check_force_derivatives(subject: ProblemSubject) -> str:
     def force(z: Array) -> Array:
         return np.asarray(problem.force(WHEN, z[:n], z[n:]))
 
-    by_r, by_v = (np.broadcast_to(A, (n, n, PATHS)) for A in problem.force_derivatives(WHEN, x[:n], x[n:]))
-    for y in directions(x):
-        change = np.einsum("ijp,jp->ip", by_r, y[:n]) + np.einsum("ijp,jp->ip", by_v, y[n:])
-        if text := _differs(force, change, x, y, force(x)):
-            return f"force_derivatives is {text}"
-    return ""
+    by_r, by_v = problem.force_derivatives(WHEN, x[:n], x[n:])
+    text = _wrong(force, lambda y: apply(by_r, y[:n]) + apply(by_v, y[n:]), x, force(x))
+    return text and f"force_derivatives is {text}"
 
 
 def check_given_linearisation(subject: ProblemSubject) -> str:
@@ -207,18 +198,16 @@ def check_delay_derivatives(subject: ProblemSubject) -> str:
     def split(w: Array) -> list[Array]:
         return np.split(w, sizes)
 
+    def value(f: Callable[..., Array], at: Array) -> Array:
+        return f(WHEN, *split(at))
+
+    def change(matrices: Sequence[Array], w: Array) -> Array:
+        return np.asarray(sum(apply(A, part) for A, part in zip(matrices, split(w), strict=True)))
+
     for name, f, linearised in asked:
-        value = f(WHEN, *split(z))
-        for w in directions(z):
-            pairs = zip(linearised(WHEN, *split(z)), split(w), strict=True)
-            change = sum((_times(A, part) for A, part in pairs), np.zeros_like(value))
-            if text := _differs(partial(lambda g, at: g(WHEN, *split(at)), f), change, z, w, value):
-                return f"the derivatives of {name} are {text}"
+        if text := _wrong(partial(value, f), partial(change, linearised(WHEN, *split(z))), z, value(f, z)):
+            return f"the derivatives of {name} are {text}"
     return ""
-
-
-def _times(A: Array, y: Array) -> Array:
-    return np.asarray(np.einsum("ijp,jp->ip", np.broadcast_to(A, (*A.shape[:2], y.shape[-1])), y))
 
 
 def check_algebraic_solution(subject: ProblemSubject) -> str:
@@ -244,13 +233,12 @@ def delay_arguments(problem: IndexOne) -> tuple[Array, Array, Array]:
     return x, v, rng.standard_normal((problem.constraints, PATHS))
 
 
-def _differs(f: Callable[[Array], Array], derivative: Array, x: Array, y: Array, size: Array) -> str:
-    """Return how far a derivative is from differences of f, at that length where it is least, or an empty string."""
-    texts = list(_texts(f, derivative, x, y, size))
-    return texts[-1] if all(texts) else ""
-
-
-def _texts(f: Callable[[Array], Array], derivative: Array, x: Array, y: Array, size: Array) -> Iterator[str]:
-    for length in LENGTHS:
-        difference = first(f, x, length * y)
-        yield excess(length * derivative - difference, FIRST_ERROR, size, derivative)
+def _wrong(f: Callable[[Array], Array], derivative: Callable[[Array], Array], x: Array, size: Array) -> str:
+    """Return how far y -> Df(x) y is from differences of f, at that length where it is least, or an empty string."""
+    for y in directions(x):
+        given = derivative(y)
+        off = (length * given - first(f, x, length * y) for length in LENGTHS)
+        texts = [excess(each, FIRST_ERROR, size, given) for each in off]
+        if all(texts):
+            return texts[-1]
+    return ""

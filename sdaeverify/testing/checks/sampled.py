@@ -6,7 +6,7 @@ compared (Bonferroni). Noise is drawn by the problem's name, so that the same pr
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy
@@ -174,16 +174,9 @@ ORDER, MARGIN = 0.5, 0.2
 ROUNDING = 1e4 * EPS
 
 
-class Mean(NamedTuple):
-    """A mean of independent values with its standard error."""
-
-    value: float
-    se: float
-
-    @classmethod
-    def of(cls, values: Array) -> "Mean":
-        """Return the mean of values of shape (n,)."""
-        return cls(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
+def _mean(values: Array) -> tuple[float, float]:
+    """Return the mean of independent values, shape (n,), with its standard error."""
+    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
 
 
 def check_solution_simulated(subject: ProblemSubject) -> str:
@@ -230,13 +223,11 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
     quantile, compared = _quantile(2 * len(wanted)), 0
     for t in walk_together(problem, subject.spec.label, [reference], MANY):
         for moment in wanted:
-            values = _evaluate_observable(problem, moment, t, reference.parts(t))
-            if values is None or _heavy(values):
-                continue
-            compared += 1
-            mean, expected = Mean.of(values), moment.value(t)
-            if abs(mean.value - expected) > quantile * mean.se + ROUNDING * max(1.0, abs(expected)):
-                return _describe_gap(f"the solution's {moment.observable}", mean, quantile, expected, t)
+            values = problem.observe(moment.observable, t, reference.parts(t))
+            if values is not None and not _heavy(values):
+                compared += 1
+                if interval := _gap(values, quantile, 0.0, moment.value(t)):
+                    return _describe_gap("the solution's", moment, interval, t)
     if not compared:
         raise Inapplicable("no moment is one of known components with light tails")
     return ""
@@ -253,13 +244,12 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
     for t in walk_together(problem, subject.spec.label, [coarse, fine], 8 * PATHS, mirrored=True):
         for moment in wanted:
             values = _pair(problem, moment, t, coarse, fine)
-            if values is None:
-                continue
-            compared += 1
-            mean, change = Mean.of(values[1]), Mean.of(values[1] - values[0])
-            bias, expected = 2.0 * (abs(change.value) + quantile * change.se), moment.value(t)
-            if abs(mean.value - expected) > quantile * mean.se + bias + ROUNDING * max(1.0, abs(expected)):
-                return _describe_gap(f"Euler's {moment.observable}", mean, quantile, expected, t)
+            if values is not None:
+                compared += 1
+                change, change_se = _mean(values[1] - values[0])
+                bias = 2.0 * (abs(change) + quantile * change_se)
+                if interval := _gap(values[1], quantile, bias, moment.value(t)):
+                    return _describe_gap("Euler's", moment, interval, t)
     if not compared:
         raise Inapplicable("no moment has light tails")
     return ""
@@ -267,21 +257,13 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
 
 def _pair(problem: Any, moment: Moment, t: float, coarse: Walker, fine: Walker) -> list[Array] | None:
     """Return the observable of both simulations as means over mirrored paths; None where tails are heavy."""
-    found = [_evaluate_observable(problem, moment, t, run.parts(t)) for run in (coarse, fine)]
+    found = [problem.observe(moment.observable, t, run.parts(t)) for run in (coarse, fine)]
     if any(values is None for values in found):
         return None
     pairs = [values.reshape(2, -1).mean(axis=0) for values in found if values is not None]
     if not all(np.isfinite(values).all() for values in pairs):
         raise Inapplicable("Euler's scheme with 64 steps leaves all bounds")
     return None if _heavy(pairs[1]) else pairs
-
-
-def _evaluate_observable(problem: Any, moment: Moment, t: float, parts: Parts) -> Array | None:
-    """Return an observable, or None where it asks for components that are not known."""
-    try:
-        return np.asarray(problem.observables[moment.observable](t, parts))
-    except KeyError:
-        return None
 
 
 def _heavy(values: Array) -> bool:
@@ -294,6 +276,14 @@ def _quantile(means: int) -> float:
     return -float(scipy.special.ndtri(LEVEL / (2 * means)))
 
 
-def _describe_gap(what: str, mean: Mean, quantile: float, expected: float, t: float) -> str:
-    interval = f"{mean.value:.6g} +- {quantile * mean.se:.2g}"
-    return f"{what} has the mean {interval} at t = {t:.3g}, where the moment is {expected:.6g}"
+def _gap(values: Array, quantile: float, bias: float, expected: float) -> str:
+    """Return an interval of a mean in words where an expectation is beside it, or an empty string."""
+    mean, se = _mean(values)
+    width = quantile * se
+    beside = abs(mean - expected) > width + bias + ROUNDING * max(1.0, abs(expected))
+    return f"{mean:.6g} +- {width:.2g}" if beside else ""
+
+
+def _describe_gap(whose: str, moment: Moment, interval: str, t: float) -> str:
+    text = f"{whose} {moment.observable} has the mean {interval} at t = {t:.3g}"
+    return f"{text}, where the moment is {moment.value(t):.6g}"
