@@ -117,7 +117,7 @@ def test_status_of_plugins(call, monkeypatch):
         ("ou", ["  the path, exact (Kloeden", "  mean-square "]),
         ("strong", ["measure strong", "from plugin sdaeverify-measures.strong"]),
         ("sdaeverify-schemes.milstein", ["plugin sdaeverify-schemes.milstein", "status: loaded"]),
-        ("sdaeverify-planted.milstein", ["plugin sdaeverify-planted.milstein", "status: loaded"]),
+        ("sdaeverify-planted.higher_orders", ["plugin sdaeverify-planted.higher_orders", "status: loaded"]),
         ("HolonomicSDAE", ["form HolonomicSDAE", "schemes that solve it: explicit-projection-euler, half-explicit"]),
         ("SDE", ["form SDE", "A stochastic differential equation dx = f dt + B dW (Ito).", "problems that are "]),
         ("traits", ["additive-noise", "  The diffusion matrix depends neither", "  asked for by claims of: heun"]),

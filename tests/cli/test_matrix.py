@@ -226,7 +226,7 @@ def test_reproduce(call, odd_scheme):
     )
     budget = ("--paths", "100", "--seed", "5", "--block", "64", "--confidence", "0.9")
     budget = (*budget, "--levels", "4..64", "--first-levels", "4")
-    call("matrix", "-s", "odd", "-p", "gbm[b=0.25]", "-m", "strong,weak", "--plugin", plugin, *budget, "-j", "1")
+    call("matrix", "-s", "odd", "-p", "gbm[b=0.25]", "--plugin", plugin, *budget, "-j", "1")
     (row, *_) = before = rows("reports/latest")
 
     command = shlex.split(command_of(row, json.loads(Path("reports/latest/run.json").read_text())))

@@ -39,6 +39,8 @@ class Sound(Scheme):
 class NoDataclass(Sound):
     """Parameters of such a class are those of its base."""
 
+    more: int = 1
+
 
 @dataclass(frozen=True)
 class Doubled(Sound):

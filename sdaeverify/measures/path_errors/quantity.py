@@ -242,7 +242,8 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ------
     LevelFinding
     """
-    means, orders = quantity.totals / quantity.paths, quantity.local_orders
+    means = quantity.totals / quantity.paths
+    orders = quantity.local_orders if len(means) > 1 else ()
     roots = [(f"estimate_{name}", p, 1.0 / POWERS[p]) for name, p in norms.items()]
     for level, (_, one, two, *_) in enumerate(means):
         spread = np.sqrt(max(two - one**2, 0.0) / quantity.paths)
