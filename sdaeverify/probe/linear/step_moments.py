@@ -409,6 +409,8 @@ def _exact(found: LinearMap, operator: Operator) -> StepMoments:
     return StepMoments(operator, operator, found.defect, found.failed)
 
 
+# The same at all step sizes of a scan.
+@lru_cache(maxsize=64)
 def _trial_nodes(noise: StepNoise) -> Nodes:
     return noise.nodes(_trial_points(noise))
 
