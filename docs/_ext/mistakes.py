@@ -45,7 +45,7 @@ def _pages(kind: str) -> Iterator[tuple[str, tuple[str, str]]]:
     for name, faults in MODULES[kind].FAULTS.items():
         subject = (faults[0] if isinstance(faults, list) else faults)[0]
         outcome = of_scheme(subject, name, "ou") if kind == "scheme" else of_problem(subject, name)
-        title = prose(WHERE.sub("", outcome.reason))
+        title = prose(WHERE.sub("", outcome["reason"]))
         text = page(
             title,
             f"Said by the check `{name}` of a {kind}, which asks:",
