@@ -27,7 +27,6 @@ so that integrals over time have times of their own: one in each of 64 equal str
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -214,9 +213,8 @@ class Defect(Slopes):
     scale: Array
     l2: Array
 
-    @cached_property
-    def logarithms(self) -> Array:
-        """log2 of sup_t RMS |g| of all paths and without each group."""
+    def find_logarithms(self) -> Array:
+        """Return log2 of sup_t RMS |g| of all paths and without each group."""
         left_out = (leave_out(squares, self.counts) for squares in self.squares)
         return np.stack([0.5 * np.log2(means.max(axis=-1)) for means in left_out], axis=1)
 

@@ -117,11 +117,11 @@ class Means(Slopes):
     @property
     def differences(self) -> Array:
         """Differences of these means to the truth's, or to the next level's."""
-        return self.left_out[:, :-1] - (self.left_out[:, -1:] if self.coupled else self.left_out[:, 1:])
+        left_out = self.left_out
+        return left_out[:, :-1] - (left_out[:, -1:] if self.coupled else left_out[:, 1:])
 
-    @property
-    def logarithms(self) -> Array:
-        """log2 |difference l| of all levels, those that no slope is fitted to included."""
+    def find_logarithms(self) -> Array:
+        """Return log2 |difference l| of all levels, those that no slope is fitted to included."""
         with np.errstate(all="ignore"):
             return np.asarray(np.log2(np.abs(self.differences)))
 
@@ -162,7 +162,8 @@ class Means(Slopes):
     @once
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
-        return estimates(self.left_out[:, levels[0]] - self.left_out[:, levels[-1] + 1])[0]
+        left_out = self.left_out
+        return estimates(left_out[:, levels[0]] - left_out[:, levels[-1] + 1])[0]
 
     @once
     def grown(self, levels: Array) -> tuple[Estimate, ...]:

@@ -49,9 +49,13 @@ class Slopes:
         """What has been found by methods that are asked `once`."""
         return {}
 
-    @property
+    @cached_property
     def logarithms(self) -> Array:
         """Y over all paths and without each group, shape (1 + G, C): in columns, those of the levels first."""
+        return self.find_logarithms()
+
+    def find_logarithms(self) -> Array:
+        """Return the `logarithms`; they are asked for once."""
         raise NotImplementedError
 
     def linear(self, levels: Array, weights: Array) -> Estimate:

@@ -2,7 +2,6 @@
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import chain
 from math import inf, nan
 from typing import NamedTuple
@@ -87,9 +86,8 @@ class Quantity(Slopes):
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    @cached_property
-    def logarithms(self) -> Array:
-        """Of all levels: log2 (E e_l^p)^(1/p), one power after the other; log2 E d_l; those of blurred errors."""
+    def find_logarithms(self) -> Array:
+        """Return of all levels log2 (E e_l^p)^(1/p), one power after the other, log2 E d_l, and blurred errors."""
         blurred = [] if self.blurred is None else [self.blurred.T]
         columns = np.concatenate([self.error.T.reshape(-1, len(self.counts)), self.difference.T, *blurred])
         p = np.ones(len(columns))
@@ -161,7 +159,9 @@ class Quantity(Slopes):
 
     @property
     def local_orders(self) -> tuple[Estimate, ...]:
-        """Order between each level and the one before, but for the coarsest."""
+        """Order between each level and the one before, but for the coarsest; none of one level."""
+        if self.levels < 2:
+            return ()
         x, y = np.log2(self.h[: self.levels]), self.logarithms[:, self.levels : 2 * self.levels]
         weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
         # Of levels and quantities without errors as well.
@@ -242,8 +242,7 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ------
     LevelFinding
     """
-    means = quantity.totals / quantity.paths
-    orders = quantity.local_orders if len(means) > 1 else ()
+    means, orders = quantity.totals / quantity.paths, quantity.local_orders
     roots = [(f"estimate_{name}", p, 1.0 / POWERS[p]) for name, p in norms.items()]
     for level, (_, one, two, *_) in enumerate(means):
         spread = np.sqrt(max(two - one**2, 0.0) / quantity.paths)
