@@ -1,29 +1,13 @@
 """A linear drift and a constraint that is a flat: everything is Gaussian, for every eps and at every time."""
 
-from functools import cached_property
-
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, ParameterError, hookimpl
+from sdaeverify import ConstrainedLangevin, ParameterError, hookimpl
 
 from .. import _controls as controls
 from .._arguments import check_not_negative
 from ._langevin import AffineLangevin
 from ._truths import flat_chart, observables, truths
-
-
-class FlatGeometry(ConstraintGeometry):
-    """Parallel flats: the constraint has no second derivatives."""
-
-    @cached_property
-    def quadratic(self) -> Array:
-        """Return 0."""
-        return np.zeros_like(self.x)
-
-    @cached_property
-    def fixman(self) -> Array:
-        """Return 0."""
-        return np.zeros_like(self.x)
 
 
 def affine_constraint(
@@ -68,7 +52,6 @@ def affine_constraint(
         constraint=lambda x: given.B.T @ x - given.b[:, None],
         jacobian=lambda x: np.broadcast_to(given.B.T[..., None], (q, *x.shape)),
         hessians=np.zeros((q, d, d)),
-        geometry=FlatGeometry,
         start=start,
         horizon=horizon,
         traits=frozenset({"additive-noise"}),

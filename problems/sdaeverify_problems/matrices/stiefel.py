@@ -10,7 +10,7 @@ from .. import _controls as controls
 from .._arguments import check_not_negative
 from ..spheres._radial_law import RadialLaw
 from ..spheres._unit_sphere import squared_norm
-from ._problem import matrix_constraint
+from ._constraint import matrix_constraint
 
 SQUARE = "|x|^2 is a process of Cox, Ingersoll and Ross"
 SYMMETRY = "invariance under rotations of rows and of columns"
