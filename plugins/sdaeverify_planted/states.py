@@ -77,7 +77,6 @@ class Cut(Scheme):
         return Step(np.clip(super().step(problem, state, t, h, noise).state, -self.bound, self.bound))
 
 
-@dataclass(frozen=True)
 class CutEuler(Cut, EulerMaruyama):
     """Euler-Maruyama whose components are cut at a bound."""
 
@@ -93,7 +92,6 @@ class CutHeun(Cut, Heun):
     name: ClassVar[str] = "planted-heun-cut"
 
 
-@dataclass(frozen=True)
 class CutPlaten(Cut, PlatenWeak2):
     """Platen's scheme whose components are cut at a bound."""
 

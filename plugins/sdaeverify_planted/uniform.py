@@ -78,7 +78,6 @@ class GramOfTheManifold(UniformlyAccurate):
         return _Elsewhere(problem, x)
 
 
-@dataclass(frozen=True, eq=False)
 class _Elsewhere(ConstraintGeometry):
     @cached_property
     def gram(self) -> Gram:
@@ -95,7 +94,6 @@ class OneGramMissing(UniformlyAccurate):
         return _Undivided(problem, x)
 
 
-@dataclass(frozen=True, eq=False)
 class _Undivided(ConstraintGeometry):
     @cached_property
     def quadratic(self) -> Array:
