@@ -40,7 +40,7 @@ def affine_constraint(
     Laurent (2022), (1.2) and (1.4), with an affine constraint.
     """
     given = affine_langevin(eps, d, q, coupling, sigma)
-    law, observed = given.law(), observables(given)
+    law = given.law()
     tangents = np.linalg.svd(given.B)[0][:, q:]
     start = given.p + 0.8 * tangents[:, 0]
     chart = flat_chart(law, np.eye(d) if eps else tangents)
@@ -56,8 +56,8 @@ def affine_constraint(
         horizon=horizon,
         traits=frozenset({"additive-noise"}),
         controls=controls.STATIONARY_PAIR if chart else controls.ADDITIVE,
-        observables={name: each.value for name, each in observed.items()},
-        truths=truths(law, start, observed),
+        observables=observables(given),
+        truths=truths(given, start),
         chart=chart,
         relaxation=1.0 / law.slowest(),
         units="x in units of its choice, time so that the drift without coupling has rate 1",
