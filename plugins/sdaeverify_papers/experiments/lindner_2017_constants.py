@@ -80,6 +80,19 @@ def _second(D2: Array) -> float:
 class Constants(Experiment):
     """What the theory's constants are, and what the paper says they are."""
 
+    name = "lindner-2017-constants"
+    title = "C_g, C_eta and C_kappa of pendulum, spheres and fibres"
+    source = "Lindner & Stroot 2017, (2.7), (3.11) and section 5.1"
+    paths = 2
+    notes = (
+        "Norms are those of M^{-1} grad g, G, G^{-1} and D^2 g over the neighbourhood; g is quadratic, and D^3 g = "
+        "0.",
+        "C_g depends on eps, the masses and the scaling of g. On a fibre it is about 4/ds^2 and C_eta of size "
+        "1e-8: the truncation of the theory cannot be used there.",
+        "Printed: the end of the interval that section 5.1 quotes. It is reached at eps = 0.293, and C_g is "
+        "unbounded.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return one probe of all problems."""
         return {"constants": Probe(constants, tuple(labels().values()))}
@@ -150,23 +163,7 @@ def _panel() -> Panel:
     return Panel("the pendulum's constants", "eps of the neighbourhood", "constant", curves, "y", (quoted,))
 
 
-NOTES = (
-    "Norms are those of M^{-1} grad g, G, G^{-1} and D^2 g over the neighbourhood; g is quadratic, and D^3 g = 0.",
-    "C_g depends on eps, the masses and the scaling of g. On a fibre it is about 4/ds^2 and C_eta of size 1e-8: the "
-    "truncation of the theory cannot be used there.",
-    "Printed: the end of the interval that section 5.1 quotes. It is reached at eps = 0.293, and C_g is unbounded.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the constants."""
-    return [
-        Constants(
-            name="lindner-2017-constants",
-            title="C_g, C_eta and C_kappa of pendulum, spheres and fibres",
-            source="Lindner & Stroot 2017, (2.7), (3.11) and section 5.1",
-            paths=2,
-            notes=NOTES,
-        )
-    ]
+    return [Constants()]
