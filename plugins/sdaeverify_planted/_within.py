@@ -11,10 +11,11 @@ import numpy as np
 from sdaeverify import SDE, Array, Increment, Mask, Scheme, Step
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
+TINY = float(np.finfo(float).tiny)
 # What a step from x at time t of size h is told by.
 MARKS: Mapping[str, Callable[[SDE, Array, float, float], Array | float]] = MappingProxyType({
     "x_1": lambda problem, x, t, h: x[0],
-    "size": lambda problem, x, t, h: np.abs(x).max(axis=0),
+    "starts": lambda problem, x, t, h: np.abs(x).max(axis=0) / max(TINY, np.abs(problem.initial(1)).max()),
     "path": lambda problem, x, t, h: np.arange(x.shape[1]),
     "time": lambda problem, x, t, h: t,
     "part": lambda problem, x, t, h: t / problem.horizon,
@@ -31,8 +32,8 @@ class Within(Scheme):
     Attributes
     ----------
     mark : str
-        One of `MARKS`: a component, the largest one or the place in the batch of a path; time, time as a part of the
-        horizon, number of a step from 1, also in turns of so many; step size.
+        One of `MARKS`: a component of a path, its largest one in units of the start, or its place in the batch; time,
+        also as a part of the horizon; number of a step from 1, also in turns of so many; step size.
     low, high : float
         The range, low <= mark < high.
     """

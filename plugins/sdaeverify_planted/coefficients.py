@@ -136,26 +136,23 @@ class TamedTooMuch(TamedEuler):
 
 
 @dataclass(frozen=True)
-class WrongPlaces(EulerMaruyama):
-    """x+ = x + h f(c t + d h, a x) + B(t, b x) dW.
+class WrongTimes(EulerMaruyama):
+    """x+ = x + h f(c t + d h, x) + B(t, x) dW.
 
     Attributes
     ----------
-    a, b, c, d : float
-        1, 1, 1 and 0 are right.
+    c, d : float
+        1 and 0 are right.
     """
 
-    a: float = 1.0
-    b: float = 1.0
     c: float = 1.0
     d: float = 0.0
 
-    name: ClassVar[str] = "planted-em-places"
+    name: ClassVar[str] = "planted-em-times"
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
-        f = problem.drift(self.c * t + self.d * h, self.a * state)
-        return Step(state + h * f + apply(problem.diffusion(t, self.b * state), noise.dW))
+        return Step(state + h * problem.drift(self.c * t + self.d * h, state) + problem.diffused(t, state, noise.dW))
 
 
 # Schemes that declare what makes nodes say nothing of them, jumps or areas, and are wrong in plain sight.
@@ -282,12 +279,12 @@ BUGS = [
     Planted("Milstein: cross terms missing, noises do not commute", DiagonalMilstein(), "noncommuting"),
     Planted("EM: Milstein's order claimed", EulerAsMilstein(), "gbm"),
     Planted("tamed Euler: sqrt(h) |f| in place of h |f|", TamedTooMuch(), "double-well"),
-    Planted("EM: drift at 0.98 x", WrongPlaces(0.98), "gbm"),
-    Planted("EM: diffusion at 1.005 x", WrongPlaces(b=1.005), "gbm"),
-    Planted("EM: drift always at time 0", WrongPlaces(c=0.0), "forced-ou"),
+    Planted("EM: drift at 0.98 x", ScaledEuler(of_drift=0.98), "gbm"),
+    Planted("EM: diffusion at 1.005 x", ScaledEuler(of_noise=1.005), "gbm"),
+    Planted("EM: drift always at time 0", WrongTimes(c=0.0), "forced-ou"),
     Planted(
         "EM: drift at the end of the step",
-        WrongPlaces(d=1.0),
+        WrongTimes(d=1.0),
         "forced-ou",
         equivalent="a change of size h^2 of the step, which Euler-Maruyama has an error of anyway",
     ),

@@ -146,7 +146,7 @@ class UnsolvedLagged(Unsolved, LaggedAlgebraicTheta):
     name: ClassVar[str] = "planted-lagged-unsolved"
 
 
-HALF_FAR_OUT = ScaledEuler("size", 1.5, drift=0.5)
+HALF_FAR_OUT = ScaledEuler("starts", 1.5, drift=0.5)
 BUGS = [
     Planted("EM: drift 20 % off in a strip", ScaledEuler("x_1", 1.2, 1.5, 1.2), "gbm"),
     Planted("EM: noise 10 % off in a strip", ScaledEuler("x_1", 1.2, 1.5, 1.0, 0.9), "gbm"),

@@ -19,9 +19,6 @@ from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 # the exponential strip it has a tangential component. What changes E zeta^2 is seen on the torus, too.
 
 
-STRIP = "exponential-strip"
-
-
 @dataclass(frozen=True)
 class ScaledTerms(UniformlyAccurate):
     """Coefficients of the step times given factors; 1 is right.

@@ -7,7 +7,7 @@ from facade import HalfExplicitEuler, WrongVariance, flatten, load_registry, sel
 from sdaeverify import Increment
 from sdaeverify.probing import OneStep, cloud
 from sdaeverify_planted._within import ScaledEuler
-from sdaeverify_planted.coefficients import AlmostHalf, WrongPlaces, WrongStages
+from sdaeverify_planted.coefficients import AlmostHalf, WrongStages, WrongTimes
 from sdaeverify_planted.higher_orders import OtherArea, ScaledCorrection, WrongSupport
 from sdaeverify_planted.mechanics import WithoutCoriolis, WrongBAOAB, WrongHalfExplicit, WrongImplicitEuler
 from sdaeverify_planted.projections import WrongFixman
@@ -15,7 +15,7 @@ from sdaeverify_planted.projections import WrongFixman
 H, T = 2.0**-5, 0.25
 RIGHT = [
     (WrongVariance(0.0), "euler-maruyama", "gbm"),
-    (WrongPlaces(), "euler-maruyama", "forced-ou"),
+    (WrongTimes(), "euler-maruyama", "forced-ou"),
     (ScaledEuler(), "euler-maruyama", "gbm"),
     (ScaledCorrection(0.5), "milstein", "gbm"),
     (OtherArea(), "sra1", "double-well"),
