@@ -12,16 +12,7 @@ from sdaeverify.measuring import Estimate, jackknife
 from sdaeverify.numerics import slope_weights
 
 from .exhibit import Exhibit, Panel, Printed, TableEntry
-from .experiment import (
-    Budget,
-    Experiment,
-    Note,
-    RunFound,
-    SchemeMean,
-    SchemeRun,
-    SchemeValue,
-    Work,
-)
+from .experiment import Budget, Experiment, Note, RunFound, SchemeMean, SchemeRun, SchemeValue, Work
 from .mean_sample import MeanSample
 
 if TYPE_CHECKING:
