@@ -64,12 +64,6 @@ def test_no_rows():
         experiment()
 
 
-def test_empty_blocks():
-    """Blocks without paths are refused."""
-    with pytest.raises(ProblemError, match="experiment 'mine': a block needs at least 1 path, got 0"):
-        MeanTable(name="mine", title="made up", source="nowhere", rows=(row(),), block=0)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -100,6 +94,8 @@ def test_runs_that_cannot_be_made(steps, at, message):
 class Nothing(Experiment):
     """An experiment of nothing."""
 
+    name, title, source, paths = "n", "t", "s", 10
+
     def work(self, budget):
         return {}
 
@@ -107,8 +103,14 @@ class Nothing(Experiment):
         return Exhibit(())
 
 
+class More(Nothing):
+    """The same with more paths where there is time."""
+
+    full_paths = 90
+
+
 def test_paths_of_a_budget():
     """A full budget has as many paths as it says, and those of the small one where it says nothing."""
-    few, many = (Nothing(name="n", title="t", source="s", paths=10, full_paths=full) for full in (None, 90))
+    few, many = Nothing(), More()
 
     assert [each.paths_of(budget) for each in (few, many) for budget in Budget] == [10, 10, 10, 90]

@@ -11,7 +11,6 @@ takes the root of the positive part. Beside it a scheme that takes the root at a
 improvement of second order, and solves another equation: the noise of Ito does not anticipate.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -48,7 +47,6 @@ def interest_rate(horizon: float = 1.0) -> SDE:
     )
 
 
-@dataclass(frozen=True)
 class FullTruncation(Scheme):
     """x+ = x + f(x') h + b(x') dW with the positive part x' of x."""
 
@@ -62,7 +60,6 @@ class FullTruncation(Scheme):
         return Step(state + h * problem.drift(t, x) + problem.diffused(t, x, noise.dW))
 
 
-@dataclass(frozen=True)
 class Anticipating(FullTruncation):
     """The same with the noise at the predicted state."""
 

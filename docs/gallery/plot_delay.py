@@ -10,7 +10,6 @@ The means solve the same equation without noise. A Runge-Kutta method of order 4
 shares nothing with the schemes but the equation; it hits every multiple of the delay.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -78,7 +77,6 @@ line = ax.plot(t, x[:, 0], "k", lw=2)
 # present state in the place of the past one, which is no error of a step of size tau alone.
 
 
-@dataclass(frozen=True)
 class Delayed(StochasticTheta):
     """The theta method with a claim about means."""
 
@@ -87,7 +85,6 @@ class Delayed(StochasticTheta):
     promises = claims
 
 
-@dataclass(frozen=True)
 class Undelayed(Delayed):
     """The same that forgets the past."""
 

@@ -10,7 +10,6 @@ The slope of a helix is the same everywhere. Along it, gravity and noise are the
 known exactly from W and its time integral: z'' = k (-1 + sigma W') with k = c^2/(1 + c^2).
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -70,7 +69,6 @@ ax.set(xlabel="x", ylabel="y", zlabel="z")
 # projects, and here it claims that it keeps the constraints.
 
 
-@dataclass(frozen=True)
 class Unprojected(EulerMaruyama):
     """Euler-Maruyama, which claims to stay on the helix."""
 

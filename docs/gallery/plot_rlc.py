@@ -74,7 +74,6 @@ for index, name in enumerate(("i", "u")):
 # the test with the same claim.
 
 
-@dataclass(frozen=True)
 class Trapezoidal(StochasticTheta):
     """The theta method with theta = 1/2, which claims weak order 2."""
 

@@ -209,9 +209,8 @@ class SchemeValue(NamedTuple):
     at: int
 
 
-@dataclass(frozen=True, kw_only=True)
 class Experiment(ABC):
-    """A table or figure of a paper.
+    """A table or figure of a paper: a subclass sets the attributes and says what is run and shown.
 
     Attributes
     ----------
@@ -235,10 +234,6 @@ class Experiment(ABC):
     full_paths: int | None = None
     block: int = 500
     notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.block < 1:
-            raise ProblemError(f"experiment {self.name!r}: a block needs at least 1 path, got {self.block}")
 
     def paths_of(self, budget: Budget) -> int:
         """Return the number of paths of a budget."""

@@ -81,12 +81,14 @@ def experiment_plan(
     Raises
     ------
     UsageError
-        If the experiment, or a scheme or problem of it, is not registered, or there are fewer than 2 paths.
+        If the experiment, or a scheme or problem of it, is not registered, or there are too few paths.
     """
     if name not in (known := registry.things(EXPERIMENTS)):
         raise unknown("experiment", name, known)
     experiment = known[name]
     paths = experiment.paths_of(budget) if paths is None else paths
+    if experiment.block < 1:
+        raise UsageError(f"experiment {name!r}: a block needs at least 1 path, got {experiment.block}")
     if paths < 2:
         raise UsageError(f"paths must be at least 2, or there is no standard error, got {paths}")
     seed = Settings(seed=Settings().seed if seed is None else seed).seed

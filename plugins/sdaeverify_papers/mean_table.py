@@ -12,16 +12,7 @@ from sdaeverify.measuring import Estimate, jackknife
 from sdaeverify.numerics import slope_weights
 
 from .exhibit import Exhibit, Panel, Printed, TableEntry
-from .experiment import (
-    Budget,
-    Experiment,
-    Note,
-    RunFound,
-    SchemeMean,
-    SchemeRun,
-    SchemeValue,
-    Work,
-)
+from .experiment import Budget, Experiment, Note, RunFound, SchemeMean, SchemeRun, SchemeValue, Work
 from .mean_sample import MeanSample
 
 if TYPE_CHECKING:
@@ -188,7 +179,7 @@ class MeanTable(Experiment):
 
     Attributes
     ----------
-    name, title, source, full_paths, block, notes
+    name, title, source, paths, full_paths, block, notes
         As of any `Experiment`.
     rows : tuple of Row
         The step numbers of one problem are the least one times powers of 2.
@@ -196,11 +187,17 @@ class MeanTable(Experiment):
         Whether the final time is so late that means are those of the invariant law, to all digits.
     """
 
+    name: str
+    title: str
+    source: str
     rows: tuple[Row, ...]
+    paths: int = Experiment.paths
+    full_paths: int | None = None
+    block: int = Experiment.block
+    notes: tuple[str, ...] = ()
     equilibrium: bool = False
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if not self.rows:
             raise ProblemError(f"experiment {self.name!r} has no rows")
         for problem in dict.fromkeys(row.problem for row in self.rows):

@@ -1,7 +1,6 @@
 """The panels of an experiment as a picture, by matplotlib: the extra `plot`."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import count, cycle
 from math import ceil, floor, log10
 from pathlib import Path
@@ -24,29 +23,8 @@ GREY, DASHES = "0.45", ("--", ":", "-.")
 # Labels that have room inside the axes.
 FEW = 4
 # Letters stay letters in SVG: they can be searched, and the file is half as large.
-FONTS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.fonttype": "none"}
-SETTINGS: Any = {**FONTS, "svg.hashsalt": "sdaeverify"}
-
-
-@contextmanager
-def empty_figure(settings: Any, **attributes: Any) -> Iterator[Any]:
-    """Make a figure of matplotlib that no window shows, with settings that hold while it is drawn.
-
-    Raises
-    ------
-    UsageError
-        If matplotlib is not installed.
-    """
-    try:
-        from matplotlib import rc_context  # noqa: PLC0415 - only pictures need it
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-        from matplotlib.figure import Figure  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError(MISSING) from error
-    with rc_context(settings):
-        figure = Figure(layout="constrained", **attributes)
-        FigureCanvasAgg(figure)
-        yield figure
+SETTINGS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.fonttype": "none"}
+SETTINGS["svg.hashsalt"] = "sdaeverify"
 
 
 def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
@@ -65,9 +43,17 @@ def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
     UsageError
         If matplotlib is not installed.
     """
+    try:
+        from matplotlib import rc_context  # noqa: PLC0415 - only pictures need it
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        from matplotlib.figure import Figure  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError(MISSING) from error
     columns = len(panels) if len(panels) <= IN_A_ROW else COLUMNS
     rows = ceil(len(panels) / columns)
-    with empty_figure(SETTINGS, figsize=(WIDTH * columns, HEIGHT * rows + 0.4)) as figure:
+    with rc_context(SETTINGS):
+        figure = Figure(layout="constrained", figsize=(WIDTH * columns, HEIGHT * rows + 0.4))
+        FigureCanvasAgg(figure)
         figure.suptitle(title, fontsize=10.0, wrap=True)
         axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
         for panel, ax in zip(panels, axes, strict=False):

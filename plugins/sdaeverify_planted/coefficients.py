@@ -14,6 +14,9 @@ from sdaeverify_schemes.heun import Heun, HeunAdditive, stratonovich
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
 
+from ._other_noise import OtherNoise
+from ._within import ScaledEuler
+
 # Euler-Maruyama with wrong noise, wrong drift or a wrong limit; it claims what Euler-Maruyama keeps.
 
 
@@ -54,24 +57,10 @@ class WrongVariance(EulerMaruyama):
         return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(1.0 + self.excess) * noise.dW))
 
 
-class NoiseOfSizeH(EulerMaruyama):
-    """Noise h xi in place of sqrt(h) xi, xi standard normal."""
+class OtherNoiseEuler(OtherNoise, EulerMaruyama):
+    """Euler-Maruyama with other noise, for example h xi in place of sqrt(h) xi."""
 
-    name: ClassVar[str] = "planted-em-noise-of-size-h"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(h) * noise.dW))
-
-
-class ScaledDrift(EulerMaruyama):
-    """Drift 0.98 f."""
-
-    name: ClassVar[str] = "planted-em-drift-0.98"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return Step(super().step(problem, state, t, h, noise).state - 0.02 * h * problem.drift(t, state))
+    name: ClassVar[str] = "planted-em-noise"
 
 
 class ImplicitNoise(EulerMaruyama):
@@ -86,40 +75,10 @@ class ImplicitNoise(EulerMaruyama):
         return Step(y + 0.5 * change)
 
 
-class ClippedNoise(EulerMaruyama):
-    """Increments cut at one standard deviation: |dW| <= sqrt(h)."""
-
-    name: ClassVar[str] = "planted-em-clipped-noise"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(dW=np.clip(noise.dW, -np.sqrt(h), np.sqrt(h))))
-
-
 # Euler-Maruyama with the noises of a system mixed up, and orders that need iterated integrals it leaves out.
 
 
 ORDER_ONE = (Claim(measure="strong", value=1.0, source="planted"), Claim(measure="weak", value=1.0, source="planted"))
-
-
-class SwappedColumns(EulerMaruyama):
-    """Each column of B gets the increment of another one: of the right law, on the wrong path."""
-
-    name: ClassVar[str] = "planted-em-swapped-noises"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(dW=noise.dW[::-1]))
-
-
-class OneNoiseForAll(EulerMaruyama):
-    """All columns of B get the first increment."""
-
-    name: ClassVar[str] = "planted-em-one-noise"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(dW=np.broadcast_to(noise.dW[:1], noise.dW.shape)))
 
 
 class TransposedDiffusion(EulerMaruyama):
@@ -177,53 +136,36 @@ class TamedTooMuch(TamedEuler):
 
 
 @dataclass(frozen=True)
-class WrongPlaces(EulerMaruyama):
-    """x+ = x + h f(c t + d h, a x) + B(t, b x) dW.
+class WrongTimes(EulerMaruyama):
+    """x+ = x + h f(c t + d h, x) + B(t, x) dW.
 
     Attributes
     ----------
-    a, b, c, d : float
-        1, 1, 1 and 0 are right.
+    c, d : float
+        1 and 0 are right.
     """
 
-    a: float = 1.0
-    b: float = 1.0
     c: float = 1.0
     d: float = 0.0
 
-    name: ClassVar[str] = "planted-em-places"
+    name: ClassVar[str] = "planted-em-times"
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
-        f = problem.drift(self.c * t + self.d * h, self.a * state)
-        return Step(state + h * f + apply(problem.diffusion(t, self.b * state), noise.dW))
+        return Step(state + h * problem.drift(self.c * t + self.d * h, state) + problem.diffused(t, state, noise.dW))
 
 
 # Schemes that declare what makes nodes say nothing of them, jumps or areas, and are wrong in plain sight.
 
 
-@dataclass(frozen=True)
-class JumpingEuler(EulerMaruyama):
-    """x+ = x + h f(t, a x) + B(t, b x) dW that says its steps jump as functions of their noise.
+class JumpingEuler(ScaledEuler):
+    """x+ = x + h f(t, b x) + B(t, d x) dW that says its steps jump as functions of their noise.
 
-    With constant coefficients, as in the problems that every scheme solves exactly, nothing of a and b is seen.
-
-    Attributes
-    ----------
-    of_drift, of_noise : float
-        a and b.
+    With constant coefficients, as in the problems that every scheme solves exactly, nothing of b and d is seen.
     """
-
-    of_drift: float = 1.0
-    of_noise: float = 1.0
 
     name: ClassVar[str] = "planted-em-jumps"
     jumps: ClassVar[bool] = True
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        kick = problem.diffused(t, self.of_noise * state, noise.dW)
-        return Step(state + h * problem.drift(t, self.of_drift * state) + kick)
 
 
 class AreaEuler(JumpingEuler):
@@ -255,7 +197,7 @@ class ScaledAreas(MilsteinAreas):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         given = noise if noise.A is None else noise._replace(A=self.areas * noise.A)
-        euler = JumpingEuler(self.of_drift, self.of_noise).step(problem, state, t, h, noise).state
+        euler = ScaledEuler(of_drift=self.of_drift, of_noise=self.of_noise).step(problem, state, t, h, noise).state
         return Step(super().step(problem, state, t, h, given).state + euler - problem.euler(t, state, h, noise))
 
 
@@ -326,31 +268,31 @@ BUGS = [
     Planted("EM: missing Ito correction", WithoutItoCorrection(), "gbm"),
     Planted("EM: noise variance +5 %", WrongVariance(), "gbm"),
     Planted("EM: noise variance +1 %", WrongVariance(0.01), "gbm"),
-    Planted("EM: h instead of sqrt(h) in the noise", NoiseOfSizeH(), "gbm"),
-    Planted("EM: drift x 0.98", ScaledDrift(), "gbm"),
+    Planted("EM: h instead of sqrt(h) in the noise", OtherNoiseEuler("of size h"), "gbm"),
+    Planted("EM: drift x 0.98", ScaledEuler(drift=0.98), "gbm"),
     Planted("EM: theta in the noise as well", ImplicitNoise(), "gbm"),
-    Planted("EM: noise clipped at one standard deviation", ClippedNoise(), "gbm"),
+    Planted("EM: noise clipped at one standard deviation", OtherNoiseEuler("clipped"), "gbm"),
     Planted("Heun: Ito drift in a Stratonovich scheme", HeunOfItoDrift(), "gbm"),
-    Planted("EM: noises swapped", SwappedColumns(), "noncommuting"),
-    Planted("EM: one noise for all columns", OneNoiseForAll(), "noncommuting"),
+    Planted("EM: noises swapped", OtherNoiseEuler("swapped"), "noncommuting"),
+    Planted("EM: one noise for all columns", OtherNoiseEuler("first"), "noncommuting"),
     Planted("EM: diffusion matrix transposed", TransposedDiffusion(), "noncommuting"),
     Planted("Milstein: cross terms missing, noises do not commute", DiagonalMilstein(), "noncommuting"),
     Planted("EM: Milstein's order claimed", EulerAsMilstein(), "gbm"),
     Planted("tamed Euler: sqrt(h) |f| in place of h |f|", TamedTooMuch(), "double-well"),
-    Planted("EM: drift at 0.98 x", WrongPlaces(0.98), "gbm"),
-    Planted("EM: diffusion at 1.005 x", WrongPlaces(b=1.005), "gbm"),
-    Planted("EM: drift always at time 0", WrongPlaces(c=0.0), "forced-ou"),
+    Planted("EM: drift at 0.98 x", ScaledEuler(of_drift=0.98), "gbm"),
+    Planted("EM: diffusion at 1.005 x", ScaledEuler(of_noise=1.005), "gbm"),
+    Planted("EM: drift always at time 0", WrongTimes(c=0.0), "forced-ou"),
     Planted(
         "EM: drift at the end of the step",
-        WrongPlaces(d=1.0),
+        WrongTimes(d=1.0),
         "forced-ou",
         equivalent="a change of size h^2 of the step, which Euler-Maruyama has an error of anyway",
     ),
     Planted("EM, declares jumps: noise at 1.003 x", JumpingEuler(of_noise=1.003), "gbm"),
-    Planted("EM, declares jumps: drift at 0.98 x", JumpingEuler(0.98), "gbm"),
-    Planted("EM, declares jumps: drift at 0.98 x, to rest", JumpingEuler(0.98), "ou"),
+    Planted("EM, declares jumps: drift at 0.98 x", JumpingEuler(of_drift=0.98), "gbm"),
+    Planted("EM, declares jumps: drift at 0.98 x, to rest", JumpingEuler(of_drift=0.98), "ou"),
     Planted("EM, declares areas: noise at 1.003 x", AreaEuler(of_noise=1.003), "levy-area"),
-    Planted("EM, declares areas: drift at 0.98 x", AreaEuler(0.98), "levy-area"),
+    Planted("EM, declares areas: drift at 0.98 x", AreaEuler(of_drift=0.98), "levy-area"),
     Planted("Milstein with areas: areas x 1.02", ScaledAreas(), "levy-area"),
     Planted("Milstein with areas: areas x 0.9", ScaledAreas(0.9), "levy-area"),
     Planted("Milstein with areas: noise at 1.003 x", ScaledAreas(1.0, of_noise=1.003), "levy-area"),

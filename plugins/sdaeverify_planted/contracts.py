@@ -9,6 +9,8 @@ from sdaeverify.numerics import apply
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
+from ._within import ScaledEuler
+
 # Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it.
 
 
@@ -72,17 +74,6 @@ class SharedTaming(EulerMaruyama):
         return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
 
 
-class LatePaths(EulerMaruyama):
-    """The drift moves the first 200 paths of a batch as it should, and the others by less."""
-
-    name: ClassVar[str] = "planted-em-late-paths"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        share = np.where(np.arange(state.shape[1]) < 200, 1.0, 0.95)
-        return Step(state + h * share * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW))
-
-
 # Euler-Maruyama that is inexact where every scheme is exact; in the orders it may stay hidden.
 
 
@@ -95,16 +86,6 @@ class TwiceAStep(EulerMaruyama):
         """Make two steps."""
         once = super().step(problem, state, t, h, noise).state
         return super().step(problem, once, t + h, h, noise)
-
-
-class LateStart(EulerMaruyama):
-    """The first step, from t = 0, is left out: an error of the order that is claimed."""
-
-    name: ClassVar[str] = "planted-em-late-start"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step, except for the first."""
-        return super().step(problem, state, t, h, noise) if t > 0.0 else Step(state)
 
 
 class SinglePrecision(EulerMaruyama):
@@ -124,9 +105,9 @@ BUGS = [
     Planted("EM: writes into the state it is given", WritesIntoState(), "gbm"),
     Planted("EM: drift of the first path for the whole batch", FirstPathForAll(), "gbm"),
     Planted("EM: taming by the largest drift of the batch", SharedTaming(), "gbm"),
-    Planted("EM: paths treated by their place in the batch", LatePaths(), "gbm"),
+    Planted("EM: paths treated by their place in the batch", ScaledEuler("path", 200, drift=0.95), "gbm"),
     Planted("EM: two steps in place of one", TwiceAStep(), "gbm"),
-    Planted("EM: first step left out", LateStart(), "gbm"),
+    Planted("EM: first step left out", ScaledEuler("step", high=2, drift=0.0, noise_share=0.0), "gbm"),
     Planted("EM: states rounded to single precision", SinglePrecision(), "gbm"),
 ]
 

@@ -11,7 +11,7 @@ from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, Lag, Prob
 from sdaeverify.numerics import solve
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.delays._root import hold_failed
-from sdaeverify_schemes.delays._theta import algebraic, begin_step, solve_coupled
+from sdaeverify_schemes.delays._theta import Begun, algebraic, begin_step, solve_coupled
 from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.delays.stochastic_theta import TRAPEZOIDAL, StochasticTheta
 
@@ -50,8 +50,19 @@ READINGS: Mapping[str, Callable[[Lag, Array], Lag]] = MappingProxyType(
 )
 
 
+class DelayedTheta(StochasticTheta):
+    """The theta method for equations with a delay alone."""
+
+    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
+
+    def _solve(self, problem: DelaySDAE, state: DelayState, t: float, h: float, begin: Begun) -> Step:
+        """Return the step that ends where the implicit equations say, from what is known at its begin."""
+        root, d = solve_coupled(problem, begin, t + h, self.theta * h), problem.dimension
+        return hold_failed(state, DelayState(root.x[:d], root.x[d:]), root)
+
+
 @dataclass(frozen=True)
-class WrongLag(StochasticTheta):
+class WrongLag(DelayedTheta):
     """The lagged values are read wrong; the claims are those of the right method.
 
     Attributes
@@ -64,36 +75,32 @@ class WrongLag(StochasticTheta):
     reading: str = "right"
 
     name: ClassVar[str] = "planted-delay-lag"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         lag = READINGS[self.reading](problem.lag(state.x, h, noise), state.x)
         begin = begin_step(problem, state, t, h, noise._replace(lagged=lag.now), self.theta)._replace(lag=lag)
-        root = solve_coupled(problem, begin, t + h, self.theta * h)
-        return hold_failed(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
+        return self._solve(problem, state, t, h, begin)
 
 
-class AnticipatingNoise(StochasticTheta):
+class AnticipatingNoise(DelayedTheta):
     """The noise reads the lagged value of the step's end, x there being that of the explicit step."""
 
     name: ClassVar[str] = "planted-delay-anticipating"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         (x, y), begin = state, begin_step(problem, state, t, h, noise, self.theta)
         now, end = begin.lag.now, begin.lag.ahead(begin.guess.x)
         added = problem.diffused(t, x, end, y, noise.dW) - problem.diffused(t, x, now, y, noise.dW)
-        root = solve_coupled(problem, begin._replace(known=begin.known + added), t + h, self.theta * h)
-        return hold_failed(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
+        return self._solve(problem, state, t, h, begin._replace(known=begin.known + added))
 
 
 # The explicit method of delay equations that goes wrong late: nothing of it shows up to the second delay.
 
 
 @dataclass(frozen=True)
-class LateLag(StochasticTheta):
+class LateLag(DelayedTheta):
     """The lagged value is missing in the drift from some time on.
 
     Attributes
@@ -108,7 +115,6 @@ class LateLag(StochasticTheta):
     since: float = 2.0
 
     name: ClassVar[str] = "planted-delay-late"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -124,11 +130,10 @@ class LateLag(StochasticTheta):
 # The theta method of delay equations with wrong algebraic components, and with claims that its relatives keep.
 
 
-class KeptAlgebraic(StochasticTheta):
+class KeptAlgebraic(DelayedTheta):
     """y stays what it was at the start."""
 
     name: ClassVar[str] = "planted-delay-kept-y"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -136,11 +141,10 @@ class KeptAlgebraic(StochasticTheta):
         return result._replace(state=result.state._replace(y=state.y))
 
 
-class OldLagAlgebraic(StochasticTheta):
+class OldLagAlgebraic(DelayedTheta):
     """y solves the constraint with the lagged value of the step's begin."""
 
     name: ClassVar[str] = "planted-delay-old-lag-y"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -149,11 +153,10 @@ class OldLagAlgebraic(StochasticTheta):
         return hold_failed(state, DelayState(result.state.x, root.x), root)
 
 
-class OldTimeAlgebraic(StochasticTheta):
+class OldTimeAlgebraic(DelayedTheta):
     """y solves the constraint of the step's begin."""
 
     name: ClassVar[str] = "planted-delay-old-time-y"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -163,13 +166,12 @@ class OldTimeAlgebraic(StochasticTheta):
 
 
 @dataclass(frozen=True)
-class SingleIteration(StochasticTheta):
+class SingleIteration(DelayedTheta):
     """The explicit step, and one iteration of Newton's method for y."""
 
     theta: float = 0.0
 
     name: ClassVar[str] = "planted-delay-one-iteration"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     def refuses(self, problem: DelaySDAE) -> str:
         """Refuse problems without y."""
@@ -195,13 +197,12 @@ class LaggedTrapezoidal(LaggedAlgebraicTheta):
 
 
 @dataclass(frozen=True)
-class AlmostHalfDelayed(StochasticTheta):
+class AlmostHalfDelayed(DelayedTheta):
     """Theta below 1/2 with the stability of 1/2, where it is stable for short steps only."""
 
     theta: float = 0.45
 
     name: ClassVar[str] = "planted-delay-theta"
-    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

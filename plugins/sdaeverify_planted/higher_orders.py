@@ -14,6 +14,8 @@ from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1, stages
 
+from ._other_noise import OtherNoise
+
 # Milstein's scheme for one Brownian motion with a wrong correction; it claims Milstein's order.
 
 
@@ -109,46 +111,19 @@ class WrongSupport(PlatenWeak2):
 # Platen's scheme of weak order 2 for several noises with a wrong double integral; it claims weak order 2.
 
 
-@dataclass(frozen=True)
-class ScaledSigns(PlatenWeak2General):
-    """V_rj times factor^2, where the factor is 1."""
-
-    factor: float = 0.0
+class OtherSigns(OtherNoise, PlatenWeak2General):
+    """Other signs V_rj, which come from H."""
 
     name: ClassVar[str] = "planted-platen-general-signs"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        assert noise.H is not None
-        return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
-
-
-class OneSign(PlatenWeak2General):
-    """The sign of the first Brownian motion for all: V_12 = h, no random variable."""
-
-    name: ClassVar[str] = "planted-platen-general-one-sign"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        assert noise.H is not None
-        return super().step(problem, state, t, h, noise._replace(H=np.repeat(noise.H[:1], len(noise.H), axis=0)))
 
 
 # SRA1 with a wrong time integral Z of the noise; it claims strong order 3/2.
 
 
-@dataclass(frozen=True)
-class ScaledArea(SRA1):
-    """Z/h = dW/2 + factor H, where the factor is 1."""
-
-    factor: float = 2.0
+class OtherArea(OtherNoise, SRA1):
+    """Z/h = dW/2 + H with another H."""
 
     name: ClassVar[str] = "planted-sra1-area"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        assert noise.H is not None
-        return super().step(problem, state, t, h, noise._replace(H=self.factor * noise.H))
 
 
 class AreaForIntegral(SRA1):
@@ -175,25 +150,10 @@ class _OnlyArea(Increment):
 # SRI1W1 with a wrong integral of the noise or a stage in the wrong place; it claims strong order 3/2.
 
 
-class WithoutArea(SRI1W1):
-    """Z = h dW/2: the part of int W ds that dW does not know is left out."""
+class OtherIntegral(OtherNoise, SRI1W1):
+    """Z = h (dW/2 + H) with another H, the part of int W ds that dW does not know."""
 
-    name: ClassVar[str] = "planted-sri1w1-without-area"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(H=np.zeros_like(noise.dW)))
-
-
-class FirstAreaForAll(SRI1W1):
-    """H of the first Brownian motion takes the place of all."""
-
-    name: ClassVar[str] = "planted-sri1w1-first-area-for-all"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        assert noise.H is not None
-        return super().step(problem, state, t, h, noise._replace(H=np.repeat(noise.H[:1], len(noise.H), axis=0)))
+    name: ClassVar[str] = "planted-sri1w1-area"
 
 
 class WithoutTripleIntegral(SRI1W1):
@@ -245,14 +205,14 @@ BUGS = [
     Planted("Platen: wrong 4th moment", HeavyLaw(), "gbm"),
     Planted("Platen: two-point variables", TwoPointLaw(), "gbm"),
     Planted("Platen: predictor without drift", WrongSupport(a=0.0), "gbm"),
-    Planted("Platen-2, general: without signs", ScaledSigns(), "noncommuting"),
-    Planted("Platen-2, general: signs 10 % too small", ScaledSigns(0.9), "noncommuting"),
-    Planted("Platen-2, general: one sign for all", OneSign(), "noncommuting"),
+    Planted("Platen-2, general: without signs", OtherSigns(H="none"), "noncommuting"),
+    Planted("Platen-2, general: signs 10 % too small", OtherSigns(H="0.9"), "noncommuting"),
+    Planted("Platen-2, general: one sign for all", OtherSigns(H="first"), "noncommuting"),
     Planted("SRA1: H for Z/h", AreaForIntegral(), "double-well"),
-    Planted("SRA1: H doubled", ScaledArea(), "double-well"),
-    Planted("SRA1: H sign", ScaledArea(-1.0), "double-well"),
-    Planted("SRI1W1: H left out", WithoutArea(), "hyperbolic"),
-    Planted("SRI1W1: H of the first motion for all", FirstAreaForAll(), "hyperbolic-pair"),
+    Planted("SRA1: H doubled", OtherArea(H="doubled"), "double-well"),
+    Planted("SRA1: H sign", OtherArea(H="negative"), "double-well"),
+    Planted("SRI1W1: H left out", OtherIntegral(H="none"), "hyperbolic"),
+    Planted("SRI1W1: H of the first motion for all", OtherIntegral(H="first"), "hyperbolic-pair"),
     Planted("SRI1W1: I_111 left out", WithoutTripleIntegral(), "spiral"),
     Planted("SRI1W1: Stratonovich's double integral", StratonovichIntegral(), "hyperbolic"),
     Planted("SRI1W1: stages at the old time", OldTimes(), "growing-volatility"),

@@ -27,6 +27,8 @@ from sdaeverify_schemes.mala import MALA, density_ratio, log_ratio
 from sdaeverify_schemes.projections._old_normals import onto_constraint
 from sdaeverify_schemes.projections.half_explicit_euler import BOUNDED, EVERY_H, HalfExplicitEuler
 
+from ._other_noise import OtherNoise
+
 # BAOAB and other schemes for an invariant law with a wrong part; they claim its order.
 
 
@@ -73,14 +75,10 @@ class EulerOfOrderTwo(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = HeunAdditive.claims
 
 
-class HeunWithWrongVariance(HeunAdditive):
-    """Heun's scheme for additive noise whose variance is 1 % too large."""
+class OtherNoiseHeun(OtherNoise, HeunAdditive):
+    """Heun's scheme for additive noise with other noise."""
 
-    name: ClassVar[str] = "planted-heun-variance"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(1.01) * noise.dW))
+    name: ClassVar[str] = "planted-heun-noise"
 
 
 # MALA that accepts too much or proposes from another law; it claims that its stationary means are exact.
@@ -139,7 +137,14 @@ def _multiplier(problem: HolonomicSDAE, r: Array, old: ConstraintJacobian, x: Ar
 
 
 @dataclass(frozen=True)
-class WrongHalfExplicit(HalfExplicitEuler):
+class FreeHalfExplicit(HalfExplicitEuler):
+    """The scheme without truncation."""
+
+    truncation: str | float = "none"
+
+
+@dataclass(frozen=True)
+class WrongHalfExplicit(FreeHalfExplicit):
     """The scheme without truncation, one of its parts changed.
 
     Attributes
@@ -153,7 +158,6 @@ class WrongHalfExplicit(HalfExplicitEuler):
         Factor of dw.
     """
 
-    truncation: str | float = "none"
     position: str = "normal"
     velocity: str = "new"
     strength: float = 1.0
@@ -206,11 +210,8 @@ def upright(normals: Array) -> DenseJacobian:
 # The half-explicit scheme with all claims of its theory and without what keeps them.
 
 
-@dataclass(frozen=True)
-class Untruncated(HalfExplicitEuler):
+class Untruncated(FreeHalfExplicit):
     """Without truncation it heats up and runs into states from which no step has a root."""
-
-    truncation: str | float = "none"
 
     name: ClassVar[str] = "planted-half-explicit-untruncated"
 
@@ -220,11 +221,8 @@ class Untruncated(HalfExplicitEuler):
         return EVERY_H, BOUNDED
 
 
-@dataclass(frozen=True)
-class MultiplierOutput(HalfExplicitEuler):
+class MultiplierOutput(FreeHalfExplicit):
     """It gives out the multiplier of h a + B dw alone, without the Coriolis term, and sums up the right one."""
-
-    truncation: str | float = "none"
 
     name: ClassVar[str] = "planted-half-explicit-multiplier-output"
 
@@ -238,11 +236,8 @@ class MultiplierOutput(HalfExplicitEuler):
 # The half-explicit scheme with another multiplier.
 
 
-@dataclass(frozen=True)
-class MultiplierSign(HalfExplicitEuler):
+class MultiplierSign(FreeHalfExplicit):
     """mu+ = mu - lambda."""
-
-    truncation: str | float = "none"
 
     name: ClassVar[str] = "planted-half-explicit-multiplier-sign"
 
@@ -252,11 +247,8 @@ class MultiplierSign(HalfExplicitEuler):
         return result._replace(state=result.state._replace(mu=2.0 * state.mu - result.state.mu))
 
 
-@dataclass(frozen=True)
-class WithoutCoriolis(HalfExplicitEuler):
+class WithoutCoriolis(FreeHalfExplicit):
     """The multiplier of h a + B dw, without the Coriolis term D^2 g(v, v), acts on v before v is projected anyway."""
-
-    truncation: str | float = "none"
 
     name: ClassVar[str] = "planted-half-explicit-without-coriolis"
 
@@ -328,7 +320,7 @@ BUGS = [
     Planted("BAOAB: stale force", WrongBAOAB(last="stale"), "angle-pendulum"),
     Planted("BAOAB: friction on the noise", WrongBAOAB(early=True), "angle-pendulum"),
     Planted("EM: weak and invariant order 2 claimed", EulerOfOrderTwo(), "angle-pendulum"),
-    Planted("Heun: noise variance +1 %", HeunWithWrongVariance(), "angle-pendulum"),
+    Planted("Heun: noise variance +1 %", OtherNoiseHeun("variance + 1 %"), "angle-pendulum"),
     Planted("MALA: without rejection", AcceptsAll(), "ou"),
     Planted("MALA: without rejection, where it diverges", AcceptsAll(), "double-well"),
     Planted("MALA: a tenth too much variance in the proposal", TooWide(), "ou"),

@@ -5,17 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import (
-    SDE,
-    Array,
-    Claim,
-    DenseJacobian,
-    HolonomicSDAE,
-    HolonomicState,
-    Increment,
-    Step,
-    hookimpl,
-)
+from sdaeverify import SDE, Array, Claim, DenseJacobian, HolonomicSDAE, HolonomicState, Increment, Step, hookimpl
 from sdaeverify.numerics import apply, apply_transposed, product_transposed, second_directional, solve
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -91,9 +81,6 @@ class HeunNotProjected(Heun):
 
 
 # Motion on an ellipse with the drift of another measure; it claims what projected Euler keeps.
-
-
-DELTA = "ellipse[measure=delta]"
 
 
 class RadialProjection(ProjectedEuler):

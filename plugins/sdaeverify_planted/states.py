@@ -14,51 +14,16 @@ from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 
-# Schemes that are wrong in a region of the states, or never leave one: runs are there for a part of their time.
+from ._within import EulerWithin, ScaledEuler
 
 
-@dataclass(frozen=True)
-class RegionScaled(EulerMaruyama):
-    """Euler-Maruyama with a scaled drift or noise on paths whose first component is in an interval.
-
-    Attributes
-    ----------
-    low, high : float
-    drift, noise_share : float
-        What they are multiplied by there.
-    """
-
-    low: float = 1.2
-    high: float = 1.5
-    drift: float = 1.0
-    noise_share: float = 1.0
-
-    name: ClassVar[str] = "planted-em-region"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        inside = (self.low < state[0]) & (state[0] < self.high)
-        drift, loud = np.where(inside, self.drift, 1.0), np.where(inside, self.noise_share, 1.0)
-        return Step(state + drift * h * problem.drift(t, state) + loud * problem.diffused(t, state, noise.dW))
-
-
-@dataclass(frozen=True)
-class EulerBelow(Milstein):
-    """Milstein's scheme that is Euler's where the first component is below a bound.
-
-    Attributes
-    ----------
-    bound : float
-    """
-
-    bound: float = -1.5
+class MilsteinBelow(EulerWithin, Milstein):
+    """Milstein's scheme that is Euler-Maruyama in a region."""
 
     name: ClassVar[str] = "planted-milstein-region"
 
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        euler, right = EulerMaruyama().step(problem, state, t, h, noise), super().step(problem, state, t, h, noise)
-        return Step(np.where(state[0] < self.bound, euler.state, right.state))
+
+# Schemes that never leave a region: runs are at its end for a part of their time.
 
 
 @dataclass(frozen=True)
@@ -77,7 +42,6 @@ class Cut(Scheme):
         return Step(np.clip(super().step(problem, state, t, h, noise).state, -self.bound, self.bound))
 
 
-@dataclass(frozen=True)
 class CutEuler(Cut, EulerMaruyama):
     """Euler-Maruyama whose components are cut at a bound."""
 
@@ -93,34 +57,10 @@ class CutHeun(Cut, Heun):
     name: ClassVar[str] = "planted-heun-cut"
 
 
-@dataclass(frozen=True)
 class CutPlaten(Cut, PlatenWeak2):
     """Platen's scheme whose components are cut at a bound."""
 
     name: ClassVar[str] = "planted-platen-cut"
-
-
-# Schemes that are right where most states are: the others are told by how far they are out.
-
-
-@dataclass(frozen=True)
-class FarDrift(EulerMaruyama):
-    """Euler-Maruyama with half of the drift where a component is larger than the start by some factor.
-
-    Attributes
-    ----------
-    factor : float
-    """
-
-    factor: float = 1.5
-
-    name: ClassVar[str] = "planted-em-far"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        bound = self.factor * np.abs(problem.initial(1)).max()
-        share = np.where(np.abs(state).max(axis=0) > bound, 0.5, 1.0)
-        return Step(state + h * share * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
 
 class Clipped(EulerMaruyama):
@@ -206,18 +146,19 @@ class UnsolvedLagged(Unsolved, LaggedAlgebraicTheta):
     name: ClassVar[str] = "planted-lagged-unsolved"
 
 
+HALF_FAR_OUT = ScaledEuler("starts", 1.5, drift=0.5)
 BUGS = [
-    Planted("EM: drift 20 % off in a strip", RegionScaled(drift=1.2), "gbm"),
-    Planted("EM: noise 10 % off in a strip", RegionScaled(noise_share=0.9), "gbm"),
-    Planted("EM: noise 10 % off beyond a well", RegionScaled(high=10.0, noise_share=1.1), "double-well"),
-    Planted("EM: no drift near the hill", RegionScaled(-0.03, 0.08, 0.0), "double-well"),
-    Planted("Milstein: Euler far below", EulerBelow(), "hyperbolic[x_0=-1]"),
+    Planted("EM: drift 20 % off in a strip", ScaledEuler("x_1", 1.2, 1.5, 1.2), "gbm"),
+    Planted("EM: noise 10 % off in a strip", ScaledEuler("x_1", 1.2, 1.5, 1.0, 0.9), "gbm"),
+    Planted("EM: noise 10 % off beyond a well", ScaledEuler("x_1", 1.2, 10.0, 1.0, 1.1), "double-well"),
+    Planted("EM: no drift near the hill", ScaledEuler("x_1", -0.03, 0.08, 0.0), "double-well"),
+    Planted("Milstein: Euler far below", MilsteinBelow("x_1", high=-1.5), "hyperbolic[x_0=-1]"),
     Planted("EM: states cut at 1.5 in a double well", CutEuler(1.5), "double-well"),
     Planted("EM: states cut at 1.2 in one well", CutEuler(1.2), "ou"),
     Planted("Heun: states cut", CutHeun(), "gbm"),
     Planted("Platen: states cut at 1.5", CutPlaten(1.5), "double-well"),
-    Planted("EM: half the drift far out", FarDrift(), "linear-test"),
-    Planted("EM: half the drift far out, of a pendulum", FarDrift(), "angle-pendulum"),
+    Planted("EM: half the drift far out", HALF_FAR_OUT, "linear-test"),
+    Planted("EM: half the drift far out, of a pendulum", HALF_FAR_OUT, "angle-pendulum"),
     Planted("EM: states are cut far out", Clipped(), "gbm"),
     Planted("EM: remembered drift not renewed far out", StaleDrift(), "ou"),
     Planted("EM: remembered drift not renewed far out in a double well", StaleDrift(), "double-well"),

@@ -1,6 +1,5 @@
 """The balanced Euler scheme, whose implicitness depends on the noise: of order 1/2 only, even weakly."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class BalancedEuler(Scheme):
     """x+ = x + h f(t, x) + B(t, x) dW + C (x - x+) with C = |dW_1| + ... + |dW_l|, solved for x+.
 

@@ -1,6 +1,5 @@
 """The splitting scheme BAOAB for Langevin dynamics, of order 2 in law."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from sdaeverify import Array, Claim, Increment, Langevin, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class BAOAB(Scheme):
     """Half a kick, half a move, the exact Ornstein-Uhlenbeck step of the momentum, half a move, half a kick.
 

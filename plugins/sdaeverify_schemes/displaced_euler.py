@@ -1,12 +1,10 @@
 """A negative control: a scheme that is known not to converge to the solution."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class DisplacedEuler(Scheme):
     """x+ = x + f(t, y) h + B(t, y) dW with y = 1.05 x + 0.05: Euler-Maruyama, coefficients taken beside the state.
 

@@ -1,6 +1,5 @@
 """Explicit Euler schemes for SDEs: Euler-Maruyama and its drift-truncated and tamed variants."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from sdaeverify.numerics import norm
 from ._euler_orders import ORDERS
 
 
-@dataclass(frozen=True)
 class EulerMaruyama(Scheme):
     """x+ = x + f(t, x) h + B(t, x) dW."""
 
@@ -35,7 +33,6 @@ class EulerMaruyama(Scheme):
         return Step(x + h * problem.drift(t, x) + problem.diffused(t, x, noise.dW))
 
 
-@dataclass(frozen=True)
 class DriftTruncatedEuler(Scheme):
     """x+ = x + eta h f(t, x) + B(t, x) dW with eta = min(1, 1 / (h |f(t, x)|)).
 
@@ -56,7 +53,6 @@ class DriftTruncatedEuler(Scheme):
         return Step(x + eta * h * f + problem.diffused(t, x, noise.dW), truncated=length > 1.0)
 
 
-@dataclass(frozen=True)
 class TamedEuler(Scheme):
     """x+ = x + h f(t, x) / (1 + h |f(t, x)|) + B(t, x) dW.
 

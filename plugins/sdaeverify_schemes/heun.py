@@ -1,6 +1,5 @@
 """Heun's schemes: for Stratonovich's integral, and for additive noise where it is of weak order 2."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -16,7 +15,6 @@ RUEMELIN = "Ruemelin 1982, for commutative noise"
 LIPSCHITZ = "no projection; at least the strong order, g being Lipschitz near the solution"
 
 
-@dataclass(frozen=True)
 class Heun(Scheme):
     """Heun's scheme with the Stratonovich drift F = f - (1/2) sum_j DB_j B_j of the Ito equation.
 
@@ -51,7 +49,6 @@ class Heun(Scheme):
         return Step(x + 0.5 * (h * (F + G) + kick + apply(C, noise.dW)))
 
 
-@dataclass(frozen=True)
 class HeunAdditive(Scheme):
     """x+ = x + (h/2) [f(t, x) + f(t + h, x + h f(t, x) + B dW)] + B dW for a constant B."""
 

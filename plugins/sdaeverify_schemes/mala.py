@@ -1,6 +1,5 @@
 """The Metropolis-adjusted Langevin algorithm for one component: its stationary law is exact at every step size."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ BALANCE = "Roberts & Tweedie 1996, section 1.4: detailed balance"
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
-@dataclass(frozen=True)
 class MALA(Scheme):
     """A step y = x + h f(x) + sigma dW of Euler-Maruyama is accepted with probability min(1, exp(a)), else x stays.
 

@@ -1,6 +1,5 @@
 """Milstein's scheme for scalar and for diagonal noise."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -9,7 +8,6 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
 
-@dataclass(frozen=True)
 class Milstein(Scheme):
     """x+ = x + f h + B dW + (1/2) sum_j DB_j(x) B_j(x) (dW_j^2 - h).
 

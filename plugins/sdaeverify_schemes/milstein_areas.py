@@ -1,6 +1,5 @@
 """Milstein's scheme for noises that need not commute, with Levy areas or without them."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class MilsteinAreas(Scheme):
     """x+ = x + f h + B dW + sum_jk DB_k(x) B_j(x) I_jk with the double integrals of Ito.
 

@@ -1,6 +1,5 @@
 """Platen's explicit scheme of weak order 2 for scalar, diagonal and additive noise."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from sdaeverify.numerics import apply
 SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 
 
-@dataclass(frozen=True)
 class PlatenWeak2(Scheme):
     """Supporting values y = x + h f + B dW and y_+- = x + h f +- sqrt(h) sum_j B_j.
 

@@ -1,6 +1,5 @@
 """Platen's explicit scheme of weak order 2 for noises that need not commute."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +11,6 @@ from ._side_by_side import side_by_side
 from .platen_weak_2 import SEPARATE
 
 
-@dataclass(frozen=True)
 class PlatenWeak2General(Scheme):
     """Supporting values y = x + h f + B dW, y_j+- = x + h f +- s B_j and u_r+- = x +- s B_r with s = sqrt(h).
 

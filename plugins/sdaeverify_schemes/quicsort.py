@@ -1,6 +1,5 @@
 """The scheme QUICSORT for Langevin dynamics, of strong order 3, with two time integrals of the noise."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from sdaeverify import Array, Claim, Increment, Langevin, Scheme, Step, hookimpl
 EARLY, LATE = 0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0
 
 
-@dataclass(frozen=True)
 class QUICSORT(Scheme):
     """Two forces on a smooth path that has dW, H and K of the Brownian one.
 

@@ -1,6 +1,5 @@
 """Roessler's stochastic Runge-Kutta scheme SRA1 for additive noise, of strong order 3/2."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
@@ -8,7 +7,6 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from ._additive import not_additive
 
 
-@dataclass(frozen=True)
 class SRA1(Scheme):
     """Two stages and the time integral Z = int_t^{t+h} (W(s) - W(t)) ds.
 

@@ -1,6 +1,5 @@
 """Roessler's stochastic Runge-Kutta scheme SRI1W1 of strong order 3/2 for scalar and for diagonal noise."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class SRI1W1(Scheme):
     """Four values of the noise's coefficient b, two of the drift f, and Z = int_t^{t+h} (W(s) - W(t)) ds.
 

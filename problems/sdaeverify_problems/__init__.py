@@ -9,15 +9,11 @@ For problems of one's own the package has the builders that its problems are mad
                          horizon=1.0)
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .fibres._chain import Chain, clamped_chain, free_chain
-    from .fibres._fibre import Edges, Fibre, rotation
-    from .fibres._problem import fibre_problem
-    from .langevin._bath import Bath
-    from .langevin._constrained_langevin import constrained_langevin
+from .fibres._chain import Chain, clamped_chain, free_chain
+from .fibres._fibre import Edges, Fibre, rotation
+from .fibres._problem import fibre_problem
+from .langevin._bath import Bath
+from .langevin._constrained_langevin import constrained_langevin
 
 __all__ = [
     "Bath",
@@ -30,19 +26,3 @@ __all__ = [
     "free_chain",
     "rotation",
 ]
-
-# Whoever loads a problem does not pay for the builders of others.
-_HOMES = {
-    "langevin._bath": "Bath",
-    "fibres._chain": "Chain clamped_chain free_chain",
-    "langevin._constrained_langevin": "constrained_langevin",
-    "fibres._fibre": "Edges Fibre rotation",
-    "fibres._problem": "fibre_problem",
-}
-
-
-def __getattr__(name: str) -> object:
-    for module, names in _HOMES.items():
-        if name in names.split():
-            return getattr(import_module(f".{module}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,10 +23,11 @@ def monomials(*names: str) -> dict[str, Observable]:
     *names : str
         x^2 is the square of the first component of x, r_1 v_2 a product of two others.
     """
-    return {name: _monomial(name) for name in names}
+    return {name: monomial(name) for name in names}
 
 
-def _monomial(name: str) -> Observable:
+def monomial(name: str) -> Observable:
+    """Return one of `monomials`."""
     factors = [FACTOR.fullmatch(word).groups("1") for word in name.split()]  # type: ignore[union-attr]
     places = [(part, int(row) - 1, int(power)) for part, row, power in factors]
 
@@ -61,8 +62,26 @@ def limits(values: Mapping[str, float], source: str) -> tuple[InvariantMean, ...
     return tuple(InvariantMean(observable=name, value=value, source=source) for name, value in values.items())
 
 
+Law = Callable[[Array, Array], float]
+
+
+def normal_means(products: Mapping[str, tuple[int, ...]]) -> dict[str, Law]:
+    """Return the expectations of components and of products of two, of mean m and covariance C.
+
+    Parameters
+    ----------
+    products : mapping of str to tuple of int
+        By name, the rows that are multiplied, one or two.
+    """
+
+    def expectation(i: int, j: int | None = None) -> Law:
+        return lambda m, C: m[i] if j is None else m[i] * m[j] + C[i, j]
+
+    return {name: expectation(*rows) for name, rows in products.items()}
+
+
 def normal_truths(
-    means: Mapping[str, Callable[[Array, Array], float]],
+    means: Mapping[str, Law],
     law: Callable[[float], tuple[Array, Array]],
     limit: tuple[Array, Array],
     source: str,
@@ -79,7 +98,7 @@ def normal_truths(
     source : str
     """
 
-    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
+    def at(mean: Law) -> Callable[[float], float]:
         return lambda t: float(mean(*law(t)))
 
     values = {name: float(mean(*limit)) for name, mean in means.items()}

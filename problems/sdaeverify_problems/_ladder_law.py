@@ -12,25 +12,13 @@ import scipy
 
 from sdaeverify import Array, Chart, Line, Truth
 
-from ._known import normal_truths
+from ._known import monomial, normal_means, normal_truths
 
 SOURCE = "variation of constants, and the fluctuation-dissipation relation"
 
 
-OBSERVABLES = {
-    "e_1": lambda t, s: s["x"][0],
-    "e_2": lambda t, s: s["x"][1],
-    "e_1^2": lambda t, s: s["x"][0] ** 2,
-    "e_1 e_2": lambda t, s: s["x"][0] * s["x"][1],
-    "e_2^2": lambda t, s: s["x"][1] ** 2,
-}
-MEANS = {
-    "e_1": lambda m, P: m[0],
-    "e_2": lambda m, P: m[1],
-    "e_1^2": lambda m, P: m[0] ** 2 + P[0, 0],
-    "e_1 e_2": lambda m, P: m[0] * m[1] + P[0, 1],
-    "e_2^2": lambda m, P: m[1] ** 2 + P[1, 1],
-}
+PRODUCTS = {"e_1": (0,), "e_2": (1,), "e_1^2": (0, 0), "e_1 e_2": (0, 1), "e_2^2": (1, 1)}
+OBSERVABLES = {name: monomial(name.replace("e", "x")) for name in PRODUCTS}
 
 
 class Ladder(NamedTuple):
@@ -78,4 +66,4 @@ class Ladder(NamedTuple):
 
 def truths(ladder: Ladder) -> tuple[Truth, ...]:
     """Return the expectations of all observables, at every time and in the long run."""
-    return normal_truths(MEANS, ladder.law, ladder.limit, SOURCE)
+    return normal_truths(normal_means(PRODUCTS), ladder.law, ladder.limit, SOURCE)

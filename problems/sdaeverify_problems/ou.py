@@ -2,16 +2,7 @@
 
 import numpy as np
 
-from sdaeverify import (
-    SDE,
-    Array,
-    Chart,
-    Increment,
-    Line,
-    MeanSquareStability,
-    ParameterError,
-    hookimpl,
-)
+from sdaeverify import SDE, Array, Chart, Increment, Line, MeanSquareStability, ParameterError, hookimpl
 
 from . import _controls as controls
 from . import _normal_law as normal

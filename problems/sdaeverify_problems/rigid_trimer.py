@@ -1,15 +1,16 @@
 """Three atoms in space with two rigid bonds: their angle tells the surface measure from wrong powers of det G."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Moment, Parts, Truth, hookimpl, on_request
+from sdaeverify import Array, ConstrainedLangevin, Parts, Truth, hookimpl, on_request
 
 from . import _controls as controls
 from ._arguments import check_not_negative, check_positive
 from ._interval_diffusion import IntervalDiffusion
+from ._known import limits, moments
 from ._quadrics import Quadrics
 
 SOURCE = "diffusion of c = b_1 . b_2 on [-1, 1], eigenfunctions in polynomials"
@@ -61,7 +62,7 @@ def rigid_trimer(
         horizon=horizon,
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables=OBSERVABLES,
-        truths=() if eps else tuple(truths(float(np.cos(angle)), sigma)),
+        truths=() if eps else truths(float(np.cos(angle)), sigma),
         relaxation=np.inf if eps else 1.0 / angle_diffusion(sigma).gap,
         units="bond length 1, time in the unit in which sigma is given",
         source="Laurent 2022, (1.2) and (1.4), on a chain of two rigid bonds",
@@ -89,16 +90,14 @@ def angle_diffusion(sigma: float) -> IntervalDiffusion:
     return IntervalDiffusion(c, density / density.sum(), 3.0 * sigma**2 * (1.0 - c * c) / (2.0 - c), POLYNOMIALS)
 
 
-def truths(start: float, sigma: float) -> Iterator[Truth]:
-    """Yield the expectations of the powers of c at every time, and in the long run that of c^2: odd powers vanish."""
+def truths(start: float, sigma: float) -> tuple[Truth, ...]:
+    """Return the expectations of powers of c at every time, and in the long run that of c^2: odd powers vanish."""
     diffusion = angle_diffusion(sigma)
-    for n, name in enumerate(OBSERVABLES, start=1):
-
-        def value(t: float, n: int = n) -> float:
-            return diffusion.expectation(lambda c: c**n, start, t)
-
-        yield Moment(observable=name, value=value, source=SOURCE)
-    yield InvariantMean(observable="c^2", value=diffusion.mean(np.square), source=SOURCE)
+    values = {
+        name: lambda t, n=n: diffusion.expectation(lambda c: c**n, start, t)
+        for n, name in enumerate(OBSERVABLES, start=1)
+    }
+    return (*moments(values, SOURCE), *limits({"c^2": diffusion.mean(np.square)}, SOURCE))
 
 
 @hookimpl

@@ -5,7 +5,7 @@ time; a step is a pure function that accepts any batch of paths.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import InitVar, dataclass
+from dataclasses import FrozenInstanceError, InitVar, dataclass
 from functools import cached_property
 from math import nan
 from numbers import Real
@@ -147,8 +147,14 @@ def is_about(quantity: str, name: str) -> bool:
     return name in {quantity, quantity.removesuffix(AT_T)}
 
 
+class _Frozen:
+    # The decorator freezes the class that it is put above; a subclass without parameters of its own needs none.
+    def __setattr__(self, name: str, value: object) -> None:
+        raise FrozenInstanceError(f"cannot assign to field {name!r}")
+
+
 @dataclass(frozen=True)
-class Scheme:
+class Scheme(_Frozen):
     """Base of all schemes: a subclass sets the class variables and writes `step`.
 
     Attributes

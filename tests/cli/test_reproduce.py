@@ -192,6 +192,8 @@ BROKEN = """
 from sdaeverify_papers import Experiment, SchemeRun
 
 class Broken(Experiment):
+    name, title, source, paths = "broken", "t", "s", 2
+
     def work(self, budget):
         return {{"a": SchemeRun(problem="gbm", scheme="{scheme}", steps=2)}}
 
@@ -200,7 +202,7 @@ class Broken(Experiment):
 
 @hookimpl
 def sdaeverify_experiments():
-    return [Broken(name="broken", title="t", source="s", paths=2)]
+    return [Broken()]
 """
 
 

@@ -1,7 +1,5 @@
 """Planning of experiments: labels, budget, order of the blocks."""
 
-from dataclasses import dataclass
-
 import pytest
 
 from experiments.running import planned_run
@@ -61,17 +59,25 @@ def test_labels_that_name_nothing(planned, wrong, message):
         planned(wrong)
 
 
+def test_empty_blocks(planned):
+    """Blocks without paths are refused."""
+    with pytest.raises(UsageError, match="experiment 'mine': a block needs at least 1 path, got 0"):
+        planned(row(), block=0)
+
+
 def test_too_few_paths(planned):
     """One path has no standard error."""
     with pytest.raises(UsageError, match="paths must be at least 2"):
         planned(row(), paths=1)
 
 
-@dataclass(frozen=True, kw_only=True)
 class OnOneNoise(Experiment):
     """Two problems on one noise."""
 
-    steps: tuple[int, int]
+    name, title, source = "mine", "t", "s"
+
+    def __init__(self, *steps: int) -> None:
+        self.steps = steps
 
     def work(self, budget):
         noise = SharedNoise("common", 1)
@@ -87,8 +93,7 @@ class OnOneNoise(Experiment):
 
 def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
-    own = {"name": "mine", "title": "t", "source": "s"}
-    ((task, keys),) = planned_run(registry, "mine", OnOneNoise(**own, steps=(4, 8))).plan.groups
+    ((task, keys),) = planned_run(registry, "mine", OnOneNoise(4, 8)).plan.groups
     assert (task.label, keys) == ("common", ("gbm", "ou"))
     with pytest.raises(UsageError, match=r"must be the least times powers of 2, got \[4, 12\]"):
-        planned_run(registry, "mine", OnOneNoise(**own, steps=(4, 12)))
+        planned_run(registry, "mine", OnOneNoise(4, 12))

@@ -11,7 +11,7 @@ from facade import lindner_2018_figure_4_2 as convergence
 from facade import lindner_2018_figure_4_3 as skipping
 from facade import lindner_2018_figure_5_1 as refinement
 from sdaeverify.probing import Source, brownian_steps
-from sdaeverify_papers.experiments._estimates import mean, order
+from sdaeverify_papers.experiments._estimates import mean, mean_count, order
 from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
 
 
@@ -85,9 +85,8 @@ def test_cells_keep_their_place():
 
 def test_fibres_of_different_grids_on_one_noise(registry):
     """Two fibres on one white noise move together, and their tips have the law of the linear equation."""
-    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-5-1"]
-    law = Law(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
-    evidence = evidence_of(registry, experiment.name, law, paths=40)
+    law = Law()
+    evidence = evidence_of(registry, law.name, law, paths=40)
 
     tips = [refinement._tip_positions(evidence, cells, "r") for cells in (10, 40)]
     for cells, x in zip((10, 40), tips, strict=True):
@@ -115,9 +114,8 @@ class Short(convergence.Convergence):
 @pytest.mark.slow
 def test_schemes_converge_on_the_fibre(registry):
     """(A), (B) and (B') have order 1 at alpha = 4 and little noise, and an error is told from one of order 1/2."""
-    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-4-2"]
-    short = Short(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
-    evidence = evidence_of(registry, experiment.name, short, paths=4)
+    short = Short()
+    evidence = evidence_of(registry, short.name, short, paths=4)
     (case,) = short.cases(Budget.SMOKE)
 
     for scheme in convergence.NAMES:
@@ -140,9 +138,8 @@ class Few(skipping.Skipping):
 
 def test_defects_grow_with_the_skipped_steps(registry):
     """With every projection the constraints hold to rounding; between projections they are left, more with more."""
-    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-4-3"]
-    few = Few(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
-    evidence = evidence_of(registry, experiment.name, few, paths=3)
+    few = Few()
+    evidence = evidence_of(registry, few.name, few, paths=3)
     at = few.setting(Budget.SMOKE)
 
     for note in ("length", "velocity"):
@@ -151,10 +148,8 @@ def test_defects_grow_with_the_skipped_steps(registry):
         assert none < 1e-13
         assert 1e-9 < some < many
     for skip in at.skips:
-        value, _, a_step = skipping.iterations(evidence, skip, "0.0")
-        assert 1.0 <= value <= 3.0
-        assert a_step == pytest.approx(value / (skip + 1))
-    assert skipping.iterations(evidence, 100, "1e-08")[0] <= skipping.iterations(evidence, 100, "1e-11")[0]
+        assert 1.0 <= mean_count(evidence, (skip, "0.0")).value <= 3.0
+    assert mean_count(evidence, (100, "1e-08")).value <= mean_count(evidence, (100, "1e-11")).value
     assert 1.0 <= skipping.count_if_early(evidence, 10).value <= skipping.count_if_early(evidence, 100).value <= 2.0
 
 

@@ -6,17 +6,19 @@ import pytest
 from facade import HalfExplicitEuler, WrongVariance, flatten, load_registry, select_problems
 from sdaeverify import Increment
 from sdaeverify.probing import OneStep, cloud
-from sdaeverify_planted.coefficients import AlmostHalf, WrongPlaces, WrongStages
-from sdaeverify_planted.higher_orders import ScaledArea, ScaledCorrection, WrongSupport
+from sdaeverify_planted._within import ScaledEuler
+from sdaeverify_planted.coefficients import AlmostHalf, WrongStages, WrongTimes
+from sdaeverify_planted.higher_orders import OtherArea, ScaledCorrection, WrongSupport
 from sdaeverify_planted.mechanics import WithoutCoriolis, WrongBAOAB, WrongHalfExplicit, WrongImplicitEuler
 from sdaeverify_planted.projections import WrongFixman
 
 H, T = 2.0**-5, 0.25
 RIGHT = [
     (WrongVariance(0.0), "euler-maruyama", "gbm"),
-    (WrongPlaces(), "euler-maruyama", "forced-ou"),
+    (WrongTimes(), "euler-maruyama", "forced-ou"),
+    (ScaledEuler(), "euler-maruyama", "gbm"),
     (ScaledCorrection(0.5), "milstein", "gbm"),
-    (ScaledArea(1.0), "sra1", "double-well"),
+    (OtherArea(), "sra1", "double-well"),
     (WrongStages(), "heun-additive", "forced-ou"),
     (WrongSupport(), "platen-weak-2", "gbm"),
     (WrongFixman(0.0), "projected-euler", "ellipse[measure=delta]"),

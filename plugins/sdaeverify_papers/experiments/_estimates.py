@@ -1,12 +1,12 @@
 """Estimates that several experiments share: means with their error, orders with theirs."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdaeverify import Array
-from sdaeverify_papers import TableEntry
+from sdaeverify_papers import Curve, ExperimentEvidence, TableEntry
 
 # Of the normal law: an interval of 90 percent, as in the paper on fibres.
 NINETY = 1.6448536269514722
@@ -37,6 +37,10 @@ class Mean(NamedTuple):
         """
         return TableEntry(group, at, float(self.value), float(self.std_error), self.paths, **known)
 
+    def curve(self, label: str, x: Array, hue: int | None = None) -> Curve:
+        """Return it over x, with intervals of 90 percent."""
+        return Curve(label, x, self.value, self.low, self.high, hue=hue)
+
     @property
     def low(self) -> Array:
         """Lower end of the interval of 90 percent."""
@@ -52,6 +56,24 @@ def mean(values: Array) -> Mean:
     """Return the mean over the last axis with its standard error."""
     paths = values.shape[-1]
     return Mean(values.mean(axis=-1), values.std(axis=-1, ddof=1) / np.sqrt(paths), paths)
+
+
+def stack(means: Sequence[Mean]) -> Mean:
+    """Return means of the same paths as one, along a new first axis."""
+    return Mean(
+        np.array([each.value for each in means]), np.array([each.std_error for each in means]), means[0].paths
+    )
+
+
+def mean_count(evidence: ExperimentEvidence, key: Hashable, counter: str = "newton_iterations") -> Mean:
+    """Return the mean of a cost of a run over steps and paths, with its error from blocks; NaN if there is none."""
+    found = evidence.run(key)
+    if found.error or not found.paths:
+        return Mean(np.nan, np.nan, 0)
+    total, count = found.costs[counter].T
+    blocks = total / count
+    std_error = blocks.std(ddof=1) / np.sqrt(len(blocks)) if len(blocks) > 1 else 0.0
+    return Mean(total.sum() / count.sum(), std_error, found.paths)
 
 
 def order(h: Array, errors: Array, reference: float = 0.0) -> Mean:

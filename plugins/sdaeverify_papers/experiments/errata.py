@@ -120,6 +120,22 @@ MEAN_SQUARES = (4.045e-05, 2.3559e-05)
 class Errata(Experiment):
     """What is printed, what is right, and how one knows."""
 
+    name = "errata"
+    title = "errors in print: what is printed, what is right, how one knows"
+    source = "Lindner & Stroot 2017, Lindner et al. 2018, Laurent 2022, Qu et al. 2010"
+    paths = 2
+    notes = (
+        "The sign of D^2 g: estimates of energy and schemes that project in each step do not see it. What sees it: "
+        "an unprojected step, mu, and a value computed before; the planted bugs of `selftest` hold it.",
+        "Laurent Table 1 and Qu Table 1 are run by laurent-2022-table-1 and qu-2010-table-1.",
+        "Unexplained: Laurent Table 1, column UA. Printed errors at h = 2^-7 are about half of the scheme's, and "
+        "near those of h = 2^-8. Neither the noise of three points, nor the direction of the new point, nor an "
+        "iteration that ends early gives them for all m.",
+        "Smaller ones, without a number: LF (3.3), (3.6): coefficients at the integration variable; LF Lemma 9: "
+        "entries of G~ in the recursion; LS (3.12): d nu in the first line; LS (2.7): M^{-1} grad g maps R^m to "
+        "R^n.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return the probes."""
         return dict(PROBES)
@@ -239,27 +255,7 @@ def _averages(evidence: ExperimentEvidence) -> Panel:
     return Panel("Qu, Figure 1: averages of x^2, set I, T = 10", "average", "share below", curves, "x")
 
 
-NOTES = (
-    "The sign of D^2 g: estimates of energy and schemes that project in each step do not see it. What sees it: an "
-    "unprojected step, mu, and a value computed before; the planted bugs of `selftest` hold it.",
-    "Laurent Table 1 and Qu Table 1 are run by laurent-2022-table-1 and qu-2010-table-1.",
-    "Unexplained: Laurent Table 1, column UA. Printed errors at h = 2^-7 are about half of the scheme's, and near "
-    "those of h = 2^-8. Neither the noise of three points, nor the direction of the new point, nor an iteration that "
-    "ends early gives them for all m.",
-    "Smaller ones, without a number: LF (3.3), (3.6): coefficients at the integration variable; LF Lemma 9: entries "
-    "of G~ in the recursion; LS (3.12): d nu in the first line; LS (2.7): M^{-1} grad g maps R^m to R^n.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the list."""
-    return [
-        Errata(
-            name="errata",
-            title="errors in print: what is printed, what is right, how one knows",
-            source="Lindner & Stroot 2017, Lindner et al. 2018, Laurent 2022, Qu et al. 2010",
-            paths=2,
-            notes=NOTES,
-        )
-    ]
+    return [Errata()]

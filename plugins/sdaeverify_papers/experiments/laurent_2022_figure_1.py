@@ -18,6 +18,8 @@ from sdaeverify_papers import (
     Work,
 )
 
+from ._estimates import Mean, mean
+
 # The values of eps of which the invariant mean is known, from fast to slow penalties, and the limit.
 STIFFNESSES = ("0", "1e-06", "0.0001", "0.001", "0.01", "0.1", "1.0", "10.0")
 # With the noise (2.3) of the paper.
@@ -32,6 +34,20 @@ OBSERVABLE = "|x|^2"
 
 class StationaryErrors(Experiment):
     """Time averages of |x|^2 minus the invariant mean."""
+
+    name = "laurent-2022-figure-1"
+    title = "errors of E |x|^2 on the torus for eps from 0 to 10 and h = T/2^9, T/2^10, ..., T = 10"
+    source = "Laurent 2022, Figure 1"
+    paths = 100
+    full_paths = 1000
+    block = 500
+    notes = (
+        "The figure is a plot without numbers, of 10^7 end values at T = 10. Averages over the times from 2 to 20 "
+        "of each path resolve the errors with few paths.",
+        "Explicit Euler is stable for h (1/eps + 25) < 2 only, so that its paths are lost for small eps.",
+        "Where steps have no root, paths keep their state; for eps of order 1 the process comes near the torus' "
+        "axis.",
+    )
 
     def levels(self, budget: Budget) -> range:
         """Return the exponents k of h = T/2^k."""
@@ -74,8 +90,8 @@ def exact(evidence: ExperimentEvidence, eps: str) -> float:
     return next(each.value for each in truths if isinstance(each, InvariantMean) and each.observable == OBSERVABLE)
 
 
-def mean_and_error(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> tuple[float, float]:
-    """Return the mean of the time averages and its standard error; NaN where paths are lost.
+def stationary_mean(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Mean:
+    """Return the mean of the time averages; NaN where paths are lost.
 
     Parameters
     ----------
@@ -86,29 +102,25 @@ def mean_and_error(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) 
         The run has steps of T/2^k.
     """
     if scheme == EXPLICIT and eps == "0":
-        return np.nan, np.nan
-    values = evidence.values((scheme, eps, k), "mean")[-1]
-    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+        return Mean(np.nan, np.nan, 0)
+    return mean(evidence.values((scheme, eps, k), "mean")[-1])
 
 
 def _entries(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Iterator[TableEntry]:
-    value, std_error = mean_and_error(evidence, scheme, eps, k)
-    if np.isfinite(value):
-        yield TableEntry(
+    found, known = stationary_mean(evidence, scheme, eps, k), exact(evidence, eps)
+    if np.isfinite(found.value):
+        yield found._replace(value=found.value - known).entry(
             f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
-            {"h": f"10/2^{k}", "eps": eps, "mean": f"{value:.5f}"},
-            value - exact(evidence, eps),
-            std_error,
-            evidence.paths,
-            more={"invariant_mean": exact(evidence, eps)},
+            {"h": f"10/2^{k}", "eps": eps, "mean": f"{found.value:.5f}"},
+            more={"invariant_mean": known},
         )
 
 
 def _curve(evidence: ExperimentEvidence, scheme: str, k: int, label: str, hue: int) -> Curve:
     eps = np.array([max(float(each), 1e-7) for each in STIFFNESSES])
-    means = np.array([mean_and_error(evidence, scheme, each, k) for each in STIFFNESSES])
-    size = np.abs(means[:, 0] - [exact(evidence, each) for each in STIFFNESSES])
-    low, high = np.maximum(size - 2.0 * means[:, 1], 1e-5), size + 2.0 * means[:, 1]
+    value, error, _ = np.array([stationary_mean(evidence, scheme, each, k) for each in STIFFNESSES]).T
+    size = np.abs(value - [exact(evidence, each) for each in STIFFNESSES])
+    low, high = np.maximum(size - 2.0 * error, 1e-5), size + 2.0 * error
     kept = np.isfinite(size)
     return Curve(label, eps[kept], size[kept], low[kept], high[kept], hue=hue)
 
@@ -151,25 +163,7 @@ def _describe_losses(evidence: ExperimentEvidence) -> Iterator[str]:
                     yield f"{name}, eps = {eps}, h = 10/2^9: {count} of {paths.shape[1]} paths {what}"
 
 
-NOTES = (
-    "The figure is a plot without numbers, of 10^7 end values at T = 10. Averages over the times from 2 to 20 of "
-    "each path resolve the errors with few paths.",
-    "Explicit Euler is stable for h (1/eps + 25) < 2 only, so that its paths are lost for small eps.",
-    "Where steps have no root, paths keep their state; for eps of order 1 the process comes near the torus' axis.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figure."""
-    return [
-        StationaryErrors(
-            name="laurent-2022-figure-1",
-            title="errors of E |x|^2 on the torus for eps from 0 to 10 and h = T/2^9, T/2^10, ..., T = 10",
-            source="Laurent 2022, Figure 1",
-            paths=100,
-            full_paths=1000,
-            block=500,
-            notes=NOTES,
-        )
-    ]
+    return [StationaryErrors()]

@@ -40,6 +40,16 @@ def steps(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping
 class Roots(Experiment):
     """The geometry of kappa, beside what the scheme finds."""
 
+    name = "lindner-2017-figure-5-1"
+    title = "the equation for kappa on the pendulum: two roots, one, none, and with truncation"
+    source = "Lindner & Stroot 2017, Figure 5.1"
+    paths = 2
+    notes = (
+        "From the lowest point, with h = 1 and without noise; eta_k takes the motion to at most C_eta, so that "
+        "there are two roots, and one of them below C_kappa.",
+        "At omega h = 1 the two roots are one, with a Jacobian of 0, which Newton's method reaches linearly.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return one probe of single steps."""
         return {"steps": Probe(steps, ("pendulum[c_g=0]",), tuple(SCHEMES.values()))}
@@ -84,22 +94,7 @@ def _panel(found: Mapping[str, Array], turn: int) -> Panel:
     return Panel(f"{WORDS[turn]}: omega h = {x:g}", "x_1", "x_2", tuple(curves), equal=True)
 
 
-NOTES = (
-    "From the lowest point, with h = 1 and without noise; eta_k takes the motion to at most C_eta, so that there are "
-    "two roots, and one of them below C_kappa.",
-    "At omega h = 1 the two roots are one, with a Jacobian of 0, which Newton's method reaches linearly.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figure."""
-    return [
-        Roots(
-            name="lindner-2017-figure-5-1",
-            title="the equation for kappa on the pendulum: two roots, one, none, and with truncation",
-            source="Lindner & Stroot 2017, Figure 5.1",
-            paths=2,
-            notes=NOTES,
-        )
-    ]
+    return [Roots()]

@@ -58,6 +58,15 @@ PROBLEMS = {"c_g = 1": "pendulum[c_g=1]", "c_g = 0": "pendulum[c_g=0]"}
 class Multipliers(Experiment):
     """Exponents of the estimate, by single steps."""
 
+    name = "lindner-2017-estimate-3-17"
+    title = "exponents of kappa and of the remainders of lambda"
+    source = "Lindner & Stroot 2017, (3.17)"
+    paths = 2
+    notes = (
+        "w is the same at every h. Estimate (3.17) bounds the three by h^2, h^2 and h; without tangential force "
+        "lambda^re is of size h^3 on the circle.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
         scheme = "half-explicit-euler[truncation=none]"
@@ -93,21 +102,7 @@ def _panel(found: Mapping[str, Array], row: int) -> Panel:
     return Panel(f"one step of the pendulum, {list(PROBLEMS)[row]}", "h", "size", tuple(curves), "xy")
 
 
-NOTES = (
-    "w is the same at every h. Estimate (3.17) bounds the three by h^2, h^2 and h; without tangential force "
-    "lambda^re is of size h^3 on the circle.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the exponents."""
-    return [
-        Multipliers(
-            name="lindner-2017-estimate-3-17",
-            title="exponents of kappa and of the remainders of lambda",
-            source="Lindner & Stroot 2017, (3.17)",
-            paths=2,
-            notes=NOTES,
-        )
-    ]
+    return [Multipliers()]

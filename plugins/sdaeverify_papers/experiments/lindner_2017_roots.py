@@ -66,6 +66,19 @@ def exact_share(omega: float, h: float, steps: int) -> float:
 class WithoutRoot(Experiment):
     """Shares of paths, with truncation and without."""
 
+    name = "lindner-2017-section-5-1-roots"
+    title = "share of pendulum paths that meet a step without root, with and without truncation"
+    source = "Lindner & Stroot 2017, section 5.1"
+    paths = 2000
+    full_paths = 100000
+    block = 5000
+    notes = (
+        "On the free pendulum omega is a Markov chain, whose first exit from |omega| h < 1 needs no sampling: the "
+        "column scheme. With truncation there is a root at every h, Theorem 3.4.",
+        "At h = 1/2 and omega_0 = 2, and wherever omega_0 h >= 1, the first step has none; at omega_0 h = 1 it has "
+        "one, with a Jacobian of 0.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return the runs."""
         return {
@@ -138,25 +151,7 @@ def _panel(evidence: ExperimentEvidence) -> Panel:
     return Panel(title, "h", "share up to T = 1", tuple(curves), "x")
 
 
-NOTES = (
-    "On the free pendulum omega is a Markov chain, whose first exit from |omega| h < 1 needs no sampling: the column "
-    "scheme. With truncation there is a root at every h, Theorem 3.4.",
-    "At h = 1/2 and omega_0 = 2, and wherever omega_0 h >= 1, the first step has none; at omega_0 h = 1 it has one, "
-    "with a Jacobian of 0.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the shares."""
-    return [
-        WithoutRoot(
-            name="lindner-2017-section-5-1-roots",
-            title="share of pendulum paths that meet a step without root, with and without truncation",
-            source="Lindner & Stroot 2017, section 5.1",
-            paths=2000,
-            full_paths=100000,
-            block=5000,
-            notes=NOTES,
-        )
-    ]
+    return [WithoutRoot()]

@@ -21,6 +21,15 @@ def arc_lengths(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> M
 class Grid(Experiment):
     """Points and edges along the fibre."""
 
+    name = "lindner-2018-figure-2-1"
+    title = "the spatial grid of the clamped fibre and its ghost points"
+    source = "Lindner et al. 2018, Figure 2.1"
+    paths = 2
+    notes = (
+        "Points are means over cells of length ds; the first cell belongs to the clamp, so that ds = 1/(N + 1). "
+        "Beyond the stress-free end r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}.",
+    )
+
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
         return {"grid": Probe(arc_lengths, (fibre_label(N=N),))}
@@ -45,21 +54,7 @@ class Grid(Experiment):
         return Exhibit(tuple(entries), (panel,))
 
 
-NOTES = (
-    "Points are means over cells of length ds; the first cell belongs to the clamp, so that ds = 1/(N + 1). Beyond "
-    "the stress-free end r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the drawing."""
-    return [
-        Grid(
-            name="lindner-2018-figure-2-1",
-            title="the spatial grid of the clamped fibre and its ghost points",
-            source="Lindner et al. 2018, Figure 2.1",
-            paths=2,
-            notes=NOTES,
-        )
-    ]
+    return [Grid()]

@@ -70,6 +70,19 @@ def shape(r: Array, v: Array) -> Shape:
 class Fibres(Experiment):
     """A path of each fibre, drawn; its crimp and its fluctuations as means."""
 
+    name = "lindner-2018-figure-4-1"
+    title = "the fibre in the rotating flow and its velocity: two stiffnesses, two turbulences"
+    source = "Lindner et al. 2018, Figure 4.1"
+    paths = 4
+    full_paths = 4
+    block = 4
+    notes = (
+        "The first path of each fibre is drawn, on the same Brownian motion; means are over all paths.",
+        "The paper draws ds = 5e-3 and dt = 2.5e-7 and does not print the time; it scales velocities at beta = 1e-4.",
+        "Expected: a larger beta crimps the fibre and lets velocities fluctuate; a smaller alpha, a stiffer fibre, "
+        "less.",
+    )
+
     def resolution(self, budget: Budget) -> Resolution:
         """Return the paper's points at full budget."""
         return LARGE if budget is Budget.FULL else SMALL
@@ -138,24 +151,7 @@ def _velocities(evidence: ExperimentEvidence, alpha: str, horizon: float) -> Pan
     )
 
 
-NOTES = (
-    "The first path of each fibre is drawn, on the same Brownian motion; means are over all paths.",
-    "The paper draws ds = 5e-3 and dt = 2.5e-7 and does not print the time; it scales velocities at beta = 1e-4.",
-    "Expected: a larger beta crimps the fibre and lets velocities fluctuate; a smaller alpha, a stiffer fibre, less.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figure."""
-    return [
-        Fibres(
-            name="lindner-2018-figure-4-1",
-            title="the fibre in the rotating flow and its velocity: two stiffnesses, two turbulences",
-            source="Lindner et al. 2018, Figure 4.1",
-            paths=4,
-            full_paths=4,
-            block=4,
-            notes=NOTES,
-        )
-    ]
+    return [Fibres()]

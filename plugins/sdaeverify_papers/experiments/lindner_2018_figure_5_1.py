@@ -73,6 +73,23 @@ class CellSums:
 class SpaceTime(Experiment):
     """Errors of (A) with dt = ds against the finest grid, and the law of one fine noise seen by two fibres."""
 
+    name = "lindner-2018-figure-5-1"
+    title = "refinement in space and time together, dt = ds -> 0, on shared white noise"
+    source = "Lindner et al. 2018, Figure 5.1"
+    paths = 20
+    full_paths = 20
+    block = 20
+    notes = (
+        "One white noise in space and time drives all grids: increments of neighbouring cells and steps are added, "
+        "so that the coarse noise is that of the fine one to rounding (Chen's relation).",
+        "Errors are taken on the coarse cells, over which the finest fibre is averaged. Orders are those of the "
+        "distance of neighbouring grids, where no reference has an error of its own.",
+        "In v no order shows at beta = 0.1: the drag forgets a velocity within Dr^2 = 1/100, and steps are longer, "
+        "so that the kick of a step is damped by a factor of its length. The paper does not say of what its order "
+        "1 is.",
+        "Scheme: the standard deviation of (A) on the linear equation at these steps.",
+    )
+
     def cells(self, budget: Budget) -> Cells:
         """Return the paper's time at full budget."""
         return WHOLE if budget is Budget.FULL else SHORT
@@ -210,11 +227,7 @@ def _variance(evidence: ExperimentEvidence, cells: int, part: str) -> TableEntry
 
 def _panel(evidence: ExperimentEvidence, at: Cells) -> Panel:
     ds = 1.0 / np.array(at.numbers[:-1])
-    curves = []
-    for beta in BETAS:
-        for z in Z:
-            found = mean(_errors(evidence, at, beta, z))
-            curves.append(Curve(f"{z}, beta = {beta}", ds, found.value, found.low, found.high))
+    curves = [mean(_errors(evidence, at, beta, z)).curve(f"{z}, beta = {beta}", ds) for beta in BETAS for z in Z]
     curves.append(Curve("order 1", ds, curves[0].y[0] * ds / ds[0], kind="guide"))
     return Panel(f"(A), dt = ds, T = {at.horizon}", "dt = ds", "relative error at T, 90 %", tuple(curves), "xy")
 
@@ -232,28 +245,7 @@ def _law_panel(evidence: ExperimentEvidence) -> Panel:
     )
 
 
-NOTES = (
-    "One white noise in space and time drives all grids: increments of neighbouring cells and steps are added, so "
-    "that the coarse noise is that of the fine one to rounding (Chen's relation).",
-    "Errors are taken on the coarse cells, over which the finest fibre is averaged. Orders are those of the "
-    "distance of neighbouring grids, where no reference has an error of its own.",
-    "In v no order shows at beta = 0.1: the drag forgets a velocity within Dr^2 = 1/100, and steps are longer, so "
-    "that the kick of a step is damped by a factor of its length. The paper does not say of what its order 1 is.",
-    "Scheme: the standard deviation of (A) on the linear equation at these steps.",
-)
-
-
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figure."""
-    return [
-        SpaceTime(
-            name="lindner-2018-figure-5-1",
-            title="refinement in space and time together, dt = ds -> 0, on shared white noise",
-            source="Lindner et al. 2018, Figure 5.1",
-            paths=20,
-            full_paths=20,
-            block=20,
-            notes=NOTES,
-        )
-    ]
+    return [SpaceTime()]

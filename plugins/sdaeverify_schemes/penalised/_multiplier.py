@@ -39,15 +39,13 @@ class OldNormals:
     level: Array
 
     def solve(self, *, frozen: bool = False) -> Reached:
-        """Return y + g(x) lambda: as the constraint's author does, on other paths by Newton's method.
+        """Return y + g(x) lambda, by Newton's method.
 
         With the matrix g(x)^T g(x) throughout if it is frozen: then only the distance tells roots apart.
         """
         if frozen:
             return Reached.by(self._iterate(self.y, (), MANY, self.at.gram), self.y)
-        if (known := self.at.root(self.y, self.level)) is None:
-            return self.search()
-        return self._search_again(Reached(*known, known.iterations), ~known.converged, OldNormals.search)
+        return self.search()
 
     def search(self) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).

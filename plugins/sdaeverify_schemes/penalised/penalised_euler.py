@@ -1,6 +1,5 @@
 """Euler-Maruyama for penalised Langevin dynamics, whose steps must be shorter than eps."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Array, Claim, ConstrainedLangevin, Increment, Scheme, Step, hookimpl
@@ -8,7 +7,6 @@ from sdaeverify import Array, Claim, ConstrainedLangevin, Increment, Scheme, Ste
 from ._langevin_noise import LangevinScheme
 
 
-@dataclass(frozen=True)
 class PenalisedEuler(LangevinScheme):
     """x+ = x + sqrt(h) sigma xi + h f + (h sigma^2/4) grad ln det G - (h/eps) g G^{-1} zeta, (1.5).
 

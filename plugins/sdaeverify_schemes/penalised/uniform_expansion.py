@@ -1,6 +1,5 @@
 """The explicit expansion of the uniformly accurate step."""
 
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -56,7 +55,6 @@ class ExpansionWeights(NamedTuple):
         )
 
 
-@dataclass(frozen=True)
 class UniformExpansion(LangevinScheme):
     """x+ = x + sqrt(h) A + h B: (2.2) up to h^(3/2) in the weak sense, uniformly in eps.
 

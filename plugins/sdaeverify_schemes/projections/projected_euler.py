@@ -1,6 +1,5 @@
 """Euler-Maruyama with projection onto the invariant manifold of an SDE."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +11,6 @@ from ._old_normals import onto_constraint
 NORMAL = "on the manifold, the projection adds the Milstein term: D^2 g(B_j, B_k) = -Dg DB_j B_k"
 
 
-@dataclass(frozen=True)
 class ProjectedEuler(Scheme):
     """An Euler-Maruyama step y = x + h f + B dW, then x+ = y + grad g(y) kappa with g(x+) = 0.
 

@@ -1,50 +1,39 @@
 """What is known of Langevin dynamics with a linear drift and an affine constraint: everything."""
 
-from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Chart, Increment, Line, Parts, Pathwise, Truth
+from sdaeverify import Array, Chart, Increment, Line, Pathwise, Truth
 
-from .._known import normal_truths, solution
+from .._known import Observable, monomials, normal_means, normal_truths, solution
 from ._langevin import AffineLangevin
 from ._stiff_linear import StiffLinear
 
 SOURCE = "variation of constants"
 
 
-class Observed(NamedTuple):
-    """An observable, and its expectation as a function of mean and covariance."""
-
-    value: Callable[[float, Parts], Array]
-    mean: Callable[[Array, Array], float]
+PRODUCTS = {"x_1": (0,), "x_2": (1,), "x_1^2": (0, 0), "x_1 x_2": (0, 1)}
 
 
-def observables(given: AffineLangevin) -> dict[str, Observed]:
+def observables(given: AffineLangevin) -> dict[str, Observable]:
     """Return observables of first and second degree, with the distance to the flat where there is one."""
-    B, b = given.B, given.b
-    known = {
-        "x_1": Observed(lambda t, s: s["x"][0], lambda m, C: m[0]),
-        "x_2": Observed(lambda t, s: s["x"][1], lambda m, C: m[1]),
-        "x_1^2": Observed(lambda t, s: s["x"][0] ** 2, lambda m, C: m[0] ** 2 + C[0, 0]),
-        "x_1 x_2": Observed(lambda t, s: s["x"][0] * s["x"][1], lambda m, C: m[0] * m[1] + C[0, 1]),
-    }
-    distance = Observed(
-        lambda t, s: ((B.T @ s["x"] - b[:, None]) ** 2).sum(axis=0),
-        lambda m, C: float(((B.T @ m - b) ** 2).sum() + np.trace(B.T @ C @ B)),
-    )
-    return known | ({"|zeta|^2": distance} if given.eps else {})
+    B, b = given.B, given.b[:, None]
+    distance = {"|zeta|^2": lambda t, s: ((B.T @ s["x"] - b) ** 2).sum(axis=0)}
+    return monomials(*PRODUCTS) | (distance if given.eps else {})
 
 
-def truths(law: StiffLinear, start: Array, observed: dict[str, Observed]) -> tuple[Truth, ...]:
+def truths(given: AffineLangevin, start: Array) -> tuple[Truth, ...]:
     """Return the solution on a path, and the expectations of all observables at every time and in the long run."""
+    law, B, b = given.law(), given.B, given.b
 
     def at(t: float) -> tuple[Array, Array]:
         return start + law.change(t) @ (start - law.m), law.covariance(t)
 
-    means = {name: each.mean for name, each in observed.items()}
+    def distance(m: Array, C: Array) -> float:
+        return float(((B.T @ m - b) ** 2).sum() + np.trace(B.T @ C @ B))
+
+    means = normal_means(PRODUCTS) | ({"|zeta|^2": distance} if given.eps else {})
     return (pathwise(law, start), *normal_truths(means, at, (law.m, law.covariance()), SOURCE))
 
 

@@ -1,29 +1,13 @@
 """A linear drift and a constraint that is a flat: everything is Gaussian, for every eps and at every time."""
 
-from functools import cached_property
-
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, ParameterError, hookimpl
+from sdaeverify import ConstrainedLangevin, ParameterError, hookimpl
 
 from .. import _controls as controls
 from .._arguments import check_not_negative
 from ._langevin import AffineLangevin
 from ._truths import flat_chart, observables, truths
-
-
-class FlatGeometry(ConstraintGeometry):
-    """Parallel flats: the constraint has no second derivatives."""
-
-    @cached_property
-    def quadratic(self) -> Array:
-        """Return 0."""
-        return np.zeros_like(self.x)
-
-    @cached_property
-    def fixman(self) -> Array:
-        """Return 0."""
-        return np.zeros_like(self.x)
 
 
 def affine_constraint(
@@ -56,7 +40,7 @@ def affine_constraint(
     Laurent (2022), (1.2) and (1.4), with an affine constraint.
     """
     given = affine_langevin(eps, d, q, coupling, sigma)
-    law, observed = given.law(), observables(given)
+    law = given.law()
     tangents = np.linalg.svd(given.B)[0][:, q:]
     start = given.p + 0.8 * tangents[:, 0]
     chart = flat_chart(law, np.eye(d) if eps else tangents)
@@ -68,13 +52,12 @@ def affine_constraint(
         constraint=lambda x: given.B.T @ x - given.b[:, None],
         jacobian=lambda x: np.broadcast_to(given.B.T[..., None], (q, *x.shape)),
         hessians=np.zeros((q, d, d)),
-        geometry=FlatGeometry,
         start=start,
         horizon=horizon,
         traits=frozenset({"additive-noise"}),
         controls=controls.STATIONARY_PAIR if chart else controls.ADDITIVE,
-        observables={name: each.value for name, each in observed.items()},
-        truths=truths(law, start, observed),
+        observables=observables(given),
+        truths=truths(given, start),
         chart=chart,
         relaxation=1.0 / law.slowest(),
         units="x in units of its choice, time so that the drift without coupling has rate 1",

@@ -1,35 +1,21 @@
 """Langevin dynamics without drift near or on closed curves: an ellipse in the plane, and a curve in space."""
 
-from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
-from sdaeverify import (
-    Angle,
-    Array,
-    Chart,
-    ConstrainedLangevin,
-    InvariantMean,
-    Moment,
-    Truth,
-    hookimpl,
-    on_request,
-)
+from sdaeverify import Angle, Chart, ConstrainedLangevin, Truth, hookimpl, on_request
 
 from .. import _controls as controls
 from .._arguments import check_choice, check_not_negative, check_positive
+from .._known import limits, moments, monomials
 from ._closed_curve import ClosedCurve
 from ._curve_shapes import SHAPES
 
 SOURCE = "Brownian motion by arc length, Fourier series"
 
 
-OBSERVABLES: dict[str, Callable[[Array], Array]] = {
-    "x_1": lambda x: x[0],
-    "x_2": lambda x: x[1],
-    "x_1^2": lambda x: x[0] ** 2,
-    "x_1 x_2": lambda x: x[0] * x[1],
-}
+OBSERVABLES = monomials("x_1", "x_2", "x_1^2", "x_1 x_2")
 
 
 @on_request
@@ -72,8 +58,8 @@ def constrained_curve(
         start=gamma(np.array([[theta_0]]))[:, 0],
         horizon=horizon,
         controls=controls.ADDITIVE if eps else controls.GENERAL,
-        observables={name: lambda t, s, phi=phi: phi(s["x"]) for name, phi in OBSERVABLES.items()},
-        truths=() if eps else tuple(truths(curve, theta_0)),
+        observables=OBSERVABLES,
+        truths=() if eps else truths(curve, theta_0),
         chart=None if eps else Chart((Angle(),), gamma, lambda x: np.arctan2(x[1], x[0] / radius)[None]),
         relaxation=np.inf if eps else curve.relaxation,
         units="small half axis 1, time in the unit in which sigma is given",
@@ -81,15 +67,11 @@ def constrained_curve(
     )
 
 
-def truths(curve: ClosedCurve, theta_0: float) -> Iterator[Truth]:
-    """Yield the expectations of all observables at every time and in the long run."""
-    for name, phi in OBSERVABLES.items():
-
-        def value(t: float, phi: Callable[[Array], Array] = phi) -> float:
-            return curve.expectation(phi, theta_0, t)
-
-        yield Moment(observable=name, value=value, source=SOURCE)
-        yield InvariantMean(observable=name, value=curve.mean(phi), source=SOURCE)
+def truths(curve: ClosedCurve, theta_0: float) -> tuple[Truth, ...]:
+    """Return the expectations of all observables at every time and in the long run."""
+    values = {name: lambda x, of=of: of(0.0, {"x": x}) for name, of in OBSERVABLES.items()}
+    at_times = {name: partial(curve.expectation, phi, theta_0) for name, phi in values.items()}
+    return (*moments(at_times, SOURCE), *limits({name: curve.mean(phi) for name, phi in values.items()}, SOURCE))
 
 
 @hookimpl

@@ -1,34 +1,22 @@
 """A damped harmonic oscillator in a bath: underdamped Langevin dynamics, exact on every path and in law."""
 
-from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 import scipy
 from numpy.polynomial import legendre
 
-from sdaeverify import (
-    Array,
-    Chart,
-    Increment,
-    InvariantMean,
-    Langevin,
-    Line,
-    Moment,
-    Parts,
-    Truth,
-    hookimpl,
-)
+from sdaeverify import Array, Chart, Increment, Langevin, Line, Parts, hookimpl
 
 from .. import _controls as controls
 from .._arguments import check_positive
-from .._known import monomials, solution
+from .._known import monomials, normal_means, normal_truths, solution
 
 SOURCE = "linear equations, Arnold 1974, section 8.3"
 # Of the noise of a step, its projections on Legendre polynomials up to this degree; of what is left the next moment
 # of a smooth kernel is 0, so that it is of size h^(11/2).
 DEGREE, NODES = 4, 16
-PRODUCTS = {"q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
+PRODUCTS = {"q": (0,), "q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
 
 
 def harmonic_langevin(
@@ -68,6 +56,10 @@ def harmonic_langevin(
         flow, of_noise = step(h)
         return flow @ x + of_noise @ np.concatenate([noise.dW, noise.H, noise.K, noise.xi])
 
+    def law(t: float) -> tuple[Array, Array]:
+        flow = scipy.linalg.expm(M * t)
+        return flow @ [q_0, 0.0], still - flow @ still @ flow.T
+
     def parts_of(t: float, x: Array) -> Parts:
         return {"q": x[:1], "p": x[1:]}
 
@@ -80,10 +72,10 @@ def harmonic_langevin(
         momentum=[0.0],
         horizon=horizon,
         noise=frozenset({"dW", "H", "K"}),
-        observables=monomials("q", *PRODUCTS),
+        observables=monomials(*PRODUCTS),
         truths=(
             solution([q_0, 0.0], advance, SOURCE, parts=parts_of, extra_normals=2),
-            *means(M, still, q_0),
+            *normal_truths(normal_means(PRODUCTS), law, (np.zeros(2), still), SOURCE),
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),
         relaxation=float(-1.0 / np.linalg.eigvals(M).real.max()),
@@ -95,31 +87,6 @@ def harmonic_langevin(
 def same(z: Array) -> Array:
     """Return what it is given: the chart is the state."""
     return z
-
-
-def means(M: Array, still: Array, q_0: float) -> Iterator[Truth]:
-    """Yield the expectations of q and of products at every time and under the invariant law of covariance `still`.
-
-    Parameters
-    ----------
-    M : ndarray, shape (2, 2)
-        Drift of (q, p).
-    still : ndarray, shape (2, 2)
-        Stationary covariance.
-    q_0 : float
-        Position at time 0; the momentum is 0 there.
-    """
-    yield Moment(observable="q", value=lambda t: float((scipy.linalg.expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE)
-    yield InvariantMean(observable="q", value=0.0, source=SOURCE)
-
-    def second(t: float) -> Array:
-        flow = scipy.linalg.expm(M * t)
-        mean = flow @ [q_0, 0.0]
-        return np.asarray(still - flow @ still @ flow.T + np.outer(mean, mean))
-
-    for name, place in PRODUCTS.items():
-        yield Moment(observable=name, value=lambda t, place=place: float(second(t)[place]), source=SOURCE)
-        yield InvariantMean(observable=name, value=float(still[place]), source=SOURCE)
 
 
 def weights(M: Array, h: float) -> Array:

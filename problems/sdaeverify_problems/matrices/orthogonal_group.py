@@ -8,8 +8,8 @@ from sdaeverify import Angle, Array, Chart, ConstrainedLangevin, ParameterError,
 
 from .. import _controls as controls
 from .._arguments import check_not_negative, check_positive
+from ._constraint import matrix_constraint
 from ._orthogonal_truths import SIGMA, truths
-from ._problem import matrix_constraint
 
 
 @on_request

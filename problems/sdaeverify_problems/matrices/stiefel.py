@@ -1,16 +1,17 @@
 """Orthonormal frames, the Stiefel manifold, or near them: without drift along the manifold."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Moment, ParameterError, Parts, hookimpl, on_request
+from sdaeverify import Array, ConstrainedLangevin, ParameterError, Parts, Truth, hookimpl, on_request
 
 from .. import _controls as controls
 from .._arguments import check_not_negative
+from .._known import limits, moments
 from ..spheres._radial_law import RadialLaw
 from ..spheres._unit_sphere import squared_norm
-from ._problem import matrix_constraint
+from ._constraint import matrix_constraint
 
 SQUARE = "|x|^2 is a process of Cox, Ingersoll and Ross"
 SYMMETRY = "invariance under rotations of rows and of columns"
@@ -48,6 +49,7 @@ def stiefel(
     # In units of |X|^2 = p: noise of strength p^{-1/2} and as many dimensions as give Y its drift.
     law = RadialLaw(eps, d * p + p * (p + 1) // 2 - 1, 1.0 / float(np.sqrt(p)), damping)
     rate = 0.5 * (d - 1.0 - 0.5 * (p - 1.0))
+    decay = moments({"x_11": lambda t: float(np.exp(-rate * t))}, "linear functions are eigenfunctions")
     return ConstrainedLangevin(
         eps=eps,
         family=lambda other: stiefel(other, d, p, damping, horizon),
@@ -57,7 +59,7 @@ def stiefel(
         horizon=horizon,
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables=ENTRIES | SQUARES if eps else ENTRIES,
-        truths=(*symmetric(law, d), *(radial(law, p) if eps else decaying(rate))),
+        truths=(*limits({"x_11": 0.0, "x_11^2": law.level / d}, SYMMETRY), *(radial(law, p) if eps else decay)),
         relaxation=law.level / rate,
         units="columns of length 1, time so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on orthonormal frames",
@@ -74,29 +76,11 @@ SQUARES: dict[str, Callable[[float, Parts], Array]] = {
 }
 
 
-def symmetric(law: RadialLaw, d: int) -> Iterator[Moment | InvariantMean]:
-    """Yield the invariant means of x_11 and of its square, |x|^2 shared equally by d p entries."""
-    yield InvariantMean(observable="x_11", value=0.0, source=SYMMETRY)
-    yield InvariantMean(observable="x_11^2", value=law.level / d, source=SYMMETRY)
-
-
-def radial(law: RadialLaw, p: int) -> Iterator[Moment | InvariantMean]:
-    """Yield the moments of |x|^2, p times the process of the law."""
-    powers: dict[str, Callable[[float], float]] = {
-        "|x|^2": lambda t: p * law.square(t),
-        "|x|^4": lambda t: p**2 * law.fourth(t),
-    }
-    for name, value in powers.items():
-        yield Moment(observable=name, value=value, source=SQUARE)
-        if np.isfinite(limit := value(np.inf)):
-            yield InvariantMean(observable=name, value=limit, source=SQUARE)
-
-
-def decaying(rate: float) -> Iterator[Moment | InvariantMean]:
-    """Yield the mean of an entry in the limit."""
-    yield Moment(
-        observable="x_11", value=lambda t: float(np.exp(-rate * t)), source="linear functions are eigenfunctions"
-    )
+def radial(law: RadialLaw, p: int) -> tuple[Truth, ...]:
+    """Return the moments of |x|^2, p times the process of the law, and their limits where these are finite."""
+    powers = {"|x|^2": lambda t: p * law.square(t), "|x|^4": lambda t: p**2 * law.fourth(t)}
+    ends = {name: value(np.inf) for name, value in powers.items()}
+    return (*moments(powers, SQUARE), *limits({name: end for name, end in ends.items() if np.isfinite(end)}, SQUARE))
 
 
 @hookimpl

@@ -1,6 +1,6 @@
 """What is known of dynamics near or on the unit sphere, by observable."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,23 @@ class Known(NamedTuple):
     limit: float
 
 
+Moment = Callable[[float], float]
+VALUES: dict[str, Callable[[Array], Array]] = {
+    "x_1": lambda x: x[0],
+    "x_1^2": lambda x: x[0] ** 2,
+    "|x|^2": squared_norm,
+    "|x|^4": lambda x: squared_norm(x) ** 2,
+}
+
+
+def _known(
+    eps: float, moments: Sequence[Callable[[float], float] | None], means: Iterable[float]
+) -> dict[str, Known]:
+    # On the sphere |x| is 1 and no observable.
+    found = {name: Known(*each) for name, *each in zip(VALUES, VALUES.values(), moments, means, strict=True)}
+    return {name: each for name, each in found.items() if eps or "|" not in name}
+
+
 def free(law: RadialLaw, angle: float, spin: float = 0.0) -> Mapping[str, Known]:
     """Return what is known without pull, from (cos angle, sin angle, 0, ...) turning at a rate in its plane."""
 
@@ -41,34 +58,18 @@ def free(law: RadialLaw, angle: float, spin: float = 0.0) -> Mapping[str, Known]
     def square(t: float) -> float:
         return law.square(t) / law.d + law.harmonic(2, t) * float(np.cos(angle + spin * t) ** 2 - 1.0 / law.d)
 
-    known = {
-        "x_1": Known(lambda x: x[0], first, 0.0),
-        "x_1^2": Known(lambda x: x[0] ** 2, square, law.level / law.d),
-    }
-    radial = {
-        "|x|^2": Known(squared_norm, law.square, law.square()),
-        "|x|^4": Known(lambda x: squared_norm(x) ** 2, law.fourth, law.fourth()),
-    }
-    return known | (radial if law.eps else {})
+    limits = (0.0, law.level / law.d, law.square(), law.fourth())
+    return _known(law.eps, (first, square, law.square, law.fourth), limits)
 
 
 def with_pull(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
     """Return what is known with the drift pull e_1 alone: moments at every time in the limit only."""
     means, u = invariant_means(law.eps, law.d, law.sigma, pull), float(np.cos(angle))
-    limit = None if law.eps else on_the_sphere(law.d, law.sigma, pull)
-
-    def power(n: int) -> Callable[[float], float] | None:
-        return None if limit is None else lambda t: limit.expectation(lambda c: c**n, u, t)
-
-    known = {
-        "x_1": Known(lambda x: x[0], power(1), means["x_1"]),
-        "x_1^2": Known(lambda x: x[0] ** 2, power(2), means["x_1^2"]),
-    }
-    radial = {
-        "|x|^2": Known(squared_norm, None, means["|x|^2"]),
-        "|x|^4": Known(lambda x: squared_norm(x) ** 2, None, means["|x|^4"]),
-    }
-    return known | (radial if law.eps else {})
+    if law.eps:
+        return _known(law.eps, [None] * len(VALUES), means.values())
+    limit = on_the_sphere(law.d, law.sigma, pull)
+    powers = (lambda t, n=n: limit.expectation(lambda c: c**n, u, t) for n in (1, 2))
+    return _known(law.eps, (*powers, None, None), means.values())
 
 
 def truths(known: Mapping[str, Known], source: str) -> tuple[Truth, ...]:

@@ -54,8 +54,6 @@ def exponential_strip(
         constraint=constraint.zeta,
         jacobian=constraint.jacobian,
         second=constraint.second,
-        laplacians=constraint.laplacians,
-        geometry=constraint.geometry,
         start=np.zeros(1 + q),
         horizon=horizon,
         controls=(controls.STATIONARY_PAIR if chart else controls.ADDITIVE) if eps else controls.GENERAL,

@@ -16,7 +16,6 @@ from ...arrays import Array, Parts
 from ...errors import ProblemError
 from ...numerics.derivatives import directional
 from ...numerics.linalg import norm
-from ...numerics.newton import Root
 from ..checks import (
     PROBES,
     check_analytic,
@@ -43,8 +42,7 @@ class ConstraintGeometry:
 
     Each of it is computed when it is first asked for.
 
-    Authors of problems with closed forms, matrix groups for example, override `relaxation`, `quadratic`, `fixman`
-    and `divergence`, and `root` if they can find multipliers.
+    Authors of problems with closed forms override `relaxation`, `quadratic`, `fixman` and `divergence`.
 
     Attributes
     ----------
@@ -111,21 +109,6 @@ class ConstraintGeometry:
             for g_j, dual_j in zip(gradients, self.dual, strict=True)
         )
         return np.asarray(sum(terms, np.zeros_like(self.zeta)))
-
-    def root(self, y: Array, level: Array) -> Root | None:  # noqa: ARG002 - most authors know no better way
-        """Return x' = y + g lambda with zeta(x') = level, where the author has a way of his own; otherwise None.
-
-        Parameters
-        ----------
-        y : ndarray, shape (d, P)
-        level : ndarray, shape (q, P)
-
-        Returns
-        -------
-        Root or None
-            Converged only where it is surely the root that is connected to lambda = 0; schemes search for others.
-        """
-        return None
 
     def normal(self, y: Array) -> Array:
         """Return P y = g G^{-1} g^T y, shape (d, P)."""
