@@ -68,7 +68,7 @@ class Condition(NamedTuple):
     @property
     def held(self) -> bool:
         """Whether it holds as far as weights are known."""
-        return self.defect <= self.tolerance
+        return bool(self.defect <= self.tolerance)
 
     @property
     def weight(self) -> int:

@@ -90,7 +90,7 @@ class Related:
     shift : ndarray, shape (2, 1)
         c.
     calls : list
-        Grows with each call of a derivative of the drift below.
+        Grows with each call of the drift below at complex states.
     """
 
     below: SDE
@@ -147,16 +147,14 @@ def _times(matrix: Array, fields: Array) -> Array:
 
 
 def _equation(kind: EquationClass, f: Coefficient, B: Coefficient, start: Array, calls: list[None]) -> SDE:
-    def noted(t: float, x: Array) -> Array:
-        calls.append(None)
-        d, P = x.shape
-        steps = x[:, :, None] + 1e-30j * np.eye(d)[:, None]
-        return np.asarray(f(t, steps.reshape(d, -1))[:, 0].imag.reshape(d, P, d).swapaxes(1, 2) / 1e-30)
+    def drift(t: float, x: Array) -> Array:
+        # A derivative by complex steps.
+        calls.extend([None] * np.iscomplexobj(x))
+        return f(t, x)[:, 0]
 
     sde = SDE(
-        drift=lambda t, x: f(t, x)[:, 0],
+        drift=drift,
         diffusion=B,
-        drift_derivative=noted,
         start=start,
         noise_dim=B(0.0, start[:, None]).shape[1],
         noise=NOISE,

@@ -119,12 +119,6 @@ class RichEquation:
         """
         return self._on_diagonal(self._still(self._sines[1].derivative(self._own(t, x), (self._own(0.0, y),))))
 
-    def drift_derivative(self, t: float, x: Array) -> Array:
-        """Return Df, shape (d, d, P)."""
-        z, units = self._all(t, x), np.eye(self.dimension + 1)[: self.dimension, None, :, None]
-        columns = [self._still(self._sines[0].derivative(z, (unit,))) for unit in units]
-        return np.stack(columns, axis=1)
-
     def _still(self, moving: Array) -> Array:
         return np.concatenate([moving, np.zeros((STILL, moving.shape[1]), dtype=moving.dtype)])
 
@@ -140,7 +134,6 @@ class RichEquation:
             drift=self.drift,
             diffusion=self.diffusion,
             diffusion_derivative=self.diffusion_derivative,
-            drift_derivative=self.drift_derivative,
             start=self.x[:, 0],
             noise_dim=self.dimension,
             noise=NOISE,

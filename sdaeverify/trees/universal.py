@@ -69,7 +69,6 @@ class Universal:
             drift=self.drift,
             diffusion=self.constant_diffusion if is_constant else self.diffusion,
             diffusion_derivative=None if is_constant else self.diffusion_derivative,
-            drift_derivative=self.drift_derivative,
             start=self.origin[:, 0],
             noise_dim=self.motions,
             noise=NOISE,
@@ -105,15 +104,6 @@ class Universal:
         moved = _padded(y, 0.0, 0.0)
         terms = [part * moved[kids] for kids, part in self._cofactors(t, x)]
         return self._in_columns(np.sum(terms, axis=0))
-
-    def drift_derivative(self, t: float, x: Array) -> Array:
-        """Return Df, shape (N, N, P)."""
-        N, P = x.shape
-        full = np.zeros((N, N + 2, P), dtype=x.dtype)
-        rows = np.flatnonzero(self.colours == DRIFT)
-        for kids, part in self._cofactors(t, x):
-            np.add.at(full, (rows, kids[rows]), part[rows])
-        return full[:, :N]
 
     def _products(self, t: float, x: Array) -> Array:
         return np.asarray(np.prod(self._factors(t, x), axis=0))
