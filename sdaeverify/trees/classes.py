@@ -11,8 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
+from typing import Any
 
-from .grow import TIME_LEAF, Tree, grow, multisets, root_weight, tree
+from .grow import DRIFT, TIME, TIME_LEAF, Tree, grow, multisets, root_weight, tree
 from .moments import Combination
 
 Relation = dict[Tree, Fraction]
@@ -43,12 +44,20 @@ class EquationClass:
         """Whether the diffusion is constant."""
         return "additive-noise" in self.traits
 
+    @property
+    def diagonal(self) -> bool:
+        """Whether each noise moves one component, which alone its coefficient depends on."""
+        return "diagonal-noise" in self.traits
+
     def trees(self, motions: int, top: int) -> list[Tree]:
         """Return the trees up to a weight that do not vanish by themselves."""
-        return grow(motions, top, additive=self.additive)
+        grown = grow(motions, top, additive=self.additive)
+        return [each for each in grown if is_diagonal(each)] if self.diagonal else grown
 
     def basis(self, trees: Sequence[Tree], motions: int) -> list[Combination]:
         """Return the conditions as combinations of trees, each led by the tree that it is named after."""
+        if self.diagonal:
+            return dual_basis(trees, coincidences(trees))
         if not (self.ties and motions):
             return [{each: Fraction(1)} for each in trees]
         return dual_basis(trees, solved_relations(trees, motions, every_pair=self.ties == "vanishing"))
@@ -65,6 +74,7 @@ CLASSES = (
     EquationClass("ode", frozenset({"additive-noise"}), 0, "without noise"),
     EquationClass("scalar", frozenset(), 1, "with one Brownian motion"),
     EquationClass("additive", frozenset({"additive-noise"}), None, "with additive noise"),
+    EquationClass("diagonal", frozenset({"diagonal-noise"}), 2, "with diagonal noise"),
     EquationClass("commutative", frozenset({"commutative-noise"}), None, "with commutative noise"),
     EquationClass(
         "vanishing-milstein-term", frozenset({"vanishing-milstein-term"}), None, "whose Milstein term vanishes"
@@ -182,3 +192,58 @@ def dual_basis(trees: Sequence[Tree], solved: dict[Tree, Relation]) -> list[Comb
         for each, c in relation.items():
             found[each][pivot] = -c * Fraction(each.symmetry, pivot.symmetry)
     return list(found.values())
+
+
+def is_diagonal(each: Tree) -> bool:
+    """Tell whether no noise node stands right above one of another noise: b_j depends on the component j alone."""
+    moved = {kid.colour for kid in each.kids if kid.colour > DRIFT}
+    return (each.colour <= DRIFT or moved <= {each.colour}) and all(map(is_diagonal, each.kids))
+
+
+def coincidences(trees: Iterable[Tree]) -> dict[Tree, Relation]:
+    """Return which trees have the same elementary differential as another one where noise is diagonal."""
+    first: dict[object, Tree] = {}
+    solved: dict[Tree, Relation] = {}
+    for each in trees:
+        other = first.setdefault(diagonal_factors(each), each)
+        if other is not each:
+            solved[each] = {other: Fraction(-1)}
+    return solved
+
+
+def diagonal_factors(each: Tree) -> object:
+    """Return the numbers that an elementary differential is the product of where noise is diagonal.
+
+    A node of the noise j is a derivative of b_j by x_j and t, a number, wherever in the tree it stands. Nodes of the
+    drift are held together by sums over components; what such a cluster ends in is the root or a component j.
+
+    Parameters
+    ----------
+    each : Tree
+    """
+    numbers: list[tuple[int, int, int]] = []
+    clusters: list[tuple[int, Cluster]] = []
+    root = _cluster(each, numbers, clusters) if each.colour == DRIFT else _number(each, numbers, clusters)
+    return root, tuple(sorted(numbers)), tuple(sorted(clusters))
+
+
+Cluster = tuple[tuple[int, ...], tuple[Any, ...]]
+
+
+def _cluster(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tuple[int, Cluster]]) -> Cluster:
+    for kid in each.kids:
+        if kid.colour > DRIFT:
+            _number(kid, numbers, clusters)
+    directions = tuple(sorted(kid.colour for kid in each.kids if kid.colour != DRIFT))
+    return directions, tuple(sorted(_cluster(kid, numbers, clusters) for kid in each.kids if kid.colour == DRIFT))
+
+
+def _number(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tuple[int, Cluster]]) -> int:
+    by_time = sum(kid.colour == TIME for kid in each.kids)
+    numbers.append((each.colour, len(each.kids) - by_time, by_time))
+    for kid in each.kids:
+        if kid.colour == DRIFT:
+            clusters.append((each.colour, _cluster(kid, numbers, clusters)))
+        elif kid.colour > DRIFT:
+            _number(kid, numbers, clusters)
+    return each.colour

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from .record import ROUNDING, Record
 # Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
 TOLERANCE = 1e-8
 # Forests whose products are taken at once; denominators that a number is told with.
-AT_ONCE, DENOMINATOR, SIMPLE = 512, 720, 1e-10
+AT_ONCE, DENOMINATOR, SIMPLE = 512, 48, 1.0
 STRONG: str = "strong"
 WEAK: str = "weak"
 
@@ -48,6 +49,10 @@ class Condition(NamedTuple):
         On paths: root mean square of what is not proportional to I.
     known : bool
         Whether I is a function of the record of increments.
+    tolerance : float
+        Below which a defect is none.
+    power : float
+        Of h, with which the defect vanishes where weights depend on h; NaN where they do not.
     """
 
     forest: Forest
@@ -57,11 +62,13 @@ class Condition(NamedTuple):
     wanted: Fraction
     rest: float = 0.0
     known: bool = True
+    tolerance: float = TOLERANCE
+    power: float = nan
 
     @property
     def held(self) -> bool:
-        """Whether it holds to rounding."""
-        return self.defect <= TOLERANCE
+        """Whether it holds as far as weights are known."""
+        return self.defect <= self.tolerance
 
     @property
     def weight(self) -> int:
@@ -76,32 +83,34 @@ class Condition(NamedTuple):
     @property
     def texts(self) -> tuple[str, str]:
         """What is found and what is wanted, in words."""
+        if not isnan(self.power):
+            return f"off by h^{self.power:.2f}", "I" if self.on_paths else str(self.wanted)
         if not self.on_paths:
-            return number_text(self.found), str(self.wanted)
+            return number_text(self.found, self.tolerance), str(self.wanted)
         if not self.known:
             return "no function of the record", "I"
-        factor = f"{self.found:.4g} I" if abs(self.found) > TOLERANCE else "0"
-        return (factor if self.rest <= TOLERANCE else f"{factor} and {self.rest:.2g} else"), "I"
+        factor = f"{self.found:.4g} I" if abs(self.found) > self.tolerance else "0"
+        return (factor if self.rest <= self.tolerance else f"{factor} and {self.rest:.2g} else"), "I"
 
 
-def number_text(value: float) -> str:
-    """Return a number as a fraction if it is a simple one."""
+def number_text(value: float, tolerance: float) -> str:
+    """Return a number as a fraction if it is a simple one to a tolerance."""
     near = Fraction(value).limit_denominator(DENOMINATOR)
-    return str(near) if abs(near - value) < SIMPLE else f"{value:.4g}"
+    return str(near) if abs(near - value) < SIMPLE * tolerance else f"{value:.4g}"
 
 
 class Weighed(NamedTuple):
-    """Weights of trees at the noise of some steps.
+    """What some steps have in the place of the integrals of the conditions.
 
     Attributes
     ----------
-    phi : ndarray, shape (N, K)
-        In units of h^(w/2).
+    psi : ndarray, shape (n, K)
+        Combinations of weights, in units of h^(w/2).
     nodes : Nodes
         The noise of a step of length 1.
     """
 
-    phi: Array
+    psi: Array
     nodes: Nodes
 
 
@@ -116,11 +125,14 @@ class Conditions:
     basis : sequence of Combination
         Combinations of trees, each led by the tree that it is named after, by weight.
     moments : ExactMoments
+    tolerance : float
+        What a defect is beyond, relative and in units of h^(w/2).
     """
 
     trees: Sequence[Tree]
     basis: Sequence[Combination]
     moments: ExactMoments
+    tolerance: float = TOLERANCE
 
     @cached_property
     def names(self) -> list[Tree]:
@@ -153,16 +165,15 @@ class Conditions:
         record : Record
         top : int
         """
-        psi, mean = self.combined(random.phi), self.combined(rule.phi)
         for (weight, parity), places in sorted(self._groups(top).items()):
             projection = record.projected([self.basis[i] for i in places], weight, parity)
             wanted, at_rule = (record.values(projection, each.nodes) for each in (random, rule))
             for n, i in enumerate(places):
-                factor, rest = _part_of(mean[i], at_rule[n], rule.nodes.weights)
-                off = float(np.max(np.abs(psi[i] - wanted[n]) / (1.0 + np.abs(wanted[n]))))
+                factor, rest = _part_of(rule.psi[i], at_rule[n], rule.nodes.weights)
+                off = float(np.max(np.abs(random.psi[i] - wanted[n]) / (1.0 + np.abs(wanted[n]))))
                 known = bool(projection.distances[n] < ROUNDING)
                 defect = off if known else max(off, float(projection.distances[n]) ** 0.5)
-                yield Condition((self.names[i],), True, defect, factor, Fraction(1), rest, known)
+                yield Condition((self.names[i],), True, defect, factor, Fraction(1), rest, known, self.tolerance)
 
     def _groups(self, top: int) -> dict[tuple[int, int], list[int]]:
         groups: dict[tuple[int, int], list[int]] = {}
@@ -173,7 +184,7 @@ class Conditions:
 
     def of_means(self, rule: Weighed, forests: Sequence[tuple[int, ...]]) -> list[Condition]:
         """Return the conditions on means of forests, given as places in the basis."""
-        found = means_of_products(self.combined(rule.phi), rule.nodes.weights, forests)
+        found = means_of_products(rule.psi, rule.nodes.weights, forests)
         return [self._mean_condition(places, value) for places, value in zip(forests, found, strict=True)]
 
     def _mean_condition(self, places: tuple[int, ...], found: float) -> Condition:
@@ -182,7 +193,8 @@ class Conditions:
         else:
             wanted = self.moments.mean_of_product(self.basis[i] for i in places)
         defect = abs(found - float(wanted)) / (1.0 + abs(float(wanted)))
-        return Condition(tuple(self.names[i] for i in places), False, defect, float(found), wanted)
+        names = tuple(self.names[i] for i in places)
+        return Condition(names, False, defect, float(found), wanted, tolerance=self.tolerance)
 
     @cached_property
     def _is_plain(self) -> bool:

@@ -16,6 +16,7 @@ from ..registry.selection import select_schemes
 from .classes import CLASSES, EquationClass
 from .conditions import STRONG, WEAK, Condition
 from .examined import Examined
+from .probes import Probe, probe_of
 from .problem_file import problem_file
 
 
@@ -26,6 +27,7 @@ class ClassVerdict(StrEnum):
     REFUTED = "refuted"
     PREMISE = "premise fails"
     NOT_CLAIMED = "not claimed"
+    ERROR = "error"
     NOT_APPLICABLE = "not applicable"
 
 
@@ -242,50 +244,53 @@ def rows_of(
     weight : int or None
     """
     for kind in kinds:
-        of = Examined(scheme, kind, motions if kind.motions is None else kind.motions, LEAST)
-        yield from _rows(replace(of, top=weight or _top(of)))
+        probe = probe_of(scheme, kind, motions if kind.motions is None else kind.motions, LEAST)
+        yield from _rows(Examined(probe_of(scheme, kind, probe.motions, weight or _top(probe))))
 
 
-def _top(of: Examined) -> int:
+def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
-    claimed = [claim.least for name in MEASURES if (claim := claimed_order(of, name))]
+    claimed = [claim.least for name in MEASURES if (claim := claimed_order(probe, name))]
     top = max([LEAST, *(int(2.0 * p + 1.0) for p in claimed)])
-    cheap = GROWTH * len(of.kind.trees(of.motions, top)) <= CHEAP
+    cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
     return top + 1 if cheap else top
 
 
-def claimed_order(of: Examined, measure: str) -> Order | None:
+def claimed_order(probe: Probe, measure: str) -> Order | None:
     """Return the largest order that a scheme claims for a class.
 
     Parameters
     ----------
-    of : Examined
+    probe : Probe
+        The scheme on the class.
     measure : str
     """
-    traits = of.related.below.traits
-    claims = (each for each in of.scheme.promises if each.when <= traits and each.covers(measure, "x"))
+    traits = probe.problem.traits
+    claims = (each for each in probe.scheme.promises if each.when <= traits and each.covers(measure, "x"))
     orders = [each.value for each in claims if isinstance(each.value, Order)]
     return max(orders, key=lambda order: order.least, default=None)
 
 
 def _rows(of: Examined) -> Iterator[ClassRow]:
-    if of.not_applicable:
-        verdict, why = ClassVerdict.NOT_APPLICABLE, of.not_applicable
-        yield ClassRow(of.scheme.label, of.kind.name, of.motions, "", verdict, premise=why)
+    probe = of.probe
+    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", ClassVerdict.PREMISE)
+    if of.why_not:
+        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=of.why_not)
         return
     for measure in MEASURES:
-        claim = claimed_order(of, measure)
+        claim = claimed_order(probe, measure)
         if claim or measure in of.measures:
-            row = ClassRow(of.scheme.label, of.kind.name, of.motions, measure, ClassVerdict.PREMISE)
-            yield _told(of, row, claim)
+            yield _told(of, replace(row, measure=measure), claim)
 
 
 def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
-    if why := of.unasked or ("" if row.measure in of.measures else "a bounded law tells no paths"):
-        return replace(row, claim=least, premise=why)
+    unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
+    if why := of.probe.fault or of.probe.why_not_weighed or unasked:
+        verdict = ClassVerdict.ERROR if of.probe.fault else ClassVerdict.PREMISE
+        return replace(row, claim=least, premise=why, verdict=verdict)
     order = of.order(row.measure)
-    held, count = of.held_of(row.measure, least if claim else 0.5 * (of.top - 1))
+    held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     return replace(
         row,
         verdict=_verdict(of, order, claim),
@@ -294,7 +299,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=of.premises,
+        premise=of.probe.why_not_every or of.probe.premises,
     )
 
 
@@ -302,5 +307,5 @@ def _verdict(of: Examined, order: float, claim: Order | None) -> ClassVerdict:
     if claim is None:
         return ClassVerdict.NOT_CLAIMED
     if order < claim.floor:
-        return ClassVerdict.REFUTED if of.scheme.local_order_is_global else ClassVerdict.PREMISE
-    return ClassVerdict.PREMISE if of.why_not_every else ClassVerdict.VERIFIED
+        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
+    return ClassVerdict.PREMISE if of.probe.why_not_every else ClassVerdict.VERIFIED

@@ -86,13 +86,13 @@ def _after(step: OneStep, nodes: Nodes, h: float) -> Array:
 
 
 def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
-    """Return the states after a step of size h from time t_0, one for each node.
+    """Return the states after a step of size h from time t_0.
 
     Parameters
     ----------
     step : OneStep
-    x : ndarray, shape (d, K)
-        The states before.
+    x : ndarray, shape (d, S K)
+        The states before, each for all nodes.
     nodes : Nodes
     h : float
 
@@ -103,7 +103,8 @@ def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
     """
     with np.errstate(all="ignore"):
         state = step.enter(x, TIME_0, h)
-        after = step.scheme.prepare(step.view, h)(state, TIME_0, nodes.increment(h))
+        states = x.shape[1] // len(nodes.weights)
+        after = step.scheme.prepare(step.view, h)(state, TIME_0, nodes.increment(h, states))
     for name, mask in (("fails", after.failed), ("is truncated", after.truncated)):
         if mask is not None and np.any(mask):
             raise NoStepError(f"a step of size {h:g} {name}")
