@@ -53,6 +53,7 @@ from .noise.laws import (
 )
 from .noise.records import NoiseRecord as NoiseRecord
 from .registry.hookspecs import hookimpl as hookimpl
+from .trees.report import OrderReport as OrderReport, orders as orders
 
 __version__: str
 __all__: list[str]

@@ -337,6 +337,7 @@ from sdaeverify_problems.curves.ellipse import ellipse
 from sdaeverify_problems.delays import _equilibrium
 from sdaeverify_problems.delays._scalar_delay import ScalarDelay
 from sdaeverify_problems.delays.delay_forced import delay_forced
+from sdaeverify_problems.delays.delay_growing import delay_growing
 from sdaeverify_problems.delays.delay_linear import delay_linear
 from sdaeverify_problems.delays.delay_martingale import delay_martingale
 from sdaeverify_problems.delays.delay_ou import delay_ou
@@ -351,10 +352,14 @@ from sdaeverify_problems.fibres.fibre_free import fibre_free
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
+from sdaeverify_problems.growing_algebraic import growing_algebraic
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
+from sdaeverify_problems.motions.many_motions import four_motions, three_motions
+from sdaeverify_problems.motions.product_force import product_force
+from sdaeverify_problems.motions.turning_frame import turning_frame
 from sdaeverify_problems.noisy_circuit import noisy_circuit
 from sdaeverify_problems.noncommuting import B_1, B_2, GENERATOR, A, noncommuting
 from sdaeverify_problems.ou import exponential_integral, ou
@@ -395,3 +400,4 @@ from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.sri1w1 import SRI1W1

@@ -229,6 +229,8 @@ BUGS = [
     Planted("delay: y never updated", KeptAlgebraic(), "delay-test[horizon=3.6]"),
     Planted("delay: y with the old lag", OldLagAlgebraic(), "delay-test[horizon=3.6]"),
     Planted("delay: y with the constraint of the old time", OldTimeAlgebraic(), "delay-forced"),
+    Planted("delay: noise by the constraint of the old time", OldTimeAlgebraic(), "delay-growing"),
+    Planted("index 1: y with the constraint of the old time", OldTimeAlgebraic(), "growing-algebraic"),
     Planted("delay: one iteration for y", SingleIteration(), "nonlinear-constraint"),
     Planted("delay: trapezoidal rule with the old y", LaggedTrapezoidal(), "noisy-circuit"),
     Planted("delay: A-stability claimed for theta = .45", AlmostHalfDelayed(), "delay-linear[A=-10,c=0,d=1]"),

@@ -5,10 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, TWO_POINT, Array, Increment, Law, Step, hookimpl
+from sdaeverify import SDE, THREE_POINT, TWO_POINT, Array, Claim, Increment, Law, Step, hookimpl
 from sdaeverify.numerics import apply
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.sra1 import SRA1
@@ -117,6 +118,73 @@ class OtherSigns(OtherNoise, PlatenWeak2General):
     name: ClassVar[str] = "planted-platen-general-signs"
 
 
+class FewSigns(PlatenWeak2General):
+    """The sign of the fourth Brownian motion is the product of the first three: wrong from four motions on."""
+
+    name: ClassVar[str] = "planted-platen-general-few-signs"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        signs = noise.H.copy()
+        signs[3:] = signs[0] * signs[1] * signs[2] * (12.0 / h)
+        return super().step(problem, state, t, h, noise._replace(H=signs))
+
+
+# The same with a coefficient at the wrong time of the step: f(t) and b(t) vanish where nothing depends on time.
+
+
+class OldDrift(PlatenWeak2General):
+    """The drift of the second stage is taken at t in place of t + h."""
+
+    name: ClassVar[str] = "planted-platen-general-old-drift"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        held = replace(problem, drift=lambda _, x: problem.drift(t, x))
+        return super().step(held, state, t, h, noise)
+
+
+class OldNoise(PlatenWeak2General):
+    """B(y_j+-) is taken at t in place of t + h."""
+
+    name: ClassVar[str] = "planted-platen-general-old-noise"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        held = replace(problem, diffusion=lambda _, x: problem.diffusion(t, x), diffusion_derivative=None)
+        return super().step(held, state, t, h, noise)
+
+
+class NewNoise(PlatenWeak2General):
+    """B(u_r+-) is taken at t + h in place of t, as B(y_j+-) is; B(x) is not."""
+
+    name: ClassVar[str] = "planted-platen-general-new-noise"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+
+        def diffusion(_: float, x: Array) -> Array:
+            return problem.diffusion(t if x is state else t + h, x)
+
+        held = replace(problem, diffusion=diffusion, diffusion_derivative=None)
+        return super().step(held, state, t, h, noise)
+
+
+# Milstein's scheme with Levy areas of the wrong pairs; it claims strong order 1.
+
+
+class SwappedPairs(MilsteinAreas):
+    """The areas of the pairs are taken in the reverse order: wrong from three motions on."""
+
+    name: ClassVar[str] = "planted-milstein-areas-pairs"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.A is not None
+        return super().step(problem, state, t, h, noise._replace(A=noise.A[::-1]))
+
+
 # SRA1 with a wrong time integral Z of the noise; it claims strong order 3/2.
 
 
@@ -145,6 +213,31 @@ class _OnlyArea(Increment):
         """Return h H, shape (l, P)."""
         assert self.H is not None
         return h * self.H
+
+
+@dataclass(frozen=True)
+class WeakSRA1(SRA1):
+    """SRA1 with signs in place of normal H; it claims weak order 2, which it has with a sign for each motion.
+
+    Attributes
+    ----------
+    one : bool
+        Whether the sign of the first Brownian motion is taken for all.
+    """
+
+    one: bool = True
+
+    name: ClassVar[str] = "planted-sra1-one-sign"
+    law: ClassVar[Law] = THREE_POINT
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="weak", value=2.0, source="Roessler 2010, with signs for H"),
+    )
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        assert noise.H is not None
+        H = np.repeat(noise.H[:1], len(noise.H), axis=0) if self.one else noise.H
+        return super().step(problem, state, t, h, noise._replace(H=H))
 
 
 # SRI1W1 with a wrong integral of the noise or a stage in the wrong place; it claims strong order 3/2.
@@ -208,6 +301,18 @@ BUGS = [
     Planted("Platen-2, general: without signs", OtherSigns(H="none"), "noncommuting"),
     Planted("Platen-2, general: signs 10 % too small", OtherSigns(H="0.9"), "noncommuting"),
     Planted("Platen-2, general: one sign for all", OtherSigns(H="first"), "noncommuting"),
+    Planted("Platen-2, general: three signs for four motions", FewSigns(), "four-motions"),
+    Planted("Platen-2, general: drift at the old time", OldDrift(), "turning-frame"),
+    Planted("Platen-2, general: noise of y at the old time", OldNoise(), "turning-frame"),
+    Planted("Platen-2, general: noise of u at the new time", NewNoise(), "turning-frame"),
+    Planted("Milstein with areas: areas of other pairs", SwappedPairs(), "three-motions"),
+    Planted("SRA1, weak: one sign for all", WeakSRA1(), "product-force"),
+    Planted(
+        "SRA1, weak: signs for normal H",
+        WeakSRA1(one=False),
+        "product-force",
+        equivalent="weak order 2 asks for the mean, the variance and the correlation of H alone",
+    ),
     Planted("SRA1: H for Z/h", AreaForIntegral(), "double-well"),
     Planted("SRA1: H doubled", OtherArea(H="doubled"), "double-well"),
     Planted("SRA1: H sign", OtherArea(H="negative"), "double-well"),

@@ -28,6 +28,7 @@ OWN = {
     "list": "listing:listing",
     "matrix": "matrix:matrix",
     "merge": "merge:merge",
+    "orders": "orders:orders",
     "show": "show:show",
 }
 COMPLETION = "_SDAEVERIFY_COMPLETE"

@@ -16,7 +16,7 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
-from .traits import GENERAL, known_traits, unknown_traits
+from .traits import ADDITIVE, COMMUTING, GENERAL, known_traits, unknown_traits
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
@@ -122,7 +122,8 @@ class Problem:
         if self.has_constraints:
             traits |= {"constrained"}
         traits |= {"no-delay"}
-        return traits | {"vanishing-milstein-term"} if "additive-noise" in traits else traits
+        traits |= ADDITIVE if "additive-noise" in traits else frozenset()
+        return traits | {"commutative-noise"} if traits & COMMUTING else traits
 
     @property
     def pathwise(self) -> Pathwise | None:

@@ -40,6 +40,12 @@ GENERAL: tuple[Trait, ...] = (
     Trait("diagonal-noise", "The diffusion matrix is diagonal and its j-th entry depends on component j alone."),
     Trait("additive-noise", "The diffusion matrix depends neither on the state nor on time."),
     Trait(
+        "commutative-noise",
+        "DB_j(x) B_k(x) = DB_k(x) B_j(x) for all columns of the diffusion of the SDE (of the inherent SDE, for a "
+        "constrained problem), so that no Levy area counts for strong order 1 (set by the form where the noise is "
+        "scalar, diagonal or additive, or the Milstein term vanishes).",
+    ),
+    Trait(
         "vanishing-milstein-term",
         "DB_j(x) B_k(x) = 0 for all columns of the diffusion of the SDE (of the inherent SDE, for a constrained "
         "problem), so that Euler-Maruyama is Milstein's scheme.",
@@ -69,6 +75,10 @@ INDEX_ONE: tuple[Trait, ...] = (
     ),
     Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
 )
+# Each of these makes noises commute.
+COMMUTING = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
+# What follows from noise that is additive, beside itself.
+ADDITIVE = frozenset({"additive-noise", "vanishing-milstein-term", "commutative-noise"})
 DECLARED = {str(trait): trait for trait in (*GENERAL, *INDEX_ONE)}
 
 

@@ -108,7 +108,7 @@ def test_status_of_plugins(call, monkeypatch):
                 "  c_g = 1.0  (a number)",
                 "horizon: 0.5",
                 "units: length of the pendulum 1",
-                "traits: additive-noise, constrained, no-delay, vanishing-milstein-term",
+                "traits: additive-noise, commutative-noise, constrained, no-delay, vanishing-milstein-term",
                 "observables: r_1, r_2, v_1",
                 "  the path, by a reference of strong order 1.5 (order 3/2",
                 "  E energy at every time (Ito's formula",

@@ -88,5 +88,5 @@ def test_planted_schemes_are_no_schemes(call):
     plugins = [line.split() for line in call("list", "plugins").out.splitlines() if "planted.higher_orders" in line]
 
     assert "planted" not in "".join(line.split()[0] for line in listed.splitlines() if line.strip())
-    assert plugins[0][-3:] == ["loaded", "20", "planted"]
+    assert plugins[0][-3:] == ["loaded", "27", "planted"]
     assert call("matrix", "-s", "planted-*", "--dry-run").code == 2

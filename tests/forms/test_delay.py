@@ -209,7 +209,7 @@ def test_views_with_and_without_delay() -> None:
     [
         (make(), {"algebraic", "constrained"}, {"no-delay", "dissipative", "unconstrained"}),
         (make(delay=0.0), {"algebraic", "no-delay"}, {"dissipative"}),
-        (delay_ou(), {"unconstrained", "additive-noise"}, {"algebraic", "no-delay", "vanishing-milstein-term"}),
+        (delay_ou(), {"unconstrained", "additive-noise"}, {"algebraic", "no-delay", "commutative-noise"}),
         (delay_test("IV"), {"dissipative", "delayed-noise", "algebraic"}, {"no-delay"}),
         (delay_test("II"), {"algebraic"}, {"dissipative", "delayed-noise"}),
         (delay_test("III"), {"algebraic", "dissipative"}, {"delayed-noise"}),

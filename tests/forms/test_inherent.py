@@ -60,7 +60,7 @@ def test_multiplier_is_the_tension_of_the_pendulum():
 def test_additive_noise_is_not_additive_in_the_view():
     """The projector depends on r; but as only v is driven, the Milstein term vanishes."""
     sde = pendulum(1.0, frozenset({"additive-noise"})).view(SDE)
-    assert sde.traits == {"vanishing-milstein-term", "constrained", "no-delay"}
+    assert sde.traits == {"vanishing-milstein-term", "commutative-noise", "constrained", "no-delay"}
     r, v = plane_points()
     x = np.concatenate([r, v])
     B = sde.diffusion(0.0, x)

@@ -45,7 +45,8 @@ def test_everything_known_is_passed_on():
 
 def test_the_noise_is_additive_by_its_form():
     """Traits that follow from the form need no declaration; one position makes the noise scalar."""
-    assert make().traits == {"additive-noise", "vanishing-milstein-term", "unconstrained", "no-delay"}
+    additive = {"additive-noise", "vanishing-milstein-term", "commutative-noise"}
+    assert make().traits == additive | {"unconstrained", "no-delay"}
     single = make(position=[0.5], momentum=[0.0])
     assert single.traits == make().traits | {"scalar-noise"}
     assert single.view(SDE).traits == single.traits

@@ -90,6 +90,7 @@ REFUSED = [
     ({"truths": (known(lambda t, z: {"x": z + 1.0}),)}, "the truth starts with x at"),
     ({"traits": {"additive-noise"}, "diffusion": uneven}, "trait additive-noise: the diffusion"),
     ({"traits": {"diagonal-noise"}, "diffusion": uneven}, "trait diagonal-noise: the diffusion"),
+    ({"traits": {"commutative-noise"}}, "trait commutative-noise: DB_j B_k and DB_k B_j differ"),
     ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
 ]
 OFF_THE_ELLIPSE = [
@@ -159,14 +160,24 @@ CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
     ("changes", "traits"),
     [
         ({}, set()),
-        ({"noise_dim": 1, "diffusion": lambda t, x: x[:, None]}, {"scalar-noise"}),
-        ({"traits": {"additive-noise"}, **CONSTANT}, {"additive-noise", "vanishing-milstein-term"}),
-        ({"traits": {"diagonal-noise"}, **CONSTANT}, {"diagonal-noise"}),
+        ({"noise_dim": 1, "diffusion": lambda t, x: x[:, None]}, {"scalar-noise", "commutative-noise"}),
+        (
+            {"traits": {"additive-noise"}, **CONSTANT},
+            {"additive-noise", "vanishing-milstein-term", "commutative-noise"},
+        ),
+        ({"traits": {"diagonal-noise"}, **CONSTANT}, {"diagonal-noise", "commutative-noise"}),
     ],
 )
 def test_traits_that_follow_are_added(changes, traits):
-    """One motion is scalar noise; additive noise has no Milstein term; without constraint nothing can be left."""
+    """One motion is scalar noise; scalar, diagonal and additive noises commute; nothing else follows."""
     assert make(**changes).traits == traits | {"unconstrained", "no-delay"}
+
+
+def test_noises_that_commute_may_be_declared_so():
+    """A growth and a rotation commute: the trait is believed, and nothing else follows from it."""
+    turn = np.array([[0.0, 2.0], [-2.0, 0.0]])
+    turned = make(diffusion=lambda t, x: np.stack([x, turn @ x], axis=1), traits={"commutative-noise"})
+    assert turned.traits == {"commutative-noise", "unconstrained", "no-delay"}
 
 
 def test_views_are_of_its_own_form_only():

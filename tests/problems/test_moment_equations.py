@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from facade import circle, noncommuting, sphere, spiral
+from facade import circle, four_motions, noncommuting, product_force, sphere, spiral, three_motions
 from problems.generator import generator, observed
 from sdaeverify import Array, Moment, Problem
 
@@ -14,6 +14,9 @@ CASES: dict[str, Callable[[], Problem]] = {
     "circle": lambda: circle(2.0),
     "sphere": lambda: sphere(0.7, -0.4),
     "noncommuting": lambda: noncommuting(1.0, -0.8),
+    "three motions": three_motions,
+    "four motions": four_motions,
+    "product force": lambda: product_force(0.7, -0.3, 1.4, 0.6, 0.9),
     "spiral": lambda: spiral(0.3, -1.0, 0.5, 0.2),
 }
 

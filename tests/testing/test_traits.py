@@ -27,6 +27,7 @@ def two_noises(diffusion, trait):
     )
 
 
+STRETCH = np.array([[1.0], [2.0]])
 FALSE = {
     "unconstrained, but on a circle": (lambda t, x: np.stack([x, x], axis=1), "unconstrained"),
     "constrained, but free": (lambda t, x: np.stack([x, x], axis=1), "constrained"),
@@ -39,6 +40,8 @@ FALSE = {
         lambda t, x: np.stack([x[1] * x[0], -x[0] * x[0]])[:, None] * np.ones((1, 2, 1)),
         "normal-milstein-term",
     ),
+    "commutative, but sheared": (lambda t, x: np.stack([x * STRETCH, x[::-1]], axis=1), "commutative-noise"),
+    "commutative, but kinked": (lambda t, x: np.stack([x * STRETCH, np.abs(x[::-1])], axis=1), "commutative-noise"),
     "milstein, but diagonal": (lambda t, x: x * np.eye(2)[..., None], "vanishing-milstein-term"),
 }
 

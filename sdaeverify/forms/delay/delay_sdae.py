@@ -143,8 +143,9 @@ class DelaySDAE(Delayed):
             "algebraic": self.has_constraints,
             "dissipative": constants is not None and constants.C > 0.0,
         }
-        # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it.
-        not_said = {"no-delay", *({"vanishing-milstein-term"} if self.delay else ())}
+        # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it. And the noise that drives
+        # the past is not the one that drives x: they do not commute where a diffusion depends on the past.
+        not_said = {"no-delay", *({"vanishing-milstein-term", "commutative-noise"} if self.delay else ())}
         return super()._all_traits() - not_said | {name for name, holds in found.items() if holds}
 
     @property

@@ -70,7 +70,7 @@ def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
         noise=problem.noise,
         horizon=span if span > 0.0 else first,
         delay=tau,
-        traits=problem.traits - {"scalar-noise", "diagonal-noise", "algebraic", "constrained"},
+        traits=problem.traits - {"scalar-noise", "diagonal-noise", "commutative-noise", "algebraic", "constrained"},
         source=f"as an equation without delay: {problem.source}",
         seen_as="linked equation",
     )

@@ -13,6 +13,7 @@ from ...noise.brownian import BROWNIAN
 from ..checks import PROBES, check_known, check_not_negative, check_shape, columns, vector
 from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
+from ..traits import ADDITIVE
 from ..trivial import SOURCE, SPEED, Trivial, Trivials
 
 
@@ -69,7 +70,7 @@ class Langevin(Damped):
         check_known(self, self.parts(x))
 
     def _all_traits(self) -> frozenset[str]:
-        return super()._all_traits() | {"additive-noise", "vanishing-milstein-term"}
+        return super()._all_traits() | ADDITIVE
 
     def initial(self, paths: int) -> Array:
         """Return q over p on every path, shape (2 n, P)."""

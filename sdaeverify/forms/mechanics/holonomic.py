@@ -38,7 +38,7 @@ from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
 
 # Traits of noise that a projector takes away.
-NOT_PROJECTED = {"additive-noise", "diagonal-noise"}
+NOT_PROJECTED = {"additive-noise", "diagonal-noise", "commutative-noise"}
 
 
 class HolonomicState(NamedTuple):

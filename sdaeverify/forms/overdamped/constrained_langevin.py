@@ -31,6 +31,7 @@ from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
+from ..traits import ADDITIVE
 from .stiffness_family import StiffnessFamily
 
 K = TypeVar("K")
@@ -187,7 +188,7 @@ class ConstrainedLangevin(StiffnessFamily):
         check_known(self, self.parts(self.initial(PROBES)))
 
     def _all_traits(self) -> frozenset[str]:
-        return super()._all_traits() | ({"additive-noise", "vanishing-milstein-term"} if self.eps else frozenset())
+        return super()._all_traits() | (ADDITIVE if self.eps else frozenset())
 
     @property
     def dimension(self) -> int:

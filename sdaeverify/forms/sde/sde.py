@@ -27,6 +27,7 @@ from ..checks import (
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual, briefly_signed
+from ..traits import COMMUTING
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
 
 
@@ -253,6 +254,14 @@ class SDE(Problem):
         d, l, _ = there.shape
         if "diagonal-noise" in self.traits and (d != l or there[~np.eye(d, dtype=bool)].any()):
             raise ProblemError("trait diagonal-noise: the diffusion has entries off the diagonal")
+        stated = "commutative-noise" in self.traits and not self.traits & COMMUTING
+        if stated and not self.why_not_derivative_of_diffusion() and not self._commutes(0.5 * self.horizon, y):
+            raise ProblemError("trait commutative-noise: DB_j B_k and DB_k B_j differ")
+
+    def _commutes(self, t: float, x: Array) -> bool:
+        B = np.broadcast_to(self.diffusion(t, x), (self.dimension, self.noise_dim, x.shape[-1]))
+        turned = np.stack([self.derivative_of_diffusion(t, x, B[:, k]) for k in range(self.noise_dim)], axis=2)
+        return bool(np.allclose(turned, turned.swapaxes(1, 2), rtol=0.0, atol=1e-10 * np.abs(turned).max()))
 
     def _check_constraint(self, x: Array) -> None:
         if self.constraint is None:

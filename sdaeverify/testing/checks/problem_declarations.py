@@ -14,7 +14,7 @@ from ...contracts.labels import parse_label
 from ...contracts.specs import check_problem_function, matrix_specs, problem_spec
 from ...errors import SdaeverifyError
 from ...forms import Delayed, Dissipation, IndexOne, known_traits
-from ...forms.traits import Trait
+from ...forms.traits import COMMUTING, Trait
 from ...forms.truths import InvariantMean
 from ...numerics.statistics import EPS
 from ...registry.selection import select_measures, select_schemes
@@ -90,7 +90,8 @@ def check_relaxation(subject: ProblemSubject) -> str:
 
 def check_traits(subject: ProblemSubject) -> str:
     """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
-    for name in sorted(subject.problem.traits):
+    # What another trait implies comes after it: the author stated the other one.
+    for name in sorted(subject.problem.traits, key=lambda name: (name not in COMMUTING, name)):
         if text := _evidence_against(subject, name):
             return f"trait {name} is false: {text}"
     return ""
@@ -127,6 +128,13 @@ def _diagonal(subject: ProblemSubject) -> str:
         if text := excess(np.delete(change, k, axis=0), FIRST_ERROR, B):
             return f"an entry of the diffusion depends on component {k + 1}, which is another one's: {text}"
     return ""
+
+
+def _commutative(subject: ProblemSubject) -> str:
+    l = subject.equation.noise_dim
+    turned = np.stack([_slope(subject, subject.B[:, k]) for k in range(l)], axis=2)
+    text = excess(turned - turned.swapaxes(1, 2), 2 * FIRST_ERROR, subject.B)
+    return f"DB_j B_k - DB_k B_j is {text}" if text else ""
 
 
 def _no_milstein_term(subject: ProblemSubject) -> str:
@@ -222,6 +230,7 @@ EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
     "scalar-noise": _scalar,
     "additive-noise": _additive,
     "diagonal-noise": _diagonal,
+    "commutative-noise": _commutative,
     "vanishing-milstein-term": _no_milstein_term,
     "normal-milstein-term": _normal_milstein_term,
     "algebraic": _index_1,

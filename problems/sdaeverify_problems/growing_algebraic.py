@@ -1,0 +1,88 @@
+"""Growth whose volatility is an algebraic component that grows in time: the constraint depends on time."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sdaeverify import Array, Increment, IndexOneSDAE, Parts, hookimpl
+
+from ._known import moments, monomials, solution
+
+SOURCE = "Kloeden & Platen 1992, (4.2.12), with y = b(t) x"
+
+
+def growing_algebraic(
+    a: float = -1.0, q: float = 0.5, b: float = 0.6, growth: float = 1.0, x_0: float = 1.0, horizon: float = 1.0
+) -> IndexOneSDAE:
+    """Growth by a moving constraint: dx = (a x + q y) dt + y dW, 0 = b(t) x - y with b(t) = b (1 + growth t).
+
+    Without y it is dx = (a + q b(t)) x dt + b(t) x dW, so that x(t) = x_0 exp(int a + q b - b^2/2 ds + int b dW). The
+    integral of b dW over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds: known from dW and H. A scheme that
+    solves the constraint at another time than it should has the right y on every autonomous problem; here it has not.
+
+    Parameters
+    ----------
+    a : float
+        Growth rate without y, unit 1/time.
+    q : float
+        Growth rate by y, unit 1/sqrt(time).
+    b : float
+        Volatility at the start, unit 1/sqrt(time).
+    growth : float
+        Of the volatility, relative, unit 1/time.
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.2, (2.12), with an algebraic component.
+    """
+
+    def volatility(t: float) -> float:
+        return b * (1.0 + growth * t)
+
+    def integrals(t: float, h: float) -> tuple[float, float]:
+        """Return int_t^{t+h} (a + q b) ds and int_t^{t+h} b^2 ds, by Simpson's rule: exact for squares."""
+        begin, middle, end = (volatility(t + part * h) for part in (0.0, 0.5, 1.0))
+        return h * (a + q * middle), h * (begin**2 + 4.0 * middle**2 + end**2) / 6.0
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        rate, variance = integrals(t, h)
+        integral = volatility(t + h) * noise.dW - b * growth * noise.time_integral(h)
+        return x * np.exp(rate - 0.5 * variance + integral)
+
+    def power(n: int) -> Callable[[float], float]:
+        def value(t: float) -> float:
+            rate, variance = integrals(0.0, t)
+            return float(x_0**n * np.exp(n * rate + 0.5 * n * (n - 1) * variance))
+
+        return value
+
+    def parts_of(t: float, x: Array) -> Parts:
+        return {"x": x, "y": volatility(t) * x}
+
+    return IndexOneSDAE(
+        drift=lambda t, x, y: a * x + q * y,
+        diffusion=lambda t, x, y: y[:, None],
+        constraint=lambda t, x, y: volatility(t) * x - y,
+        solved=lambda t, x: volatility(t) * x,
+        start=[x_0],
+        algebraic=[b * x_0],
+        noise_dim=1,
+        horizon=horizon,
+        observables=monomials("x", "x^2", "y"),
+        truths=(
+            solution(x_0, advance, SOURCE, parts=parts_of),
+            *moments({"x": power(1), "x^2": power(2), "y": lambda t: volatility(t) * power(1)(t)}, SOURCE),
+        ),
+        units="x dimensionless, time in the unit of 1/|a|",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [growing_algebraic]

@@ -1,0 +1,1 @@
+"""Equations with several Brownian motions: what depends on time, and which areas and products count."""

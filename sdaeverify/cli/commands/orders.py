@@ -1,0 +1,120 @@
+"""``orders``: the order conditions of a scheme for classes of SDEs."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import isnan
+from pathlib import Path
+
+import click
+
+from ...contracts.scheme import Scheme
+from ...errors import UsageError
+from ...registry.selection import select_schemes
+from ...report.files import write_text
+from ...report.plain import in_columns, visible
+from ...trees.grow import picture
+from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport, check_numbers, classes_named, rows_of
+from .. import options
+from ..console import conclude, output, print_json, print_texts
+from ..exit_codes import WORDS, ExitCode, codes_in_words
+from ..loading import load_and_warn
+
+HEADINGS = ("scheme", "class", "motions", "measure", "claim", "order", "held", "verdict")
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
+ABOUT = {code: WORDS[code] for code in CODES}
+
+
+@click.command(epilog=codes_in_words(ABOUT), short_help="Ask schemes for the order conditions of classes of SDEs.")
+@click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
+@options.once("--class", "kinds", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
+@options.once("--motions", type=click.IntRange(1, MOST_MOTIONS), default=3, help="Number of Brownian motions.")
+@options.once("--weight", type=int, help="Largest weight of trees.  [default: 2 p + 1 for a claimed order p]")
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
+@options.once(
+    "--problem", type=options.PLACE, metavar="OUT.py", help="Write the first failing condition as a problem."
+)
+@options.plugins
+def orders(
+    schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **numbers: object
+) -> ExitCode:
+    """Ask schemes for the order conditions that hold for every smooth SDE of a class.
+
+    One step on an equation whose components are rooted trees tells every elementary weight. A claim is verified for a
+    class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time.
+    """
+    registry = load_and_warn(plugins)
+    reports = [_report(scheme, numbers) for scheme in select_schemes(registry, schemes)]
+    rows = [row for report in reports for row in report.rows]
+    if problem is not None:
+        _write_problem(reports, problem)
+    if as_json:
+        print_json([_told(row) for row in rows])
+        return code_of_rows(rows)
+    print_texts(output(), _lines(rows))
+    return conclude(code_of_rows(rows), ABOUT)
+
+
+def _report(scheme: Scheme, numbers: Mapping[str, object]) -> OrderReport:
+    motions, weight, kinds = (numbers[name] for name in ("motions", "weight", "kinds"))
+    assert isinstance(motions, int)
+    assert weight is None or isinstance(weight, int)
+    assert kinds is None or isinstance(kinds, str)
+    check_numbers(motions, weight)
+    return OrderReport(scheme, tuple(rows_of(scheme, classes_named(kinds), motions, weight)))
+
+
+def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
+    """Write the problem of the first condition that refutes a claim.
+
+    Raises
+    ------
+    UsageError
+        If no claim is refuted.
+    """
+    for report in reports:
+        if report.failing:
+            write_text(report.to_problem(report.failing[0]), file)
+            return
+    raise UsageError(f"no claim is refuted: there is no problem to be written into {file}")
+
+
+def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
+    """Return the code of what was found."""
+    verdicts = {row.verdict for row in rows}
+    if ClassVerdict.REFUTED in verdicts:
+        return ExitCode.REFUTED
+    if ClassVerdict.ERROR in verdicts:
+        return ExitCode.NOT_MEASURED
+    return ExitCode.NOTHING if verdicts <= {ClassVerdict.NOT_APPLICABLE} else ExitCode.OK
+
+
+def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
+    """Yield a table, and below it what a reader asks next: trees of failing conditions, premises, reasons."""
+    yield from in_columns([HEADINGS, *map(_cells, rows)], 2)
+    for row in rows:
+        if row.verdict is ClassVerdict.REFUTED and row.first:
+            yield ""
+            yield from _failing(row)
+    notes: dict[str, list[str]] = {}
+    for row in rows:
+        notes.setdefault(f"{row.scheme}: {row.premise}", []).append(row.kind)
+    yield ""
+    yield from (f"{visible(note)} ({', '.join(dict.fromkeys(kinds))})" for note, kinds in notes.items())
+
+
+def _cells(row: ClassRow) -> tuple[str, ...]:
+    held = f"{row.held} of {row.of}" if row.of else ""
+    numbers = ("" if isnan(value) else f"{value:.3g}" for value in (row.claim, row.order))
+    return (visible(row.scheme), row.kind, str(row.motions), row.measure, *numbers, held, row.verdict.value)
+
+
+def _failing(row: ClassRow) -> Iterator[str]:
+    assert row.first is not None
+    found, wanted = row.first.texts
+    yield f"{visible(row.scheme)}, {row.kind}, {row.measure}: {row.first.name}: found {found}, wanted {wanted}"
+    for tree in row.first.forest:
+        yield from (f"    {line}" for line in picture(tree))
+
+
+def _told(row: ClassRow) -> dict[str, object]:
+    numbers = {name: None if isnan(value) else value for name, value in (("order", row.order), ("claim", row.claim))}
+    return {**row.cells, **numbers, "trees": [picture(tree) for tree in row.first.forest] if row.first else []}

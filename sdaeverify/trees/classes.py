@@ -1,0 +1,249 @@
+"""Classes of SDEs as quotients of the space of trees by relations between elementary differentials.
+
+A class is given by relations sum r_tau F(tau) = 0 that hold for each of its equations. Solved for as many trees as
+there are independent ones, they leave a basis of trees tau, and sum Delta(tau)/sigma(tau) F(tau) = 0 becomes one
+condition for each of these:
+
+    Delta(tau) - sum_p r_p,tau sigma(tau)/sigma(p) Delta(p) = 0    where F(p) + sum_tau r_p,tau F(tau) = 0.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from typing import Any
+
+from .grow import DRIFT, TIME, TIME_LEAF, Tree, grow, multisets, root_weight, tree
+from .moments import Combination
+
+Relation = dict[Tree, Fraction]
+
+
+@dataclass(frozen=True)
+class EquationClass:
+    """A class of SDEs that is closed under what a Runge-Kutta method makes of an equation.
+
+    Attributes
+    ----------
+    name : str
+    traits : frozenset of str
+        What a problem of the class states.
+    motions : int or None
+        Number of Brownian motions; None for any number.
+    told : str
+        What it is, behind "every smooth SDE".
+    """
+
+    name: str
+    traits: frozenset[str] = frozenset()
+    motions: int | None = None
+    told: str = ""
+
+    @property
+    def additive(self) -> bool:
+        """Whether the diffusion is constant."""
+        return "additive-noise" in self.traits
+
+    @property
+    def diagonal(self) -> bool:
+        """Whether each noise moves one component, which alone its coefficient depends on."""
+        return "diagonal-noise" in self.traits
+
+    def trees(self, motions: int, top: int) -> list[Tree]:
+        """Return the trees up to a weight that do not vanish by themselves."""
+        grown = grow(motions, top, additive=self.additive)
+        return [each for each in grown if is_diagonal(each)] if self.diagonal else grown
+
+    def basis(self, trees: Sequence[Tree], motions: int) -> list[Combination]:
+        """Return the conditions as combinations of trees, each led by the tree that it is named after."""
+        if self.diagonal:
+            return dual_basis(trees, coincidences(trees))
+        if not (self.ties and motions):
+            return [{each: Fraction(1)} for each in trees]
+        return dual_basis(trees, solved_relations(trees, motions, every_pair=self.ties == "vanishing"))
+
+    @property
+    def ties(self) -> str:
+        """Which products DB_k B_j are tied: to each other, or to zero; empty where none is."""
+        if "vanishing-milstein-term" in self.traits and not self.additive:
+            return "vanishing"
+        return "commuting" if "commutative-noise" in self.traits else ""
+
+
+CLASSES = (
+    EquationClass("ode", frozenset({"additive-noise"}), 0, "without noise"),
+    EquationClass("scalar", frozenset(), 1, "with one Brownian motion"),
+    EquationClass("additive", frozenset({"additive-noise"}), None, "with additive noise"),
+    EquationClass("diagonal", frozenset({"diagonal-noise"}), 2, "with diagonal noise"),
+    EquationClass("commutative", frozenset({"commutative-noise"}), None, "with commutative noise"),
+    EquationClass(
+        "vanishing-milstein-term", frozenset({"vanishing-milstein-term"}), None, "whose Milstein term vanishes"
+    ),
+    EquationClass("general", frozenset(), None, "with any noise"),
+)
+
+
+def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -> dict[Tree, Relation]:
+    """Return the relations of a class, each solved for a tree: F(p) + sum r F(tau) = 0 for the key p.
+
+    DB_k B_j = DB_j B_k, or DB_k B_j = 0, is derived by any arguments, and put at any place of a tree.
+
+    Parameters
+    ----------
+    trees : sequence of Tree
+        All trees up to a weight.
+    motions : int
+        Number of noise colours.
+    every_pair : bool
+        Whether each DB_k B_j vanishes, not only the differences.
+    """
+    solved: dict[Tree, Relation] = {}
+    top = max(each.weight for each in trees)
+    pairs = [(k, j) for k in range(1, motions + 1) for j in range(1, motions + 1) if every_pair or j < k]
+    for weight in range(2, top + 1):
+        # In a product lower relations have been used already: it is enough to graft those that are solved.
+        lower = [(each.weight, {each: Fraction(1), **rest}) for each, rest in solved.items()]
+        new = [*_roots(trees, weight, pairs, every_pair=every_pair), *_grafted(trees, weight, lower, motions)]
+        _solve_for_trees(new, solved)
+    return solved
+
+
+def _roots(
+    trees: Sequence[Tree], weight: int, pairs: Iterable[tuple[int, int]], *, every_pair: bool
+) -> Iterator[Relation]:
+    """Yield the derivatives of DB_k B_j, or of DB_k B_j - DB_j B_k, by all arguments of a weight."""
+    for arguments in _arguments(trees, weight - 2):
+        for k, j in pairs:
+            relation = _derived(arguments, k, j)
+            if not every_pair:
+                for each, c in _derived(arguments, j, k).items():
+                    relation[each] = relation.get(each, Fraction(0)) - c
+            yield relation
+
+
+def _arguments(trees: Sequence[Tree], weight: int) -> Iterator[list[Tree]]:
+    choices = sorted([TIME_LEAF, *trees], key=lambda each: each.weight)
+    for places in multisets([each.weight for each in choices], weight):
+        yield [choices[i] for i in places]
+
+
+def _derived(arguments: Sequence[Tree], k: int, j: int) -> Relation:
+    """Return D^S (DB_k B_j) as trees: each argument goes to B_j or to B_k."""
+    relation: Relation = {}
+    places = range(len(arguments))
+    for inner in (some for n in range(len(arguments) + 1) for some in combinations(places, n)):
+        below = tree(j, (arguments[i] for i in inner))
+        whole = tree(k, (below, *(arguments[i] for i in places if i not in inner)))
+        relation[whole] = relation.get(whole, Fraction(0)) + 1
+    return relation
+
+
+def _grafted(
+    trees: Sequence[Tree], weight: int, lower: Iterable[tuple[int, Relation]], motions: int
+) -> Iterator[Relation]:
+    """Yield relations of lower weight as one of the arguments of a coefficient."""
+    for below, relation in lower:
+        for colour in range(motions + 1):
+            rest = weight - below - root_weight(colour)
+            for others in _arguments(trees, rest) if rest >= 0 else ():
+                grafted: Relation = {}
+                for each, c in relation.items():
+                    whole = tree(colour, (each, *others))
+                    grafted[whole] = grafted.get(whole, Fraction(0)) + c
+                yield grafted
+
+
+def _solve_for_trees(relations: Iterable[Relation], solved: dict[Tree, Relation]) -> None:
+    """Add relations of one weight to those that are solved, which stay free of solved trees."""
+    for relation in relations:
+        rest = _reduced(relation, solved)
+        if not rest:
+            continue
+        pivot = max(rest)
+        scale = rest.pop(pivot)
+        new = {each: c / scale for each, c in rest.items()}
+        for other in solved.values():
+            if pivot in other:
+                _add(other, new, -other.pop(pivot))
+        solved[pivot] = new
+
+
+def _reduced(relation: Relation, solved: dict[Tree, Relation]) -> Relation:
+    reduced: Relation = {}
+    for each, c in relation.items():
+        if each in solved:
+            _add(reduced, solved[each], -c)
+        else:
+            _add(reduced, {each: Fraction(1)}, c)
+    return reduced
+
+
+def _add(to: Relation, other: Relation, scale: Fraction) -> None:
+    for each, c in other.items():
+        to[each] = to.get(each, Fraction(0)) + scale * c
+        if not to[each]:
+            del to[each]
+
+
+def dual_basis(trees: Sequence[Tree], solved: dict[Tree, Relation]) -> list[Combination]:
+    """Return the conditions of a quotient by solved relations, one for each tree that is left."""
+    found = {each: {each: Fraction(1)} for each in trees if each not in solved}
+    for pivot, relation in solved.items():
+        for each, c in relation.items():
+            found[each][pivot] = -c * Fraction(each.symmetry, pivot.symmetry)
+    return list(found.values())
+
+
+def is_diagonal(each: Tree) -> bool:
+    """Tell whether no noise node stands right above one of another noise: b_j depends on the component j alone."""
+    moved = {kid.colour for kid in each.kids if kid.colour > DRIFT}
+    return (each.colour <= DRIFT or moved <= {each.colour}) and all(map(is_diagonal, each.kids))
+
+
+def coincidences(trees: Iterable[Tree]) -> dict[Tree, Relation]:
+    """Return which trees have the same elementary differential as another one where noise is diagonal."""
+    first: dict[object, Tree] = {}
+    solved: dict[Tree, Relation] = {}
+    for each in trees:
+        other = first.setdefault(diagonal_factors(each), each)
+        if other is not each:
+            solved[each] = {other: Fraction(-1)}
+    return solved
+
+
+def diagonal_factors(each: Tree) -> object:
+    """Return the numbers that an elementary differential is the product of where noise is diagonal.
+
+    A node of the noise j is a derivative of b_j by x_j and t, a number, wherever in the tree it stands. Nodes of the
+    drift are held together by sums over components; what such a cluster ends in is the root or a component j.
+
+    Parameters
+    ----------
+    each : Tree
+    """
+    numbers: list[tuple[int, int, int]] = []
+    clusters: list[tuple[int, Cluster]] = []
+    root = _cluster(each, numbers, clusters) if each.colour == DRIFT else _number(each, numbers, clusters)
+    return root, tuple(sorted(numbers)), tuple(sorted(clusters))
+
+
+Cluster = tuple[tuple[int, ...], tuple[Any, ...]]
+
+
+def _cluster(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tuple[int, Cluster]]) -> Cluster:
+    for kid in each.kids:
+        if kid.colour > DRIFT:
+            _number(kid, numbers, clusters)
+    directions = tuple(sorted(kid.colour for kid in each.kids if kid.colour != DRIFT))
+    return directions, tuple(sorted(_cluster(kid, numbers, clusters) for kid in each.kids if kid.colour == DRIFT))
+
+
+def _number(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tuple[int, Cluster]]) -> int:
+    by_time = sum(kid.colour == TIME for kid in each.kids)
+    numbers.append((each.colour, len(each.kids) - by_time, by_time))
+    for kid in each.kids:
+        if kid.colour == DRIFT:
+            clusters.append((each.colour, _cluster(kid, numbers, clusters)))
+        elif kid.colour > DRIFT:
+            _number(kid, numbers, clusters)
+    return each.colour

@@ -1,0 +1,283 @@
+"""Order conditions: path by path, and of the means of forests.
+
+With the defects Delta = phi - I of a step, whose weights are h^(w/2) times functions of the noise over sqrt(h),
+
+    strong order p:  Delta(tau) = 0 on every path for w <= 2p,  and  E Delta(tau) = 0 for w <= 2p + 1
+    weak order p:    E prod phi(tau_i) = E prod I(tau_i)  for all forests of weight <= 2p + 1
+
+(Milstein & Tretyakov 2004, sections 1.1 and 2.2; Burrage & Burrage 2000; Roessler 2006; Debrabant & Kvaerno 2008).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import Array
+from ..probing import Nodes
+from .grow import Forest, Tree, formula, multisets
+from .moments import Combination, ExactMoments
+from .record import ROUNDING, Record
+
+# Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
+TOLERANCE = 1e-8
+# Forests whose products are taken at once; denominators that a number is told with.
+AT_ONCE, DENOMINATOR, SIMPLE = 512, 48, 1.0
+STRONG: str = "strong"
+WEAK: str = "weak"
+
+
+class Condition(NamedTuple):
+    """One condition and how far it is from holding.
+
+    Attributes
+    ----------
+    forest : Forest
+        One tree of a condition on paths.
+    on_paths : bool
+    defect : float
+        In units of h^(w/2) and relative to what is wanted, the largest on paths.
+    found : float
+        The mean; on paths the factor of I, as far as the record tells it.
+    wanted : Fraction
+        The mean; on paths 1.
+    rest : float
+        On paths: root mean square of what is not proportional to I.
+    known : bool
+        Whether I is a function of the record of increments.
+    tolerance : float
+        Below which a defect is none.
+    power : float
+        Of h, with which the defect vanishes where weights depend on h; NaN where they do not.
+    """
+
+    forest: Forest
+    on_paths: bool
+    defect: float
+    found: float
+    wanted: Fraction
+    rest: float = 0.0
+    known: bool = True
+    tolerance: float = TOLERANCE
+    power: float = nan
+
+    @property
+    def held(self) -> bool:
+        """Whether it holds as far as weights are known."""
+        return bool(self.defect <= self.tolerance)
+
+    @property
+    def weight(self) -> int:
+        """Twice the order of the terms it is about."""
+        return sum(each.weight for each in self.forest)
+
+    @property
+    def name(self) -> str:
+        """The forest as a formula."""
+        return formula(self.forest)
+
+    @property
+    def texts(self) -> tuple[str, str]:
+        """What is found and what is wanted, in words."""
+        if not isnan(self.power):
+            return f"off by h^{self.power:.2f}", "I" if self.on_paths else str(self.wanted)
+        if not self.on_paths:
+            return number_text(self.found, self.tolerance), str(self.wanted)
+        if not self.known:
+            return "no function of the record", "I"
+        factor = f"{self.found:.4g} I" if abs(self.found) > self.tolerance else "0"
+        return (factor if self.rest <= self.tolerance else f"{factor} and {self.rest:.2g} else"), "I"
+
+
+def number_text(value: float, tolerance: float) -> str:
+    """Return a number as a fraction if it is a simple one to a tolerance."""
+    near = Fraction(value).limit_denominator(DENOMINATOR)
+    return str(near) if abs(near - value) < SIMPLE * tolerance else f"{value:.4g}"
+
+
+class Weighed(NamedTuple):
+    """What some steps have in the place of the integrals of the conditions.
+
+    Attributes
+    ----------
+    psi : ndarray, shape (n, K)
+        Combinations of weights, in units of h^(w/2).
+    nodes : Nodes
+        The noise of a step of length 1.
+    """
+
+    psi: Array
+    nodes: Nodes
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """The conditions of a class up to a weight.
+
+    Attributes
+    ----------
+    trees : sequence of Tree
+        Components of the universal SDE.
+    basis : sequence of Combination
+        Combinations of trees, each led by the tree that it is named after, by weight.
+    moments : ExactMoments
+    tolerance : float
+        What a defect is beyond, relative and in units of h^(w/2).
+    """
+
+    trees: Sequence[Tree]
+    basis: Sequence[Combination]
+    moments: ExactMoments
+    tolerance: float = TOLERANCE
+
+    @cached_property
+    def names(self) -> list[Tree]:
+        """The trees after which conditions are named."""
+        return [next(iter(each)) for each in self.basis]
+
+    @cached_property
+    def weights(self) -> list[int]:
+        """Weights of the conditions."""
+        return [each.weight for each in self.names]
+
+    def combined(self, phi: Array) -> Array:
+        """Return the conditions' combinations of weights of trees, shape (n, K)."""
+        places = {each: place for place, each in enumerate(self.trees)}
+        sums = phi[[places[each] for each in self.names]]
+        for place, each in enumerate(self.basis):
+            for part, c in list(each.items())[1:]:
+                sums[place] += float(c) * phi[places[part]]
+        return np.asarray(sums)
+
+    def on_paths(self, random: Weighed, rule: Weighed, record: Record, top: int) -> Iterator[Condition]:
+        """Yield the conditions on paths up to a weight.
+
+        Parameters
+        ----------
+        random : Weighed
+            At random points, where a polynomial vanishes only if it is zero.
+        rule : Weighed
+            At the nodes of a rule for expectations.
+        record : Record
+        top : int
+        """
+        for (weight, parity), places in sorted(self._groups(top).items()):
+            projection = record.projected([self.basis[i] for i in places], weight, parity)
+            wanted, at_rule = (record.values(projection, each.nodes) for each in (random, rule))
+            for n, i in enumerate(places):
+                factor, rest = _part_of(rule.psi[i], at_rule[n], rule.nodes.weights)
+                off = float(np.max(np.abs(random.psi[i] - wanted[n]) / (1.0 + np.abs(wanted[n]))))
+                known = bool(projection.distances[n] < ROUNDING)
+                defect = off if known else max(off, float(projection.distances[n]) ** 0.5)
+                yield Condition((self.names[i],), True, defect, factor, Fraction(1), rest, known, self.tolerance)
+
+    def _groups(self, top: int) -> dict[tuple[int, int], list[int]]:
+        groups: dict[tuple[int, int], list[int]] = {}
+        for place, each in enumerate(self.names):
+            if self.weights[place] <= top:
+                groups.setdefault((self.weights[place], self.moments.parity((each,))), []).append(place)
+        return groups
+
+    def of_means(self, rule: Weighed, forests: Sequence[tuple[int, ...]]) -> list[Condition]:
+        """Return the conditions on means of forests, given as places in the basis."""
+        found = means_of_products(rule.psi, rule.nodes.weights, forests)
+        return [self._mean_condition(places, value) for places, value in zip(forests, found, strict=True)]
+
+    def _mean_condition(self, places: tuple[int, ...], found: float) -> Condition:
+        if self._is_plain:
+            wanted = self.moments.mean(self.names[i] for i in places)
+        else:
+            wanted = self.moments.mean_of_product(self.basis[i] for i in places)
+        defect = abs(found - float(wanted)) / (1.0 + abs(float(wanted)))
+        names = tuple(self.names[i] for i in places)
+        return Condition(names, False, defect, float(found), wanted, tolerance=self.tolerance)
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        return all(len(each) == 1 for each in self.basis)
+
+    def forests(self, top: int) -> list[tuple[int, ...]]:
+        """Return all forests up to a weight, as places in the basis, by weight."""
+        return [places for weight in range(1, top + 1) for places in multisets(self.weights, weight)]
+
+
+def _part_of(found: Array, wanted: Array, weights: Array) -> tuple[float, float]:
+    """Return the multiple of what is wanted that is nearest in mean square, and the distance that is left."""
+    square = float((wanted * wanted) @ weights)
+    factor = float((found * wanted) @ weights) / square if square > ROUNDING else 0.0
+    return factor, float(np.sqrt((found - factor * wanted) ** 2 @ weights))
+
+
+def means_of_products(psi: Array, weights: Array, forests: Sequence[tuple[int, ...]]) -> Array:
+    """Return the expectations of products of rows, shape (F,).
+
+    Parameters
+    ----------
+    psi : ndarray, shape (n, K)
+    weights : ndarray, shape (K,)
+        Probabilities of the nodes.
+    forests : sequence of tuple of int
+        Which rows are multiplied.
+    """
+    means = np.empty(len(forests))
+    by_length: dict[int, list[int]] = {}
+    for place, forest in enumerate(forests):
+        by_length.setdefault(len(forest), []).append(place)
+    for places in by_length.values():
+        for begin in range(0, len(places), AT_ONCE):
+            some = places[begin : begin + AT_ONCE]
+            rows = np.array([forests[i] for i in some])
+            means[some] = np.prod([psi[column] for column in rows.T], axis=0) @ weights
+    return means
+
+
+def order_of(conditions: Sequence[Condition], top: int, measure: str) -> float:
+    """Return the largest order up to (top - 1)/2 whose conditions hold; 0 if none is.
+
+    Parameters
+    ----------
+    conditions : sequence of Condition
+    top : int
+        The largest weight that was looked at.
+    measure : str
+        ``strong`` or ``weak``.
+    """
+    failing = [each for each in conditions if not each.held]
+    for twice in range(1, top):
+        if any(belongs(each, measure, 0.5 * twice) for each in failing):
+            return 0.5 * (twice - 1)
+    return 0.5 * (top - 1)
+
+
+def belongs(condition: Condition, measure: str, p: float) -> bool:
+    """Tell whether a condition is one of those of an order p.
+
+    Parameters
+    ----------
+    condition : Condition
+    measure : str
+        ``strong`` or ``weak``.
+    p : float
+    """
+    if measure == WEAK:
+        return not condition.on_paths and condition.weight <= 2 * p + 1
+    if condition.on_paths:
+        return condition.weight <= 2 * p
+    return len(condition.forest) == 1 and condition.weight <= 2 * p + 1
+
+
+def breaking(conditions: Sequence[Condition], measure: str) -> list[Condition]:
+    """Return the conditions of a measure that do not hold, those of the lowest order first.
+
+    Parameters
+    ----------
+    conditions : sequence of Condition
+    measure : str
+    """
+    every = max((each.weight for each in conditions), default=0)
+    failing = [each for each in conditions if not each.held and belongs(each, measure, every)]
+    return sorted(failing, key=lambda each: (each.weight - (not each.on_paths), len(each.forest), len(each.name)))

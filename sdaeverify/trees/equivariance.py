@@ -1,0 +1,166 @@
+"""Whether a step commutes with affine maps between spaces of different dimensions.
+
+A map of vector fields to steps is a B-series exactly if it does (McLachlan, Modin, Munthe-Kaas & Verdier 2016); maps
+that are invertible would let pass series with traces, such as (tr DB_1) B_1, which the universal SDE cannot show
+because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 and a field g on R^2,
+
+    G(x) = A^+ g(A x + c) + N k(x),    A N = 0,
+
+is related to g whatever k is, so that A Phi_G(x) + c = Phi_g(A x + c) on each path.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .. import SDE, Array, Scheme
+from ..numerics import largest
+from ..probing import Nodes, OneStep
+from .classes import EquationClass
+from .universal import CHECKED, NOISE
+from .weights import stepped
+
+LOW, HIGH = 2, 5
+# So long is a step: Newton's method has a root of random polynomials only of short ones.
+H = 2.0**-4
+SEED = 20260102
+# The sizes of terms in a random field.
+CONSTANT, LINEAR, QUADRATIC = 0.7, 0.4, 0.1
+
+Coefficient = Callable[[float, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Fields:
+    """Random quadratic coefficients in R^d, which depend on time.
+
+    Attributes
+    ----------
+    constant : ndarray, shape (d, n)
+        One column for each of n fields.
+    linear : ndarray, shape (d, n, d + 1)
+        By the components and time.
+    quadratic : ndarray, shape (d, n, d + 1, d + 1)
+    """
+
+    constant: Array
+    linear: Array
+    quadratic: Array
+
+    def __call__(self, t: float, x: Array) -> Array:
+        """Return all fields, shape (d, n, P)."""
+        z = np.concatenate([x, np.full((1, x.shape[1]), t)])
+        bent = np.einsum("dnij,ip,jp->dnp", self.quadratic, z, z)
+        return np.asarray(self.constant[..., None] + np.einsum("dni,ip->dnp", self.linear, z) + bent)
+
+    def frozen(self) -> "Fields":
+        """Return the constant parts."""
+        return Fields(self.constant, 0.0 * self.linear, 0.0 * self.quadratic)
+
+
+def random_fields(rng: np.random.Generator, rows: int, fields: int, dimension: int) -> Fields:
+    """Return random fields of so many rows on a space of another dimension.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    rows, fields, dimension : int
+        Components and number of the fields, and dimension of the space.
+    """
+    d = dimension + 1
+    normal = rng.standard_normal
+    return Fields(
+        CONSTANT * normal((rows, fields)),
+        LINEAR * normal((rows, fields, d)),
+        QUADRATIC * normal((rows, fields, d, d)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Related:
+    """Two equations of a class and the affine map that relates them.
+
+    Attributes
+    ----------
+    below, above : SDE
+        In R^2 and in R^5.
+    map : ndarray, shape (2, 5)
+        A.
+    shift : ndarray, shape (2, 1)
+        c.
+    calls : list
+        Grows with each call of the drift below at complex states.
+    """
+
+    below: SDE
+    above: SDE
+    map: Array
+    shift: Array
+    calls: list[None] = field(default_factory=list)
+
+    def defect(self, scheme: Scheme, nodes: Nodes) -> float:
+        """Return how far a step is from commuting with the map, relative to the states."""
+        x = self.above.initial(len(nodes.weights))
+        above = stepped(OneStep(scheme, self.above), x, nodes, H)
+        below = stepped(OneStep(scheme, self.below), self.map @ x + self.shift, nodes, H)
+        return float(np.max(largest(self.map @ above + self.shift - below) / (1.0 + largest(below))))
+
+    def solves(self, scheme: Scheme, nodes: Nodes) -> bool:
+        """Tell whether a step asks for the derivative of the drift."""
+        before = len(self.calls)
+        stepped(OneStep(scheme, self.below), self.below.initial(len(nodes.weights)), nodes, H)
+        return len(self.calls) > before
+
+
+def related_equations(kind: EquationClass, motions: int) -> Related:
+    """Return two equations of a class that an affine map relates.
+
+    Parameters
+    ----------
+    kind : EquationClass
+        Where it is a quotient, any equations: a step does not know better.
+    motions : int
+        Number of Brownian motions; noise is zero where it is 0.
+    """
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    A, shift = rng.standard_normal((LOW, HIGH)), rng.standard_normal((LOW, 1))
+    inverse, kernel = np.linalg.pinv(A), np.linalg.svd(A)[2][LOW:].T
+    f, k = random_fields(rng, LOW, 1, LOW), random_fields(rng, HIGH - LOW, 1, HIGH)
+    B, K = (random_fields(rng, rows, max(motions, 1), d) for rows, d in ((LOW, LOW), (HIGH - LOW, HIGH)))
+    if kind.additive:
+        B, K = B.frozen(), K.frozen()
+    share = 1.0 if motions else 0.0
+
+    def lifted(below: Fields, beside: Fields, scale: float) -> Coefficient:
+        return lambda t, x: scale * (_times(inverse, below(t, A @ x + shift)) + _times(kernel, beside(t, x)))
+
+    calls: list[None] = []
+    start = 0.5 * np.cos(np.arange(1.0, HIGH + 1.0))
+    below = _equation(kind, f, lambda t, x: share * B(t, x), (A @ start[:, None] + shift)[:, 0], calls)
+    above = _equation(kind, lifted(f, k, 1.0), lifted(B, K, share), start, [])
+    return Related(below, above, A, shift, calls)
+
+
+def _times(matrix: Array, fields: Array) -> Array:
+    return np.asarray(np.einsum("ij,jnp->inp", matrix, fields))
+
+
+def _equation(kind: EquationClass, f: Coefficient, B: Coefficient, start: Array, calls: list[None]) -> SDE:
+    def drift(t: float, x: Array) -> Array:
+        # A derivative by complex steps.
+        calls.extend([None] * np.iscomplexobj(x))
+        return f(t, x)[:, 0]
+
+    sde = SDE(
+        drift=drift,
+        diffusion=B,
+        start=start,
+        noise_dim=B(0.0, start[:, None]).shape[1],
+        noise=NOISE,
+        traits=kind.traits & CHECKED,
+        horizon=1.0,
+        source="random polynomials",
+    )
+    object.__setattr__(sde, "traits", sde.traits | kind.traits)
+    return sde

@@ -1,0 +1,94 @@
+"""What the conditions of a class say of a scheme: orders, and which conditions limit them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import nan
+
+from .asymptotic import SIZES, Rate, order_left, rates, slowest
+from .conditions import STRONG, WEAK, Condition, belongs, breaking, order_of
+from .probes import Probe
+from .record import Record
+from .weights import H
+
+# Rates are compared with orders, which are multiples of 1/2.
+HALF = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A scheme and a class of equations.
+
+    Attributes
+    ----------
+    probe : Probe
+        Where weights are found.
+    """
+
+    probe: Probe
+
+    @cached_property
+    def why_not(self) -> str:
+        """Why order conditions cannot be asked of the scheme on this class, or an empty text."""
+        scheme, problem = self.probe.scheme, self.probe.problem
+        if scheme.view_of(problem) is not problem:
+            forms = " or ".join(form.__name__ for form in scheme.forms)
+            return f"solves the form {forms}"
+        if scheme.jumps:
+            return "a step jumps as a function of its noise: it has no expansion"
+        return scheme.refuses(problem)
+
+    @cached_property
+    def found(self) -> list[Condition]:
+        """All conditions with what is found, at a step size at which weights of a B-series are best known."""
+        return self.found_at(H)
+
+    def found_at(self, h: float) -> list[Condition]:
+        """Return all conditions with what is found in units of h^(w/2) with steps of size h."""
+        probe, conditions = self.probe, self.probe.conditions
+        rule = probe.weighed(probe.rule, h)
+        means = conditions.of_means(rule, conditions.forests(probe.top))
+        if probe.scheme.law.bounded:
+            return means
+        record = Record(probe.noise, probe.motions, conditions.moments)
+        return [*conditions.on_paths(probe.weighed(probe.points, h), rule, record, probe.top - 1), *means]
+
+    @cached_property
+    def rates(self) -> list[Rate]:
+        """How fast defects vanish, where weights depend on h; none of diagonal noise, whose weights do not."""
+        return [] if self.probe.kind.diagonal else list(rates([self.found_at(h) for h in SIZES]))
+
+    def order(self, measure: str) -> float:
+        """Return the order that the conditions give; as information only where weights depend on h."""
+        if self.probe.fixed:
+            return order_of(self.found, self.probe.top, measure)
+        return order_left(self.rates, measure, self.probe.top) if self.rates else nan
+
+    def held_of(self, measure: str, p: float) -> tuple[int, int]:
+        """Return how many of the conditions of an order hold, or have a rate that is enough for it, and how many are.
+
+        Parameters
+        ----------
+        measure : str
+        p : float
+        """
+        if self.probe.fixed:
+            held = [each.held for each in self.found if belongs(each, measure, p)]
+        else:
+            concerned = (each for each in self.rates if belongs(each.condition, measure, p))
+            held = [each.order(measure) > p - HALF for each in concerned]
+        return sum(held), len(held)
+
+    def breaking(self, measure: str) -> Sequence[Condition]:
+        """Return the conditions that limit the order, the first one first."""
+        if self.probe.fixed:
+            return breaking(self.found, measure)
+        if not self.rates:
+            return []
+        slow = slowest(self.rates, measure)
+        return [slow.condition._replace(power=slow.power)] if slow.order(measure) < 0.5 * (self.probe.top - 1) else []
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """The measures whose orders follow: a bounded law tells no paths."""
+        return (WEAK,) if self.probe.scheme.law.bounded else (STRONG, WEAK)

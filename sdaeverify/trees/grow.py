@@ -1,0 +1,151 @@
+"""Rooted trees with coloured nodes: 0 the drift f, j > 0 the column b_j of the diffusion, and leaves t for time.
+
+The tree [tau_1, ..., tau_k]_c is the elementary differential D^k c (F(tau_1), ..., F(tau_k)) of the coefficient c;
+a leaf t is a derivative by time. Its weight is twice its order in h: 1 for each noise node, 2 for each other one.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from math import factorial, prod
+from typing import NamedTuple
+
+TIME, DRIFT = -1, 0
+
+
+class Tree(NamedTuple):
+    """A rooted tree.
+
+    Attributes
+    ----------
+    colour : int
+        Of the root: -1 time, 0 drift, j > 0 the j-th noise.
+    kids : tuple of Tree
+        The subtrees at the root, sorted.
+    """
+
+    colour: int
+    kids: "tuple[Tree, ...]" = ()
+
+    def __str__(self) -> str:
+        inside = ",".join(map(str, self.kids))
+        return node_name(self.colour) + (f"({inside})" if inside else "")
+
+    @property
+    def weight(self) -> int:
+        """Twice the order in h."""
+        return root_weight(self.colour) + sum(kid.weight for kid in self.kids)
+
+    @property
+    def symmetry(self) -> int:
+        """The number sigma of permutations of nodes that leave the tree as it is."""
+        counts = Counter(self.kids)
+        return prod(factorial(n) * kid.symmetry**n for kid, n in counts.items())
+
+    @property
+    def colours(self) -> Iterator[int]:
+        """The colours of all nodes."""
+        yield self.colour
+        for kid in self.kids:
+            yield from kid.colours
+
+    @property
+    def subtrees(self) -> "Iterator[Tree]":
+        """All subtrees, each before the tree it is in, without leaves of time."""
+        for kid in self.kids:
+            yield from kid.subtrees
+        if self.colour != TIME:
+            yield self
+
+
+Forest = tuple[Tree, ...]
+TIME_LEAF = Tree(TIME)
+
+
+def root_weight(colour: int) -> int:
+    """Return the weight of a node."""
+    return 1 if colour > DRIFT else 2
+
+
+def node_name(colour: int) -> str:
+    """Return how a node is written: t, f, b1, b2, ..."""
+    return {TIME: "t", DRIFT: "f"}.get(colour, f"b{colour}")
+
+
+def tree(colour: int, kids: Iterable[Tree] = ()) -> Tree:
+    """Return the tree with such a root and these subtrees in any order."""
+    return Tree(colour, tuple(sorted(kids)))
+
+
+def formula(forest: Iterable[Tree]) -> str:
+    """Return a forest as a product: ``b1 . b1(t)``."""
+    return " . ".join(map(str, forest))
+
+
+def picture(of: Tree) -> list[str]:
+    """Return the lines of a drawing, the root on top."""
+    lines = [node_name(of.colour)]
+    for place, kid in enumerate(of.kids):
+        first, further = ("└─ ", "   ") if place == len(of.kids) - 1 else ("├─ ", "│  ")
+        head, *rest = picture(kid)
+        lines += [first + head, *(further + line for line in rest)]
+    return lines
+
+
+def grow(motions: int, top: int, *, additive: bool = False) -> list[Tree]:
+    """Return all trees up to a weight, by weight: each behind its subtrees.
+
+    Parameters
+    ----------
+    motions : int
+        Number M of noise colours.
+    top : int
+        Largest weight.
+    additive : bool
+        Whether noise nodes are leaves, the diffusion being constant.
+    """
+    grown: list[Tree] = []
+    for weight in range(1, top + 1):
+        kids = sorted([TIME_LEAF, *grown], key=lambda each: each.weight)
+        weights = [each.weight for each in kids]
+        for colour in range(motions + 1):
+            rest = weight - root_weight(colour)
+            if rest == 0 or (rest > 0 and not (additive and colour > DRIFT)):
+                grown += [tree(colour, (kids[i] for i in some)) for some in multisets(weights, rest)]
+    return grown
+
+
+def closure(trees: Iterable[Tree]) -> list[Tree]:
+    """Return trees with all their subtrees, each once and behind its own."""
+    return list(dict.fromkeys(part for each in trees for part in each.subtrees))
+
+
+def closed_sets(trees: Sequence[Tree], size: int) -> list[list[Tree]]:
+    """Return closed sets of at most about so many trees that hold all of them together."""
+    sets: list[dict[Tree, None]] = [{}]
+    for each in reversed(trees):
+        if any(each in some for some in sets):
+            continue
+        if len(sets[-1]) + len(parts := closure([each])) > size:
+            sets.append({})
+        sets[-1].update(dict.fromkeys(parts))
+    return [list(some) for some in sets]
+
+
+def multisets(weights: Sequence[int], total: int, start: int = 0) -> Iterator[tuple[int, ...]]:
+    """Yield the multisets of places whose weights have a sum, as sorted tuples.
+
+    Parameters
+    ----------
+    weights : sequence of int
+        Positive, in ascending order.
+    total : int
+    start : int
+        The least place.
+    """
+    if total == 0:
+        yield ()
+    for place in range(start, len(weights)):
+        if weights[place] > total:
+            return
+        for rest in multisets(weights, total - weights[place], place):
+            yield (place, *rest)

@@ -1,0 +1,257 @@
+"""Where the weights of a class are found: on the universal SDE, or on one rich equation with diagonal noise."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from .. import SDE, Scheme
+from ..errors import FAULTS, one_line
+from ..probing import Nodes, OneStep
+from .asymptotic import largest_change
+from .classes import EquationClass
+from .conditions import Conditions, Weighed
+from .equivariance import Related, related_equations
+from .moments import ExactMoments
+from .nodes import COUNT, FEWEST, random_points, rule_nodes
+from .taylor import RichEquation, TaylorWeights, Unknowns, states_for, taylor_weights, unknowns_of
+from .weights import OTHERS, H, NoStepError, Weighing
+
+# Relative: updates of Newton's method are 1e-10 and less, what is no B-series 1e-4 and more.
+SAME = 1e-8
+# Of weights from a Taylor series: those of weight 4 have errors of 1e-6, those of weight 5 of 1e-4.
+TAYLOR, SERIES = 1e-3, 1e-7
+# Random points of a series are no farther out than so many standard deviations of a normal variable.
+NEARER = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Probe:
+    """A scheme on equations of a class.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    kind : EquationClass
+    motions : int
+        Number of Brownian motions.
+    top : int
+        Largest weight of trees and forests.
+    """
+
+    scheme: Scheme
+    kind: EquationClass
+    motions: int
+    top: int
+
+    @property
+    def noises(self) -> int:
+        """Number of Brownian motions a step is given: one that moves nothing where there is no noise."""
+        return max(1, self.motions)
+
+    @property
+    def problem(self) -> SDE:
+        """An equation of the class."""
+        raise NotImplementedError
+
+    @property
+    def noise(self) -> frozenset[str]:
+        """What of the noise of a step can enter."""
+        return self.scheme.noise
+
+    @property
+    def rule(self) -> Nodes:
+        """A rule for expectations."""
+        return rule_nodes(self.noises, self.noise, self.scheme.law)
+
+    @property
+    def points(self) -> Nodes:
+        """Random noise."""
+        return random_points(self.noises, self.scheme.law)
+
+    @cached_property
+    def conditions(self) -> Conditions:
+        """The conditions of the class."""
+        trees = self.kind.trees(self.motions, self.top)
+        return Conditions(trees, self.kind.basis(trees, self.motions), ExactMoments(), self.tolerance)
+
+    @property
+    def tolerance(self) -> float:
+        """What is rounding in a condition."""
+        raise NotImplementedError
+
+    @cached_property
+    def why_not_weighed(self) -> str:
+        """Why a step has no weights though the scheme solves the class, or an empty text."""
+        step = OneStep(self.scheme, self.problem)
+        if reason := step.why_not_comparable() or step.why_not_entered():
+            return reason
+        try:
+            self.weighed(self.points)
+        except NoStepError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def fault(self) -> str:
+        """What the scheme raises, or an empty text."""
+        try:
+            self.why_not_weighed  # noqa: B018 - it makes the first steps
+        except FAULTS as error:
+            return one_line(error)
+        return ""
+
+    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
+        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        raise NotImplementedError
+
+    @property
+    def fixed(self) -> bool:
+        """Whether weights do not depend on the step size, so that each condition holds or does not."""
+        raise NotImplementedError
+
+    @property
+    def why_not_every(self) -> str:
+        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        raise NotImplementedError
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        raise NotImplementedError
+
+
+class UniversalProbe(Probe):
+    """A scheme on the universal SDE of a class."""
+
+    tolerance = SAME
+
+    @cached_property
+    def related(self) -> Related:
+        """Equations of the class that an affine map relates."""
+        return related_equations(self.kind, self.motions)
+
+    @property
+    def problem(self) -> SDE:
+        """A random equation of the class in the plane."""
+        return self.related.below
+
+    @cached_property
+    def weighing(self) -> Weighing:
+        """The scheme on the universal SDE."""
+        solves = self.related.solves(self.scheme, self.points)
+        return Weighing(self.scheme, self.conditions.trees, self.noises, self.kind.traits, solves)
+
+    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
+        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        return Weighed(self.conditions.combined(self.weighing.weights(nodes, h)), nodes)
+
+    @cached_property
+    def equivariance(self) -> float:
+        """How far a step is from commuting with affine maps, relative to the states."""
+        return self.related.defect(self.scheme, self.points)
+
+    @cached_property
+    def homogeneity(self) -> float:
+        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        first = self.weighing.weights(self.points, H)
+        return max(largest_change(first, self.weighing.weights(self.points, h)) for h in OTHERS)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether weights do not depend on the step size."""
+        return self.homogeneity <= SAME
+
+    @property
+    def why_not_every(self) -> str:
+        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        reasons = []
+        if self.equivariance > SAME:
+            reasons.append(f"a step does not commute with affine maps ({self.equivariance:.2g})")
+        if not self.fixed:
+            reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
+        return ", ".join(reasons)
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        return f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
+
+
+class DiagonalProbe(Probe):
+    """A scheme on a rich equation with diagonal noise."""
+
+    tolerance = TAYLOR
+
+    @cached_property
+    def equation(self) -> RichEquation:
+        """The equation."""
+        return RichEquation(self.motions, states_for(self.conditions.names, self.motions))
+
+    @property
+    def problem(self) -> SDE:
+        """The equation as a problem."""
+        return self.equation.sde
+
+    @property
+    def noise(self) -> frozenset[str]:
+        """What of the noise of a step can enter: no areas."""
+        return self.scheme.noise - {"A"}
+
+    @property
+    def rule(self) -> Nodes:
+        """A rule for expectations, of fewer nodes where there are many variables."""
+        return rule_nodes(self.noises, self.noise, self.scheme.law, FEWEST if "H" in self.noise else COUNT)
+
+    @property
+    def points(self) -> Nodes:
+        """Random noise, not too far out: what a series needs to converge fast."""
+        found = super().points
+        return found if self.scheme.law.bounded else found._replace(dW=NEARER * found.dW)
+
+    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:  # noqa: ARG002 - weights of all sizes at once
+        """Return the combinations of weights that are conditions; they are those of all step sizes."""
+        return Weighed(self._at(nodes).psi, nodes)
+
+    @cached_property
+    def unknowns(self) -> list[Unknowns]:
+        """The equations for weights."""
+        return unknowns_of(self.equation, self.conditions.names)
+
+    def _at(self, nodes: Nodes) -> TaylorWeights:
+        return taylor_weights(self.scheme, self.equation, self.unknowns, nodes)
+
+    @cached_property
+    def series(self) -> TaylorWeights:
+        """What is found at random points."""
+        return self._at(self.points)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether there are weights."""
+        return not self.why_not_every
+
+    @property
+    def why_not_every(self) -> str:
+        """Why a step has no weights, or an empty text."""
+        if self.series.no_series > SERIES:
+            return f"a step is no power series in sqrt(h) ({self.series.no_series:.2g})"
+        return f"a step is no sum over trees ({self.series.no_trees:.2g})" if self.series.no_trees > TAYLOR else ""
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        found = self.series
+        return f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
+
+
+def probe_of(scheme: Scheme, kind: EquationClass, motions: int, top: int) -> Probe:
+    """Return where the weights of a class are found.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass
+        The class.
+    motions : int
+    top : int
+    """
+    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)

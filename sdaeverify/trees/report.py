@@ -1,0 +1,311 @@
+"""Verdicts on the claims of a scheme, class by class, from order conditions."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from math import nan
+from pathlib import Path
+
+import pandas as pd
+
+from .. import Scheme, UsageError
+from ..measuring import Order
+from ..registry.load import load_registry
+from ..registry.selection import select_schemes
+from .classes import CLASSES, EquationClass
+from .conditions import STRONG, WEAK, Condition
+from .examined import Examined
+from .probes import Probe, probe_of
+from .problem_file import problem_file
+
+
+class ClassVerdict(StrEnum):
+    """What order conditions say of a claim for a class of equations."""
+
+    VERIFIED = "verified"
+    REFUTED = "refuted"
+    PREMISE = "premise fails"
+    NOT_CLAIMED = "not claimed"
+    ERROR = "error"
+    NOT_APPLICABLE = "not applicable"
+
+
+# Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
+# weight brings a multiple of those before.
+LEAST, CHEAP, GROWTH = 3, 500, 4
+MEASURES = (STRONG, WEAK)
+MOST_MOTIONS, MOST_WEIGHT = 4, 8
+
+
+@dataclass(frozen=True)
+class ClassRow:
+    """What is found of one claim for one class.
+
+    Attributes
+    ----------
+    scheme, kind, measure : str
+        Label of the scheme, name of the class, ``strong`` or ``weak``.
+    motions : int
+        Number of Brownian motions.
+    verdict : ClassVerdict
+    order : float
+        That conditions give, as far as they were looked at; NaN where none were.
+    claim : float
+        The order claimed; NaN without a claim.
+    held, of : int
+        How many of the conditions of the claimed order, without a claim of all that are looked at, hold, of how many.
+    first : Condition or None
+        The first one that does not hold.
+    premise : str
+        The premises, or why one fails, or why nothing applies.
+    """
+
+    scheme: str
+    kind: str
+    motions: int
+    measure: str
+    verdict: ClassVerdict
+    order: float = float("nan")
+    claim: float = float("nan")
+    held: int = 0
+    of: int = 0
+    first: Condition | None = None
+    premise: str = ""
+
+    @property
+    def cells(self) -> dict[str, object]:
+        """The row of a table."""
+        found, wanted = self.first.texts if self.first else ("", "")
+        return {
+            "scheme": self.scheme,
+            "class": self.kind,
+            "motions": self.motions,
+            "measure": self.measure,
+            "order": self.order,
+            "claim": self.claim,
+            "verdict": self.verdict.value,
+            "held": self.held,
+            "of": self.of,
+            "first": self.first.name if self.first else "",
+            "found": found,
+            "wanted": wanted,
+            "premise": self.premise,
+        }
+
+
+@dataclass(frozen=True)
+class OrderReport:
+    """What order conditions say of a scheme, class by class.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    rows : tuple of ClassRow
+        One for each class and measure.
+    """
+
+    scheme: Scheme
+    rows: tuple[ClassRow, ...]
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """One row for each claim and class: orders, conditions held of all, the first that fails, premises."""
+        return pd.DataFrame([row.cells for row in self.rows])
+
+    @property
+    def failing(self) -> tuple[Condition, ...]:
+        """The first failing condition of each claim that is refuted."""
+        refuted = (row.first for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        return tuple(dict.fromkeys(first for first in refuted if first))
+
+    @property
+    def premises(self) -> dict[str, str]:
+        """The premises of each class, or why it does not apply."""
+        return {row.kind: row.premise for row in self.rows}
+
+    def to_problem(self, condition: Condition) -> str:
+        """Return a plugin file with the problem of a condition, on which `matrix` refutes the scheme.
+
+        Parameters
+        ----------
+        condition : Condition
+            One of `failing`, or the first one of another row.
+
+        Raises
+        ------
+        UsageError
+            If it is none of these, or if no single tree shows it.
+        """
+        row = next((row for row in self.rows if row.first == condition), None)
+        if row is None:
+            raise UsageError(f"condition {condition.name!r:.200} is none of this report")
+        traits = class_named(row.kind).traits
+        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, traits)
+
+    def __repr__(self) -> str:
+        return self.table.to_string(index=False)
+
+
+def orders(
+    scheme: str | Scheme,
+    classes: str | Sequence[str] | None = None,
+    motions: int = 3,
+    weight: int | None = None,
+    *,
+    plugins: Sequence[str | Path] = (),
+) -> OrderReport:
+    """Ask a scheme for the order conditions of classes of SDEs, which hold for every smooth equation of a class.
+
+    One step on an equation whose components are rooted trees tells every elementary weight to rounding.
+
+    Parameters
+    ----------
+    scheme : str or Scheme
+        A name with parameters, or a scheme itself, as `verify` takes it.
+    classes : str or sequence of str, optional
+        Out of ode, scalar, additive, commutative, vanishing-milstein-term, general; all if left out.
+    motions : int
+        Number of Brownian motions where a class has no number of its own: what holds holds for as many.
+    weight : int, optional
+        Largest weight of trees and forests, noise nodes counting 1 and others 2; 2 p + 1 for a claimed order p, and
+        one more where that costs nothing.
+    plugins : sequence of str or Path, optional
+        Plugin files, beside the installed plugins.
+
+    Returns
+    -------
+    OrderReport
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, means several schemes, or a number is out of its range.
+    """
+    check_numbers(motions, weight)
+    found = select_schemes(load_registry(plugins), scheme)
+    if len(found) != 1:
+        raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which means {len(found)}")
+    return OrderReport(found[0], tuple(rows_of(found[0], classes_named(classes), motions, weight)))
+
+
+def check_numbers(motions: int, weight: int | None) -> None:
+    """Check the numbers that a user gives.
+
+    Raises
+    ------
+    UsageError
+        If one is out of its range.
+    """
+    if not 1 <= motions <= MOST_MOTIONS:
+        raise UsageError(f"motions must be from 1 to {MOST_MOTIONS}, got {motions!r}")
+    if weight is not None and not 1 <= weight <= MOST_WEIGHT:
+        raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
+
+
+def classes_named(names: str | Sequence[str] | None) -> list[EquationClass]:
+    """Return the classes of some names, separated by commas if they are one text; all if there is none.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown.
+    """
+    if names is None:
+        return list(CLASSES)
+    return [class_named(name) for name in (names.split(",") if isinstance(names, str) else names)]
+
+
+def class_named(name: str) -> EquationClass:
+    """Return the class of a name.
+
+    Raises
+    ------
+    UsageError
+        If it is unknown.
+    """
+    known = {kind.name: kind for kind in CLASSES}
+    if name not in known:
+        raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
+    return known[name]
+
+
+def rows_of(
+    scheme: Scheme, kinds: Iterable[EquationClass], motions: int = 3, weight: int | None = None
+) -> Iterator[ClassRow]:
+    """Yield what is found of a scheme for some classes; see `orders` for the numbers.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kinds : iterable of EquationClass
+        The classes.
+    motions : int
+    weight : int or None
+    """
+    for kind in kinds:
+        probe = probe_of(scheme, kind, motions if kind.motions is None else kind.motions, LEAST)
+        yield from _rows(Examined(probe_of(scheme, kind, probe.motions, weight or _top(probe))))
+
+
+def _top(probe: Probe) -> int:
+    """Return up to which weight trees are looked at."""
+    claimed = [claim.least for name in MEASURES if (claim := claimed_order(probe, name))]
+    top = max([LEAST, *(int(2.0 * p + 1.0) for p in claimed)])
+    cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
+    return top + 1 if cheap else top
+
+
+def claimed_order(probe: Probe, measure: str) -> Order | None:
+    """Return the largest order that a scheme claims for a class.
+
+    Parameters
+    ----------
+    probe : Probe
+        The scheme on the class.
+    measure : str
+    """
+    traits = probe.problem.traits
+    claims = (each for each in probe.scheme.promises if each.when <= traits and each.covers(measure, "x"))
+    orders = [each.value for each in claims if isinstance(each.value, Order)]
+    return max(orders, key=lambda order: order.least, default=None)
+
+
+def _rows(of: Examined) -> Iterator[ClassRow]:
+    probe = of.probe
+    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", ClassVerdict.PREMISE)
+    if of.why_not:
+        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=of.why_not)
+        return
+    for measure in MEASURES:
+        claim = claimed_order(probe, measure)
+        if claim or measure in of.measures:
+            yield _told(of, replace(row, measure=measure), claim)
+
+
+def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
+    least = claim.least if claim else nan
+    unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
+    if why := of.probe.fault or of.probe.why_not_weighed or unasked:
+        verdict = ClassVerdict.ERROR if of.probe.fault else ClassVerdict.PREMISE
+        return replace(row, claim=least, premise=why, verdict=verdict)
+    order = of.order(row.measure)
+    held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
+    return replace(
+        row,
+        verdict=_verdict(of, order, claim),
+        order=order,
+        claim=least,
+        held=held,
+        of=count,
+        first=next(iter(of.breaking(row.measure)), None),
+        premise=of.probe.why_not_every or of.probe.premises,
+    )
+
+
+def _verdict(of: Examined, order: float, claim: Order | None) -> ClassVerdict:
+    if claim is None:
+        return ClassVerdict.NOT_CLAIMED
+    if order < claim.floor:
+        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
+    return ClassVerdict.PREMISE if of.probe.why_not_every else ClassVerdict.VERIFIED

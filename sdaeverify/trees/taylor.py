@@ -1,0 +1,292 @@
+"""Diagonal noise: elementary weights from the Taylor series of steps on one rich equation.
+
+A coefficient b_j(t, x_j) e_j is never nilpotent: no equation with diagonal noise isolates a tree. But a step on
+
+    f_i = sum_r a_ir sin(l_r . z),   b_j = sum_r c_jr sin(k_jr . (x_j, p, t)),   z = (x, p, t),
+
+with further components p that stand still, is a power series in sqrt(h) whose coefficient of h^(w/2) is the sum of
+phi(tau)/sigma(tau) F(tau) over the trees of weight w. At many states these are linear equations for the weights, with
+more equations than unknowns: what does not satisfy them is no B-series.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import SDE, Array, Scheme
+from ..probing import Nodes, OneStep
+from .grow import DRIFT, TIME, Tree, closure
+from .universal import NOISE, TIME_0
+from .weights import stepped
+
+SEED = 20260103
+# Sines a coefficient, components that stand still, and how fast sines vary with x and with p.
+SINES, STILL, RATE, VARIETY = 8, 2, 1.0, 2.5
+# Equations for each unknown, and states at least.
+SURPLUS, FEWEST = 2.5, 24
+# Step sizes are the squares of so many Chebyshev points up to the longest, for so many powers; one more size tells
+# whether the series is one.
+SIZES, POWERS, LONGEST, BETWEEN = 16, 12, 0.12, 0.068
+
+
+class Sines(NamedTuple):
+    """Sums of sines: column m of an array of shape (n, R, k) is the rate of R sines in each of k variables.
+
+    Attributes
+    ----------
+    sizes : ndarray, shape (n, R)
+    rates : ndarray, shape (n, R, k)
+    """
+
+    sizes: Array
+    rates: Array
+
+    def derivative(self, z: Array, directions: Sequence[Array]) -> Array:
+        """Return the mixed derivative in some directions, shape (n, P); z and they have the shape (n or 1, k, P)."""
+        phase = self.rates @ z + 0.5 * np.pi * len(directions)
+        product = np.sin(phase)
+        for each in directions:
+            product = product * (self.rates @ each)
+        return np.asarray((self.sizes[:, None] @ product)[:, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class RichEquation:
+    """A random equation with diagonal noise.
+
+    Attributes
+    ----------
+    motions : int
+        Number M of components that move, each with a noise of its own.
+    states : int
+        Number S of random states at which it is looked at.
+    """
+
+    motions: int
+    states: int
+
+    @property
+    def dimension(self) -> int:
+        """Number d of components, those that stand still included."""
+        return self.motions + STILL
+
+    @cached_property
+    def _sines(self) -> tuple[Sines, Sines]:
+        normal, M = np.random.Generator(np.random.Philox(key=SEED)).standard_normal, self.motions
+        of_drift = RATE * normal((SINES, self.dimension + 1))
+        of_drift[:, M:-1] *= VARIETY
+        of_noise = RATE * normal((M, SINES, STILL + 2))
+        of_noise[..., 1:-1] *= VARIETY
+        sizes = normal((2, M, SINES)) / np.sqrt(SINES)
+        return Sines(sizes[0], np.repeat(of_drift[None], M, axis=0)), Sines(sizes[1], of_noise)
+
+    @cached_property
+    def x(self) -> Array:
+        """The states, shape (d, S)."""
+        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
+        return rng.uniform(-1.0, 1.0, (self.dimension, self.states))
+
+    def _all(self, t: float, x: Array) -> Array:
+        z = np.concatenate([x, np.full((1, x.shape[1]), t)])
+        return np.asarray(np.broadcast_to(z, (self.motions, *z.shape)))
+
+    def _own(self, t: float, x: Array) -> Array:
+        """Return x_j, p and t for each j, shape (M, k, P)."""
+        beside = np.concatenate([x[self.motions :], np.full((1, x.shape[1]), t)])
+        own = np.broadcast_to(beside, (self.motions, *beside.shape))
+        return np.concatenate([x[: self.motions, None], own], axis=1)
+
+    def drift(self, t: float, x: Array) -> Array:
+        """Return f, shape (d, P)."""
+        return self._still(self._sines[0].derivative(self._all(t, x), ()))
+
+    def diffusion(self, t: float, x: Array) -> Array:
+        """Return B, shape (d, d, P)."""
+        return self._on_diagonal(self._still(self._sines[1].derivative(self._own(t, x), ())))
+
+    def diffusion_derivative(self, t: float, x: Array, y: Array) -> Array:
+        """Return DB(x) y, shape (d, d, P).
+
+        Parameters
+        ----------
+        t : float
+        x, y : ndarray, shape (d, P)
+            The state and the direction.
+        """
+        return self._on_diagonal(self._still(self._sines[1].derivative(self._own(t, x), (self._own(0.0, y),))))
+
+    def _still(self, moving: Array) -> Array:
+        return np.concatenate([moving, np.zeros((STILL, moving.shape[1]), dtype=moving.dtype)])
+
+    def _on_diagonal(self, entries: Array) -> Array:
+        B = np.zeros((self.dimension, *entries.shape), dtype=entries.dtype)
+        B[np.arange(self.dimension), np.arange(self.dimension)] = entries
+        return B
+
+    @cached_property
+    def sde(self) -> SDE:
+        """The problem."""
+        return SDE(
+            drift=self.drift,
+            diffusion=self.diffusion,
+            diffusion_derivative=self.diffusion_derivative,
+            start=self.x[:, 0],
+            noise_dim=self.dimension,
+            noise=NOISE,
+            traits=frozenset({"diagonal-noise"}),
+            horizon=1.0,
+            source="random equation with diagonal noise",
+        )
+
+    def elementary(self, trees: Sequence[Tree]) -> Array:
+        """Return F(tau), shape (N, M, S), at all states; each tree stands behind its subtrees."""
+        found: dict[Tree, Array] = {}
+        z, own = self._all(TIME_0, self.x), self._own(TIME_0, self.x)
+        for each in trees:
+            vectors = [None if kid.colour == TIME else found[kid] for kid in each.kids]
+            if each.colour == DRIFT:
+                found[each] = self._sines[0].derivative(z, [self._direction(v) for v in vectors])
+                continue
+            j = each.colour - 1
+            moving = self._sines[1].derivative(own, [self._own_direction(v) for v in vectors])
+            found[each] = np.where(np.arange(self.motions)[:, None] == j, moving, 0.0)
+        return np.array([found[each] for each in trees])
+
+    def _direction(self, vector: Array | None) -> Array:
+        """Return a direction among x, p and t: of time if there is no vector."""
+        whole = np.zeros((1, self.dimension + 1, self.states))
+        if vector is None:
+            whole[0, -1] = 1.0
+        else:
+            whole[0, : self.motions] = vector
+        return np.asarray(np.broadcast_to(whole, (self.motions, *whole.shape[1:])))
+
+    def _own_direction(self, vector: Array | None) -> Array:
+        own = np.zeros((self.motions, STILL + 2, self.states))
+        own[:, -1 if vector is None else 0] = 1.0 if vector is None else vector
+        return own
+
+
+class TaylorWeights(NamedTuple):
+    """Weights of trees from a power series.
+
+    Attributes
+    ----------
+    psi : ndarray, shape (n, K)
+        Of the trees of a basis, in units of h^(w/2).
+    no_series : float
+        How far steps are from a power series in sqrt(h).
+    no_trees : float
+        How far its coefficients are from sums over trees, as an error of psi.
+    """
+
+    psi: Array
+    no_series: float
+    no_trees: float
+
+
+class Unknowns(NamedTuple):
+    """The weights of the trees of one weight as unknowns of linear equations at many states.
+
+    Attributes
+    ----------
+    weight : int
+    rows : list of int
+        Places of the trees in the basis.
+    matrix, inverse : ndarray, shape (M S, n) and (n, M S)
+        F(tau)/sigma(tau) at all states, and what gives the unknowns in least squares.
+    """
+
+    weight: int
+    rows: list[int]
+    matrix: Array
+    inverse: Array
+
+
+def unknowns_of(equation: RichEquation, basis: Sequence[Tree]) -> list[Unknowns]:
+    """Return the equations for weights of trees, by weight.
+
+    Parameters
+    ----------
+    equation : RichEquation
+        With as many states as `states_for` says.
+    basis : sequence of Tree
+        Trees with elementary differentials that are independent.
+    """
+    trees = closure(basis)
+    differentials = dict(zip(trees, equation.elementary(trees), strict=True))
+    found = []
+    for weight in sorted({each.weight for each in basis}):
+        rows = [i for i, each in enumerate(basis) if each.weight == weight]
+        matrix = np.array([differentials[basis[i]].ravel() / basis[i].symmetry for i in rows]).T
+        Q, R = np.linalg.qr(matrix)
+        found.append(Unknowns(weight, rows, matrix, np.linalg.solve(R, Q.T)))
+    return found
+
+
+def taylor_weights(
+    scheme: Scheme, equation: RichEquation, unknowns: Sequence[Unknowns], nodes: Nodes
+) -> TaylorWeights:
+    """Return what the Taylor series of a scheme's steps says of the weights of trees.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    equation : RichEquation
+    unknowns : sequence of Unknowns
+        Of this equation.
+    nodes : Nodes
+        The noise of a step of length 1, of the motions that count.
+
+    Raises
+    ------
+    NoStepError
+        If a step is truncated or fails.
+    """
+    count = len(nodes.weights)
+    series, no_series = _series(scheme, equation, nodes)
+    psi, no_trees = np.empty((sum(len(each.rows) for each in unknowns), count)), 0.0
+    for weight, rows, matrix, inverse in unknowns:
+        wanted = series[weight - 1].reshape(-1, count)
+        psi[rows] = inverse @ wanted
+        left = np.sqrt(np.max(np.mean((matrix @ psi[rows] - wanted) ** 2, axis=0)))
+        no_trees = max(no_trees, float(left * np.max(np.linalg.norm(inverse, axis=1))))
+    return TaylorWeights(psi, no_series, no_trees)
+
+
+def _series(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> tuple[Array, float]:
+    """Return the coefficients of powers of sqrt(h), shape (W, M, S K), and how far another step is from their sum."""
+    step, wide = OneStep(scheme, equation.sde), _with_still(nodes)
+    x = np.repeat(equation.x, len(nodes.weights), axis=1)
+
+    def moved(root: float) -> Array:
+        return np.asarray(stepped(step, x, wide, root**2) - x)[: equation.motions]
+
+    roots = 0.5 * LONGEST * (1.0 - np.cos(np.pi * (np.arange(SIZES) + 0.5) / SIZES))
+    powers = np.arange(1, POWERS + 1)
+    inverse = np.linalg.pinv((roots[:, None] / LONGEST) ** powers)
+    series = np.tensordot(inverse, [moved(root) for root in roots], axes=1)
+    between = np.tensordot((BETWEEN / LONGEST) ** powers, series, axes=1)
+    return series / LONGEST ** powers[:, None, None], float(np.max(np.abs(moved(BETWEEN) - between)))
+
+
+def _with_still(nodes: Nodes) -> Nodes:
+    """Return noise with motions beside that move nothing; no areas count where noise is diagonal."""
+
+    def more(part: Array | None) -> Array | None:
+        return None if part is None else np.concatenate([part, *[part[:1]] * STILL])
+
+    l = len(nodes.dW) + STILL
+    dW = np.concatenate([nodes.dW, *[nodes.dW[:1]] * STILL])
+    A = np.zeros((l * (l - 1) // 2, len(nodes.weights)))
+    return nodes._replace(dW=dW, H=more(nodes.H), K=more(nodes.K), A=A)
+
+
+def states_for(basis: Sequence[Tree], motions: int) -> int:
+    """Return how many states are needed to tell the trees of each weight apart."""
+    most = max(Counter(each.weight for each in basis).values())
+    return max(FEWEST, int(SURPLUS * most / motions))

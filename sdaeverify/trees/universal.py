@@ -1,0 +1,128 @@
+"""The universal SDE of a class: its components are the trees, and a step of it has their elementary weights.
+
+    dx_tau = prod_i x_tau_i dW_c    for tau = [tau_1, ..., tau_k]_c,  with dW_0 = dt and t - t_0 in place of a leaf t
+
+has F(tau)(0) = sigma(tau) e_tau at the origin: component tau of the solution is the iterated integral I(tau), and
+component tau of a step that is a B-series x + sum phi(tau)/sigma(tau) F(tau)(x) is phi(tau). The origin lies at a
+point c and at a time t_0 that are not zero, as a step whose coefficients are taken at 0.98 x is right at zero.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import SDE, Array
+from .grow import DRIFT, TIME_LEAF, Tree
+
+# Where the trees begin; the horizon of the problem is 1.
+TIME_0 = 0.34375
+# Traits that the coefficients have themselves.
+CHECKED = frozenset({"additive-noise"})
+NOISE = frozenset({"dW", "H", "K", "A"})
+
+
+@dataclass(frozen=True, eq=False)
+class Universal:
+    """Coefficients of the universal SDE.
+
+    Attributes
+    ----------
+    trees : sequence of Tree
+        Each behind its subtrees.
+    motions : int
+        Number of Brownian motions; one that moves nothing where there is no noise.
+    traits : frozenset of str
+        Of the class.
+    """
+
+    trees: Sequence[Tree]
+    motions: int
+    traits: frozenset[str] = frozenset()
+
+    @cached_property
+    def origin(self) -> Array:
+        """The point c, shape (N, 1)."""
+        return np.asarray(0.75 * np.cos(1.0 + 2.0 * np.arange(len(self.trees))))[:, None]
+
+    @cached_property
+    def kids(self) -> Array:
+        """Places of the factors of each tree, shape (N, K): N is a factor of 1, and N + 1 is t - t_0."""
+        places = {each: place for place, each in enumerate(self.trees)} | {TIME_LEAF: len(self.trees) + 1}
+        most = max((len(each.kids) for each in self.trees), default=0)
+        kids = np.full((len(self.trees), max(most, 1)), len(self.trees))
+        for row, each in zip(kids, self.trees, strict=True):
+            row[: len(each.kids)] = [places[kid] for kid in each.kids]
+        return kids
+
+    @cached_property
+    def colours(self) -> Array:
+        """Colours of the roots, shape (N,)."""
+        return np.array([each.colour for each in self.trees])
+
+    @property
+    def sde(self) -> SDE:
+        """The problem."""
+        is_constant = "additive-noise" in self.traits
+        sde = SDE(
+            drift=self.drift,
+            diffusion=self.constant_diffusion if is_constant else self.diffusion,
+            diffusion_derivative=None if is_constant else self.diffusion_derivative,
+            start=self.origin[:, 0],
+            noise_dim=self.motions,
+            noise=NOISE,
+            traits=self.traits & CHECKED,
+            horizon=1.0,
+            source="universal SDE of rooted trees",
+        )
+        # Other classes are quotients: their equation is any one, and what holds modulo the relations is asked of it.
+        object.__setattr__(sde, "traits", sde.traits | self.traits)
+        return sde
+
+    def drift(self, t: float, x: Array) -> Array:
+        """Return f, shape (N, P)."""
+        return np.where((self.colours == DRIFT)[:, None], self._products(t, x), 0.0)
+
+    def diffusion(self, t: float, x: Array) -> Array:
+        """Return B, shape (N, M, P)."""
+        return self._in_columns(self._products(t, x))
+
+    def constant_diffusion(self, _t: float, _x: Array) -> Array:
+        """Return B of additive noise, shape (N, M, 1)."""
+        return self._in_columns(np.ones((len(self.trees), 1)))
+
+    def diffusion_derivative(self, t: float, x: Array, y: Array) -> Array:
+        """Return DB(x) y, shape (N, M, P).
+
+        Parameters
+        ----------
+        t : float
+        x, y : ndarray, shape (N, P)
+            The state and the direction.
+        """
+        moved = _padded(y, 0.0, 0.0)
+        terms = [part * moved[kids] for kids, part in self._cofactors(t, x)]
+        return self._in_columns(np.sum(terms, axis=0))
+
+    def _products(self, t: float, x: Array) -> Array:
+        return np.asarray(np.prod(self._factors(t, x), axis=0))
+
+    def _cofactors(self, t: float, x: Array) -> list[tuple[Array, Array]]:
+        """Return for each place of a factor which component it is, and the product of the others."""
+        factors = self._factors(t, x)
+        others = (np.delete(factors, k, axis=0) for k in range(len(factors)))
+        return [(kids, np.prod(rest, axis=0)) for kids, rest in zip(self.kids.T, others, strict=True)]
+
+    def _factors(self, t: float, x: Array) -> Array:
+        return _padded(x - self.origin, 1.0, t - TIME_0)[self.kids.T]
+
+    def _in_columns(self, values: Array) -> Array:
+        B = np.zeros((len(self.trees), self.motions, values.shape[1]), dtype=values.dtype)
+        rows = np.flatnonzero(self.colours > DRIFT)
+        B[rows, self.colours[rows] - 1] = values[rows]
+        return B
+
+
+def _padded(x: Array, one: float, time: float) -> Array:
+    return np.concatenate([x, np.full((1, x.shape[1]), one), np.full((1, x.shape[1]), time)])
