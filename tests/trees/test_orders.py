@@ -96,6 +96,21 @@ def test_errors_that_vanish_on_linear_and_autonomous_problems_are_told(scheme, m
     assert (failing.name, failing.texts) == (name, texts)
 
 
+def test_signs_that_serve_three_motions_may_not_serve_four():
+    """V of the motions 3 and 4 is that of 1 and 2, which two trees of a forest with four noises tell."""
+    (row,) = orders(FewSigns(), "general", 4, 4).rows
+
+    assert (row.verdict, row.order) == ("refuted", 1.0)
+    assert (row.first.name, row.first.texts) == ("b1(b2) . b3(b4)", ("1/4", "0"))
+
+
+def test_too_few_trees_neither_verify_nor_refute():
+    """Weak order 2 needs the weight 5."""
+    (row,) = orders(OtherTimes(), "general", 2, 4).rows
+
+    assert (row.verdict, row.premise) == ("premise fails", "the order claimed needs trees up to the weight 5")
+
+
 def test_their_right_counterparts_are_verified():
     """The same schemes with what is right."""
     for scheme, kind in ((OtherTimes(), "general"), (SignedHeun(), "additive"), (FewSigns(), "general")):
