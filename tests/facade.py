@@ -226,6 +226,15 @@ from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
+from sdaeverify.trees.classes import CLASSES
+from sdaeverify.trees.conditions import Conditions
+from sdaeverify.trees.equivariance import related_equations
+from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
+from sdaeverify.trees.moments import ExactMoments
+from sdaeverify.trees.nodes import random_points, rule_nodes
+from sdaeverify.trees.record import Record
+from sdaeverify.trees.taylor import RichEquation
+from sdaeverify.trees.universal import TIME_0, Universal
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.opinions import beside, of_smooth
 from sdaeverify.verdicts.path_tests import hold_back, unlike

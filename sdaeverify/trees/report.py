@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from math import nan
+from math import ceil, nan
 from pathlib import Path
 
 import pandas as pd
@@ -250,8 +250,8 @@ def rows_of(
 
 def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
-    claimed = [claim.least for name in MEASURES if (claim := claimed_order(probe, name))]
-    top = max([LEAST, *(int(2.0 * p + 1.0) for p in claimed)])
+    claimed = [needed(claim) for name in MEASURES if (claim := claimed_order(probe, name))]
+    top = max([LEAST, *claimed])
     cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
     return top + 1 if cheap else top
 
@@ -293,19 +293,32 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     return replace(
         row,
-        verdict=_verdict(of, order, claim),
+        verdict=_verdict(of, row.measure, order, claim),
         order=order,
         claim=least,
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=of.probe.why_not_every or of.probe.premises,
+        premise=_premise(of, claim),
     )
 
 
-def _verdict(of: Examined, order: float, claim: Order | None) -> ClassVerdict:
+def _verdict(of: Examined, measure: str, order: float, claim: Order | None) -> ClassVerdict:
     if claim is None:
         return ClassVerdict.NOT_CLAIMED
-    if order < claim.floor:
+    if order < claim.floor and of.breaking(measure):
         return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
-    return ClassVerdict.PREMISE if of.probe.why_not_every else ClassVerdict.VERIFIED
+    return ClassVerdict.PREMISE if of.probe.why_not_every or of.probe.top < needed(claim) else ClassVerdict.VERIFIED
+
+
+def needed(claim: Order) -> int:
+    """Return the largest weight of the conditions of an order."""
+    return ceil(2.0 * claim.least + 1.0)
+
+
+def _premise(of: Examined, claim: Order | None) -> str:
+    if of.probe.why_not_every:
+        return of.probe.why_not_every
+    if claim and of.probe.top < needed(claim):
+        return f"the order claimed needs trees up to the weight {needed(claim)}"
+    return of.probe.premises

@@ -1,0 +1,141 @@
+"""Classes as quotients: as many conditions as random equations of the class have independent differentials."""
+
+import numpy as np
+import pytest
+
+from facade import CLASSES, RichEquation, grow
+from trees.polynomials import directional, elementary, product
+
+BY_NAME = {kind.name: kind for kind in CLASSES}
+# Powers of each of x_1, x_2, x_3 and t are lower.
+SIZE = 7
+BELOW = 4
+
+
+@pytest.mark.parametrize(
+    ("name", "motions", "top", "trees", "conditions"),
+    [
+        ("ode", 0, 4, 3, 3),
+        ("scalar", 1, 5, 58, 58),
+        ("additive", 2, 5, 20, 20),
+        ("general", 2, 4, 108, 108),
+        ("commutative", 2, 3, 27, 22),
+        ("commutative", 2, 4, 108, 82),
+        ("vanishing-milstein-term", 2, 4, 108, 26),
+        ("diagonal", 2, 4, 42, 40),
+        ("diagonal", 2, 5, 130, 112),
+    ],
+)
+def test_a_class_has_as_many_conditions_as_are_known(name, motions, top, trees, conditions):
+    """The dimension of the quotient, up to a weight."""
+    kind = BY_NAME[name]
+    grown = kind.trees(motions, top)
+
+    assert (len(grown), len(kind.basis(grown, motions))) == (trees, conditions)
+
+
+def test_forests_of_commuting_noise_are_as_many_as_are_known():
+    """Strong order 2 and weak order 2 for two motions that commute are 766 conditions on 474 trees."""
+    grown = BY_NAME["commutative"].trees(2, 5)
+    assert len(grown) == 474
+    assert len(BY_NAME["commutative"].basis(grown, 2)) < len(grown)
+
+
+def random_polynomial(rng, variables, degree):
+    """Return a random polynomial of some degree in some of x_1, x_2, x_3, t."""
+    p = np.zeros((SIZE,) * 4)
+    powers = np.indices(p.shape)
+    fits = powers.sum(axis=0) <= degree
+    for axis in set(range(4)) - set(variables):
+        fits &= powers[axis] == 0
+    p[fits] = rng.standard_normal(fits.sum())
+    return p
+
+
+def commuting_fields(rng):
+    """Return a drift and two fields that commute: constant ones, moved by a map whose derivative is triangular.
+
+    psi(y) = (y_1, y_2 + q(y_1), y_3 + r(y_1, y_2 + q)) has at x = psi(y) the columns (1, q', r_1 + r_2 q') and
+    (0, 1, r_2); factors depend on time.
+    """
+    one = np.zeros((SIZE,) * 4)
+    one[0, 0, 0, 0] = 1.0
+    q, r = random_polynomial(rng, (0,), 3), random_polynomial(rng, (0, 1), 3)
+    q1, r1, r2 = (directional(p, np.eye(4)[i]) for p, i in ((q, 0), (r, 0), (r, 1)))
+    columns = [(one, q1, r1 + product(r2, q1)), (0 * one, one, r2), (0 * one, 0 * one, one)]
+    fields = []
+    for _ in range(2):
+        factors = [random_polynomial(rng, (3,), 1) for _ in range(3)]
+        pairs = [[product(factor, part) for part in column] for factor, column in zip(factors, columns, strict=True)]
+        fields.append([sum(parts) for parts in zip(*pairs, strict=True)])
+    return [[random_polynomial(rng, (0, 1, 2, 3), 3) for _ in range(3)], *fields]
+
+
+def differentials_of_commuting_noise(trees, systems):
+    """Return elementary differentials of random systems, one row for each component of each."""
+    rng = np.random.default_rng(5)
+    points = ((commuting_fields(rng), rng.uniform(-0.7, 0.7, 4)) for _ in range(systems))
+    return np.concatenate([elementary(fields, trees, z).T for fields, z in points])
+
+
+def test_commuting_systems_have_the_rank_of_their_conditions():
+    """Fields that commute have 22 independent differentials up to weight 3, and the relations vanish on them."""
+    trees = grow(2, 3)
+    rows = differentials_of_commuting_noise(trees, 14)
+
+    assert np.linalg.matrix_rank(rows / np.abs(rows).max(axis=1, keepdims=True), tol=1e-9) == 22
+    assert conditions_carry(BY_NAME["commutative"], trees, rows)
+
+
+def test_relations_of_weight_four_vanish_on_commuting_systems():
+    """Of 108 trees up to weight 4, 26 are told by the others on random fields that commute."""
+    trees = grow(2, 4)
+    assert conditions_carry(BY_NAME["commutative"], trees, differentials_of_commuting_noise(trees, 8))
+
+
+def conditions_carry(kind, trees, rows):
+    """Tell whether a series is zero on equations of a class as soon as its conditions hold.
+
+    For any weights Delta, sum Delta/sigma F = sum over conditions of (combination of Delta)/sigma F of the tree that
+    names it.
+    """
+    delta = np.random.default_rng(7).standard_normal(len(trees))
+    places = {each: place for place, each in enumerate(trees)}
+    whole = rows @ (delta / [each.symmetry for each in trees])
+    carried = np.zeros_like(whole)
+    for condition in kind.basis(trees, 2):
+        name = next(iter(condition))
+        combined = sum(float(c) * delta[places[part]] for part, c in condition.items())
+        carried += combined / name.symmetry * rows[:, places[name]]
+    scale = np.abs(rows) @ np.ones(len(trees))
+    return bool(np.all(np.abs(whole - carried) <= 1e-8 * scale))
+
+
+@pytest.mark.parametrize(("top", "rank"), [(4, 40), (5, 112)])
+def test_diagonal_noise_has_the_rank_of_its_conditions(top, rank):
+    """A rich equation with diagonal noise has as many independent differentials, and trees that coincide do so."""
+    kind = BY_NAME["diagonal"]
+    trees = kind.trees(2, top)
+    rows = RichEquation(2, 120).elementary(trees).reshape(len(trees), -1).T
+
+    by_weight = [rows[:, [each.weight == weight for each in trees]] for weight in range(1, top + 1)]
+    scaled = [part / np.linalg.norm(part, axis=0) for part in by_weight]
+    assert sum(np.linalg.matrix_rank(part, tol=1e-6) for part in scaled) == rank
+    assert conditions_carry(kind, trees, rows)
+
+
+def test_differentials_of_the_rich_equation_are_derivatives():
+    """F of f(b1), b1(t) and f(b1,b2) are differences of the coefficients."""
+    equation, e = RichEquation(2, 5), 1e-4
+    trees = {str(each): each for each in BY_NAME["diagonal"].trees(2, 4)}
+    wanted = [trees["b1"], trees["b2"], trees["f(b1)"], trees["b1(t)"], trees["f(b1,b2)"]]
+    b1, b2, fb, bt, fbb = equation.elementary(wanted)
+    x, t, still = equation.x, 0.34375, np.zeros((2, 5))
+
+    def f(a, c):
+        return equation.drift(t, x + np.concatenate([a * b1 + c * b2, still]))[:2]
+
+    np.testing.assert_allclose((f(e, 0) - f(-e, 0)) / (2 * e), fb, atol=1e-6)
+    np.testing.assert_allclose((f(e, e) - f(e, -e) - f(-e, e) + f(-e, -e)) / (4 * e * e), fbb, atol=1e-5)
+    later, sooner = (equation.diffusion(t + s, x)[0, 0] for s in (e, -e))
+    np.testing.assert_allclose((later - sooner) / (2 * e), bt[0], atol=1e-6)

@@ -1,0 +1,217 @@
+"""Order conditions of schemes: orders found, verdicts, premises."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import pytest
+
+from sdaeverify import SDE, Claim, UsageError, orders
+from sdaeverify_planted.coefficients import WrongPlaces
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.heun import HeunAdditive
+from sdaeverify_schemes.milstein_areas import MilsteinAreas
+from trees.wrong import FORTY, SIX, AromaticEuler, FewSigns, OtherTimes, SignedHeun
+
+# Orders (strong, weak) that are found, None where nothing is said of paths, by scheme and class.
+FOUND = [
+    ("euler-maruyama", "scalar", 0.5, 1.0),
+    ("euler-maruyama", "additive", 1.0, 1.0),
+    ("euler-maruyama", "vanishing-milstein-term", 1.0, 1.0),
+    ("euler-maruyama", "general", 0.5, 1.0),
+    ("euler-maruyama", "diagonal", 0.5, 1.0),
+    ("milstein", "scalar", 1.0, 1.0),
+    ("milstein", "diagonal", 1.0, 1.0),
+    ("milstein-areas", "general", 1.0, 1.0),
+    ("heun", "scalar", 1.0, 1.0),
+    ("heun", "commutative", 1.0, 1.0),
+    ("heun", "additive", 1.0, 2.0),
+    ("heun", "general", 0.5, 1.0),
+    ("heun", "diagonal", 1.0, 1.0),
+    ("heun-additive", "additive", 1.0, 2.0),
+    ("sra1", "additive", 1.5, 2.0),
+    ("sri1w1", "scalar", 1.5, 1.5),
+    ("platen-weak-2", "scalar", None, 2.0),
+    ("platen-weak-2", "additive", None, 2.0),
+    ("platen-weak-2-general", "general", None, 2.0),
+    ("stochastic-theta", "scalar", 0.5, 1.0),
+    ("stochastic-theta", "additive", 1.0, 2.0),
+    ("stochastic-theta[theta=1]", "additive", 1.0, 1.0),
+]
+SLOW = [("sri1w1", "diagonal", 1.5, 1.5), ("platen-weak-2", "diagonal", None, 2.0)]
+
+
+def check(scheme, kind, strong, weak):
+    """Check the orders found, and that what is claimed is verified."""
+    report = orders(scheme, kind, 2)
+    found = dict(zip(report.table.measure, report.table.order, strict=True))
+
+    assert found == {"weak": weak} if strong is None else found == {"strong": strong, "weak": weak}
+    assert set(report.table.verdict[report.table.claim.notna()]) == {"verified"}
+    assert report.failing == ()
+
+
+@pytest.mark.parametrize(("scheme", "kind", "strong", "weak"), FOUND)
+def test_shipped_schemes_have_the_orders_that_they_claim(scheme, kind, strong, weak):
+    """The orders found are those that are known, and each claim is verified."""
+    check(scheme, kind, strong, weak)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scheme", "kind", "strong", "weak"), SLOW)
+def test_schemes_of_higher_order_have_it_for_diagonal_noise(scheme, kind, strong, weak):
+    """The same by Taylor series up to the weight 5."""
+    check(scheme, kind, strong, weak)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "kind", "strong", "weak"),
+    [("balanced-euler", "scalar", 0.5, 0.5), ("balanced-euler", "additive", 0.5, 0.5),
+     ("tamed-euler", "scalar", 0.5, 1.0), ("tamed-euler", "additive", 1.0, 1.0), ("displaced-euler", "scalar", 0, 0)],
+)  # fmt: skip
+def test_weights_that_depend_on_the_step_size_verify_nothing(scheme, kind, strong, weak):
+    """Orders are then those as h tends to 0, for information, and the premise is told."""
+    table = orders(scheme, kind, 2).table
+
+    assert list(table.order) == pytest.approx([strong, weak], abs=0.05)
+    assert not {"verified", "refuted"} & set(table.verdict)
+    assert all("weights depend on h" in premise for premise in table.premise)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "motions", "name", "texts"),
+    [
+        (SIX[0], 2, "f(t)", ("0", "1/2")),
+        (SIX[1], 2, "b1 . b1(t)", ("0", "1/2")),
+        (SIX[2], 2, "b1 . b1(t)", ("1", "1/2")),
+        (SIX[3], 2, "f(b1,b2)", ("1/6", "0")),
+        (SIX[4], 3, "b1(b3)", ("0.5 I and 0.61 else", "I")),
+    ],
+    ids=lambda value: getattr(value, "label", None),
+)
+def test_errors_that_vanish_on_linear_and_autonomous_problems_are_told(scheme, motions, name, texts):
+    """The first failing tree, what is found and what is wanted."""
+    report = orders(scheme, "additive" if isinstance(scheme, SignedHeun) else "general", motions)
+    (failing,) = report.failing
+
+    assert (failing.name, failing.texts) == (name, texts)
+
+
+def test_signs_that_serve_three_motions_may_not_serve_four():
+    """V of the motions 3 and 4 is that of 1 and 2, which two trees of a forest with four noises tell."""
+    (row,) = orders(FewSigns(), "general", 4, 4).rows
+
+    assert (row.verdict, row.order) == ("refuted", 1.0)
+    assert (row.first.name, row.first.texts) == ("b1(b2) . b3(b4)", ("1/4", "0"))
+
+
+def test_too_few_trees_neither_verify_nor_refute():
+    """Weak order 2 needs the weight 5."""
+    (row,) = orders(OtherTimes(), "general", 2, 4).rows
+
+    assert (row.verdict, row.premise) == ("premise fails", "the order claimed needs trees up to the weight 5")
+
+
+def test_their_right_counterparts_are_verified():
+    """The same schemes with what is right."""
+    for scheme, kind in ((OtherTimes(), "general"), (SignedHeun(), "additive"), (FewSigns(), "general")):
+        assert list(orders(scheme, kind, 2).table.verdict) == ["verified"]
+
+
+@pytest.mark.parametrize(("scheme", "kind"), FORTY, ids=[scheme.name for scheme, _ in FORTY])
+def test_a_wrong_scheme_is_refuted_by_a_tree(scheme, kind):
+    """Wrong sizes, correlations, areas, signs and times."""
+    report = orders(scheme, kind, 2)
+
+    assert "refuted" in set(report.table.verdict)
+    assert report.failing
+
+
+def test_a_trace_is_told_by_maps_that_are_not_invertible():
+    """All trees hold for Euler's method with (tr DB_1) B_1, as derivatives of the universal SDE are nilpotent."""
+    table = orders(AromaticEuler(), "general", 2).table
+
+    assert list(table.held) == list(table.of)
+    assert set(table.verdict) == {"premise fails"}
+    assert all(premise.startswith("a step does not commute with affine maps") for premise in table.premise)
+
+
+@pytest.mark.parametrize("scheme", [WrongPlaces(0.98), WrongPlaces(b=1.005), WrongPlaces(c=0.0)])
+def test_coefficients_at_wrong_places_are_never_verified(scheme):
+    """The origin of trees is neither zero nor at time zero."""
+    assert "verified" not in set(orders(scheme, "scalar").table.verdict)
+
+
+@dataclass(frozen=True)
+class Ambitious(EulerMaruyama):
+    """Euler-Maruyama that claims strong order 3/2 for additive noise."""
+
+    name: ClassVar[str] = "ambitious"
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.5, source="nowhere"),)
+
+
+class Scant(HeunAdditive):
+    """Heun's scheme for additive noise that claims strong order 3/2."""
+
+    name: ClassVar[str] = "scant"
+    claims: ClassVar[tuple[Claim, ...]] = Ambitious.claims
+
+
+class Processed(Ambitious):
+    """The same that says its errors are taken back later."""
+
+    name: ClassVar[str] = "processed"
+    local_order_is_global: ClassVar[bool] = False
+
+
+class Raising(EulerMaruyama):
+    """A scheme that raises."""
+
+    name: ClassVar[str] = "raising"
+
+    def step(self, problem: SDE, state, t, h, noise):
+        """Raise."""
+        raise ZeroDivisionError("too bad")
+
+
+def test_a_record_that_cannot_give_an_order_is_told_before_the_scheme_is_blamed():
+    """f(b1) = int W ds is no function of dW: no scheme that is given dW alone has strong order 3/2."""
+    (row, _) = orders(Scant(), "additive", 2).rows
+
+    assert (row.verdict, row.order) == ("refuted", 1.0)
+    assert (row.first.name, row.first.known, row.first.texts) == ("f(b1)", False, ("no function of the record", "I"))
+
+
+def test_a_local_order_that_is_not_the_global_one_refutes_nothing():
+    """Errors of single steps may be taken back later."""
+    assert orders(Processed(), "additive", 2).table.verdict[0] == "premise fails"
+
+
+def test_a_scheme_that_raises_is_in_error():
+    """What it raises is told."""
+    table = orders(Raising(), "scalar").table
+
+    assert set(table.verdict) == {"error"}
+    assert all("ZeroDivisionError: too bad" in premise for premise in table.premise)
+
+
+def test_what_a_scheme_refuses_is_told():
+    """A class that a scheme does not take, a step that jumps, another form."""
+    assert list(orders(MilsteinAreas(), "scalar").table.verdict) == ["not applicable"]
+    assert orders("mala", "additive").premises["additive"].startswith("a step jumps")
+    assert orders("baoab", "additive").premises == {"additive": "solves the form Langevin"}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"scheme": "no-such"}, "no-such"),
+        ({"scheme": "heun*"}, "which means"),
+        ({"classes": "odd"}, "unknown class 'odd'"),
+        ({"motions": 0}, "motions must be from 1"),
+        ({"weight": 99}, "weight must be from 1"),
+    ],
+)
+def test_bad_arguments_are_told(options, words):
+    """One line says what is wrong."""
+    with pytest.raises(UsageError, match=words):
+        orders(**{"scheme": "milstein", **options})
