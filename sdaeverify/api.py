@@ -337,7 +337,9 @@ def plan_of(
         select_problems(registry, problems),
         select_measures(registry, measures),
     )
-    return plan(*chosen, lambda label: select_schemes(registry, label)[0], trial_of(executor, *chosen))
+    return plan(
+        *chosen, lambda label: select_schemes(registry, label)[0], trial_of(executor, *chosen), registry.followed
+    )
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:

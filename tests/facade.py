@@ -1,5 +1,7 @@
 """Private names that tests need, each once, by the room it stands in: who moves a module changes this file alone."""
 
+from functools import partial
+
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.exit_codes import WORDS, ExitCode, code_of_gate
 from sdaeverify.cli.program import conclude, execute, sdaeverify
@@ -8,9 +10,11 @@ from sdaeverify.conformance.contract import (
     trials,
     uses_declared_noise,
 )
-from sdaeverify.conformance.exactness import exactness_violation, law_error
+from sdaeverify.conformance.exactness import exactness_violation as _exactness_violation
+from sdaeverify.conformance.exactness import law_error
 from sdaeverify.conformance.trial import Trial
-from sdaeverify.conformance.violation import departure, violation
+from sdaeverify.conformance.violation import LAW, departure
+from sdaeverify.conformance.violation import violation as _violation
 from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
@@ -24,9 +28,10 @@ from sdaeverify.contracts.labels import (
     split_list,
 )
 from sdaeverify.contracts.matching import match
+from sdaeverify.contracts.measure import Followed
 from sdaeverify.contracts.opened import home_of
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
-from sdaeverify.contracts.settings import FIRST_BLOCK
+from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, function_parameters, problem_spec
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
@@ -61,7 +66,6 @@ from sdaeverify.measures.means import MeanObserver, means_of
 from sdaeverify.measures.path_errors.errors import ErrorObserver
 from sdaeverify.measures.path_errors.quantity import quantities_of
 from sdaeverify.measures.resolution import (
-    LAW,
     bound_limit_error,
     stationary_resolution,
     step_resolution,
@@ -410,3 +414,7 @@ from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiIm
 from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1
+
+FOLLOWED = Followed.by([Strong(), Weak()])
+exactness_violation = partial(_exactness_violation, followed=FOLLOWED)
+violation = partial(_violation, followed=FOLLOWED)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.measure import measures_following
+from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SchemeError, SdaeverifyError, one_line
 from ..forms.trivial import H, Trivial, Trivials
@@ -142,7 +142,7 @@ STEPS, PATHS = 8, 3
 VANISHING = 0.4
 
 
-def exactness_violation(scheme: Scheme, motions: float = inf) -> str:
+def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Followed) -> str:
     """Return the first trivial problem that a scheme gets wrong, in one line, or an empty string.
 
     Parameters
@@ -151,22 +151,24 @@ def exactness_violation(scheme: Scheme, motions: float = inf) -> str:
     motions : float
         How many Brownian motions the problem has that the scheme is put to: what a step does with more is told of
         problems that have them, where there is a variant with fewer that it can be tried on.
+    followed : Followed
+        Names of the measures whose claims say that steps follow the equation.
 
     Raises
     ------
     SchemeError
         If a step raises.
     """
-    missed = (_first_miss(scheme, variants, motions) for variants in _missed(scheme))
+    missed = (_first_miss(_tries(scheme, variants, followed), motions) for variants in _missed(scheme, followed))
     return next(filter(None, missed), "")
 
 
 @cache
-def _missed(scheme: Scheme) -> Trivials:
+def _missed(scheme: Scheme, followed: Followed) -> Trivials:
     """Return the trivial problems that a scheme misses or raises on: the same on every problem, and found once."""
     forms: Any = scheme.forms
     every = chain.from_iterable(map(_trivial_problems, forms))
-    firsts = ((variants, next(_tries(scheme, variants), None)) for variants in every)
+    firsts = ((variants, next(_tries(scheme, variants, followed), None)) for variants in every)
     return tuple(variants for variants, first in firsts if first is not None and first.text)
 
 
@@ -185,9 +187,8 @@ class _Try(NamedTuple):
     error: BaseException | None = None
 
 
-def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...], motions: float) -> str:
+def _first_miss(tries: Iterator[_Try], motions: float) -> str:
     """Return what is wrong on the first variant that can be tried, and that tells of a problem with these motions."""
-    tries = _tries(scheme, variants)
     found = next(tries, None)
     if found is None or not found.text:
         return ""
@@ -198,20 +199,20 @@ def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...], motions: float) -
     return found.text
 
 
-def _tries(scheme: Scheme, variants: tuple[Trivial, ...]) -> Iterator[_Try]:
+def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
     """Yield what a scheme does on each variant that it refuses neither beforehand nor in its step."""
     for trivial in variants:
         tried = scheme.noise <= trivial.problem.noise and not scheme.refuses(trivial.problem)
-        if tried and (found := _try(scheme, trivial)) is not None:
+        if tried and (found := _try(scheme, trivial, followed)) is not None:
             yield found
 
 
-def _try(scheme: Scheme, trivial: Trivial) -> _Try | None:
+def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
     several = trivial.problem.noise_dim
     hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
     where = f" on {trivial.name}{hint}"
     try:
-        text = _miss(scheme, trivial)
+        text = _miss(scheme, trivial, followed)
     except SdaeverifyError:
         return None
     except FAULTS as fault:
@@ -219,14 +220,14 @@ def _try(scheme: Scheme, trivial: Trivial) -> _Try | None:
     return _Try(several, text and text + where)
 
 
-def _miss(scheme: Scheme, trivial: Trivial) -> str:
+def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
     error, moved, bound = _error(scheme, trivial, H)
     if error <= bound:
         return ""
     fine, fine_moved, fine_bound = _error(scheme, *trivial.short_run)
     if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
         return ""
-    if trivial.noisy and measures_following("paths").isdisjoint(claim.measure for claim in scheme.promises):
+    if trivial.noisy and followed.paths.isdisjoint(claim.measure for claim in scheme.promises):
         return _miss_in_law(scheme, trivial)
     return f"{STEPS} steps are off by {error:.2g}, of {moved:.2g} that the solution moves,"
 

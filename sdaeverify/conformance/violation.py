@@ -7,13 +7,17 @@ everywhere else, and a few states in the middle of the law do not show it.
 
 import numpy as np
 
-from ..contracts.measure import measures_following
+from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
+from ..contracts.tally import Tally, packed
 from ..forms import Problem
 from ..probe.local.run_memory import run_memory
-from ..probe.local.step_law import law_departure
+from ..probe.local.step_law import law_departure, law_resolution
 from .contract import contract_violation
 from .exactness import exactness_violation
+
+# Under which name the comparison of single steps is evidence.
+LAW = "step law"
 
 
 def departure(scheme: Scheme, view: Problem) -> str:
@@ -36,7 +40,7 @@ def departure(scheme: Scheme, view: Problem) -> str:
     return "" if memory is None else memory.departure
 
 
-def violation(scheme: Scheme, view: Problem) -> str:
+def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
     """Return the first violation in one line, or an empty string.
 
     Parameters
@@ -45,6 +49,8 @@ def violation(scheme: Scheme, view: Problem) -> str:
     view : Problem
         Of the scheme's form; the contract is tried on it, exactness on trivial problems of the same form, and whether
         a step follows the equation at all states where a scheme claims to.
+    followed : Followed
+        Names of the measures whose claims say so.
 
     Returns
     -------
@@ -56,12 +62,14 @@ def violation(scheme: Scheme, view: Problem) -> str:
         What a step raises at states of the view: nothing can be said of such a scheme.
     """
     with np.errstate(all="ignore"):
-        if text := contract_violation(scheme, view) or exactness_violation(scheme, view.noise_dim):
+        if text := contract_violation(scheme, view):
             return text
-        return departure(scheme, view) if follows(scheme, view) else ""
+        if text := exactness_violation(scheme, view.noise_dim, followed=followed):
+            return text
+        return departure(scheme, view) if follows(scheme, view, followed) else ""
 
 
-def follows(scheme: Scheme, view: Problem) -> bool:
+def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
     """Tell whether a scheme claims to follow the equation on this problem in all its quantities.
 
     Parameters
@@ -69,6 +77,25 @@ def follows(scheme: Scheme, view: Problem) -> bool:
     scheme : Scheme
     view : Problem
         Of the scheme's form.
+    followed : Followed
+        Names of the measures whose claims say that steps follow the equation.
     """
     held = [claim for claim in scheme.promises if claim.when <= view.traits and not claim.quantities]
-    return not measures_following("paths", "law").isdisjoint(claim.measure for claim in held)
+    return not (followed.paths | followed.law).isdisjoint(claim.measure for claim in held)
+
+
+def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:
+    """Return at how many times steps were compared with the equation, and the largest error that may be left there.
+
+    Nothing where the scheme does not claim to follow the equation in all quantities: then nobody compared.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    followed : Followed
+        As of `follows`.
+    """
+    found = law_resolution(scheme, view) if follows(scheme, view, followed) else None
+    return Tally() if found is None else packed(LAW, found)

@@ -1,6 +1,6 @@
 """The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -140,6 +140,9 @@ class Measure:
     # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or, in a long
     # run, the ``stationary law``; empty for nothing.
     follows: ClassVar[str] = ""
+    # Whether its quantities are of a whole run: then single steps, compared with the equation along one, tell how
+    # small an error would have shown; that is part of its evidence.
+    resolved_by_steps: ClassVar[bool] = False
     # Whose solution its observer looks at as the truth: that of the ``problem``, and where it has none that of the
     # ``scheme`` with shorter steps, which costs four times the rest; neither is computed where nobody looks at it.
     truths: ClassVar[frozenset[str]] = frozenset({"problem", "scheme"})
@@ -183,12 +186,23 @@ class Measure:
         raise NotImplementedError
 
 
-def measures_following(*what: str) -> frozenset[str]:
-    """Return the names of the loaded measures whose claims say that short steps follow ``paths`` or their ``law``."""
-    return frozenset(kind.name for kind in _below(Measure) if kind.follows in what)
+class Followed(NamedTuple):
+    """Names of the measures whose claims say that short steps follow an equation.
+
+    Attributes
+    ----------
+    paths, law : frozenset of str
+        Those about its ``paths``, and those about their ``law``.
+    """
+
+    paths: frozenset[str] = frozenset()
+    law: frozenset[str] = frozenset()
+
+    @classmethod
+    def by(cls, measures: Iterable[Measure]) -> "Followed":
+        """Return the names that are among those of some measures."""
+        known = {measure.name: measure.follows for measure in measures}
+        return cls(*(frozenset(name for name in known if known[name] == what) for what in cls._fields))
 
 
-def _below(kind: type[Measure]) -> Iterator[type[Measure]]:
-    for below in kind.__subclasses__():
-        yield below
-        yield from _below(below)
+NONE_FOLLOW = Followed()

@@ -113,7 +113,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
         [m for m in select_measures(registry, policy.measures) if m.name not in omitted_measures(registry, policy)],
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if not tier.quick else None
-    made = plan(*chosen, resolve, trial_of(executor, *chosen))
+    made = plan(*chosen, resolve, trial_of(executor, *chosen), registry.followed)
     claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.quick else claimed
     ready = [_with_asked_controls(problem, controls=not tier.quick) for problem in kept if problem.cells]

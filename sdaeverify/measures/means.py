@@ -15,7 +15,7 @@ from ..contracts.tally import Tally
 from ..forms import Problem
 from ..forms.truths import Moment
 from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
-from .slopes import Slopes, once
+from .slopes import Slopes
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -149,23 +149,19 @@ class Means(Slopes):
         """Number of differences: errors against the truth, or between successive levels."""
         return len(self.h) if self.coupled else len(self.h) - 1
 
-    @once
     def mean(self, level: int) -> Estimate:
         """Return E phi(x_l(T))."""
         return estimates(self.left_out[:, level])[0]
 
-    @once
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
         return estimates(self.differences[:, level])[0]
 
-    @once
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
         left_out = self.left_out
         return estimates(left_out[:, levels[0]] - left_out[:, levels[-1] + 1])[0]
 
-    @once
     def grown(self, levels: Array) -> tuple[Estimate, ...]:
         """Return by how much the last of some differences is larger in size than each of those before it."""
         sizes = np.abs(self.differences[:, levels])

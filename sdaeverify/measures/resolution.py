@@ -22,14 +22,13 @@ from math import inf, isfinite, log, nan
 import numpy as np
 
 from ..arrays import Array
-from ..conformance.violation import follows
+from ..conformance.violation import LAW
 from ..contracts.claimed import Order
 from ..contracts.measure import Evidence
-from ..contracts.scheme import Claim, Scheme
-from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Problem
+from ..contracts.scheme import Claim
+from ..contracts.tally import unpacked
 from ..numerics.statistics import EPS, Estimate, estimates, leave_out
-from ..probe.local.step_law import LawResolution, law_resolution
+from ..probe.local.step_law import LawResolution
 from .means import Means
 from .path_errors.quantity import Quantity
 
@@ -37,8 +36,6 @@ from .path_errors.quantity import Quantity
 LEAST_ORDER = 0.5
 # A mean that is computed as less is 0.
 ROUNDING = 64.0 * EPS
-# Under which name the comparison of single steps is evidence.
-LAW = "step law"
 
 
 def granted_order(claim: Claim) -> float:
@@ -167,21 +164,6 @@ def _own_error(evidence: Evidence, quantity: Quantity, level: int) -> float:
 
 def _upper(sums: Array, counts: Array, confidence: float) -> float:
     return max(estimates(leave_out(sums, counts))[0].interval(confidence))
-
-
-def probe_resolution(scheme: Scheme, view: Problem) -> Tally:
-    """Return at how many times steps were compared with the equation, and the largest error that may be left there.
-
-    Nothing where the scheme does not claim to follow the equation in all quantities: then nobody compared.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    view : Problem
-        Of the scheme's form.
-    """
-    found = law_resolution(scheme, view) if follows(scheme, view) else None
-    return Tally() if found is None else packed(LAW, found)
 
 
 def step_resolution(evidence: Evidence) -> float:

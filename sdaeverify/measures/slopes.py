@@ -1,34 +1,12 @@
-"""Slopes over the levels of a record: each is found once, whatever is claimed, and however often it is asked."""
+"""Slopes over the levels of a record."""
 
-from collections.abc import Callable
-from functools import cached_property, wraps
-from typing import Any, ClassVar, TypeVar, cast
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array
 from ..numerics.statistics import Estimate, corrected_slope_weights, estimates, slope_weights, weighted_sum
-
-Method = TypeVar("Method", bound=Callable[..., Any])
-
-
-def once(method: Method) -> Method:
-    """Return a method of a record, of levels and what else is given, that keeps what it finds in its `known`.
-
-    Parameters
-    ----------
-    method : callable, (record, levels, *given) -> object
-        A pure function; what is given beside levels can be hashed.
-    """
-
-    @wraps(method)
-    def found(self: Any, levels: Any, *given: Any) -> Any:
-        key = method.__name__, np.asarray(levels).tobytes(), *given
-        if key not in self.known:
-            self.known[key] = method(self, levels, *given)
-        return self.known[key]
-
-    return cast("Method", found)
 
 
 class Slopes:
@@ -43,11 +21,6 @@ class Slopes:
 
     next_power: ClassVar[float] = 1.0
     h: Array
-
-    @cached_property
-    def known(self) -> dict[Any, Any]:
-        """What has been found by methods that are asked `once`."""
-        return {}
 
     @cached_property
     def logarithms(self) -> Array:
@@ -70,17 +43,14 @@ class Slopes:
         with np.errstate(invalid="ignore"):
             return estimates(weighted_sum(weights, self.logarithms.take(levels, axis=1)))[0]
 
-    @once
     def slope(self, levels: Array) -> Estimate:
         """Return the least-squares slope on some levels."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])))
 
-    @once
     def corrected_slope(self, levels: Array) -> Estimate:
         """Return the slope with one further term of the expansion."""
         return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), self.next_power))
 
-    @once
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
         return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ..contracts.labels import did_you_mean
+from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_line
@@ -122,6 +123,11 @@ class Registry:
     def measures(self) -> Mapping[str, Registered]:
         """Measures by name."""
         return self.entries.get(MEASURES, {})
+
+    @property
+    def followed(self) -> Followed:
+        """Names of the measures whose claims say that steps follow the equation."""
+        return Followed.by(entry.thing for entry in self.measures.values())
 
     @property
     def modules(self) -> tuple[str, ...]:

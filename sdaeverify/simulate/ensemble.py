@@ -16,9 +16,9 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from ..arrays import Parts
-from ..conformance import violation
+from ..conformance import compared_steps, violation
 from ..contracts.matching import match
-from ..contracts.measure import Measure, Observer, Snapshot
+from ..contracts.measure import Followed, Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
@@ -92,6 +92,8 @@ class Task:
         Whether one step is looked at before there are paths, as a block of its own; if not, with the first paths.
     stage : int
         How many levels paths take beyond those of the settings; see `Settings.stages`.
+    followed : Followed or None
+        Names of the measures whose claims say that steps follow the equation; None for those of the entries.
     """
 
     spec: ProblemSpec
@@ -99,11 +101,17 @@ class Task:
     settings: Settings
     screened: bool = False
     stage: int = 0
+    followed: Followed | None = None
 
     @property
     def label(self) -> str:
         """Label of the problem."""
         return self.spec.label
+
+    @property
+    def following(self) -> Followed:
+        """Names of the measures whose claims say that steps follow the equation."""
+        return self.followed or Followed.by(measure for entry in self.entries for measure in entry.measures)
 
     def only(self, entries: Sequence[Entry]) -> "Task":
         """Return the task with some of its entries, or with some of their measures."""
@@ -325,7 +333,7 @@ class _Run:
 
     def __init__(self, entry: Entry, index: int, place: _Place) -> None:
         self.entry, self.index, self.place = entry, index, place
-        self.reference, self.settings = place.reference, place.task.settings
+        self.reference, self.settings, self.followed = place.reference, place.task.settings, place.task.following
         self.error, self.starved, self.violation, self.seconds = "", False, "", 0.0
         self.watches: list[_Watch] = []
         with self._catch_errors():
@@ -337,7 +345,7 @@ class _Run:
         if matched.problem is None:
             raise SchemeError(matched.reason)
         self.view = matched.problem
-        self.violation = violation(scheme, self.view) if self.place.first else ""
+        self.violation = violation(scheme, self.view, followed=self.followed) if self.place.first else ""
         if self.violation:
             return
         parts = None
@@ -393,6 +401,8 @@ class _Run:
         if self.place.first:
             with watch.catch_errors():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
+                if watch.measure.resolved_by_steps:
+                    probed = probed.merge(compared_steps(self.entry.scheme, self.view, self.followed))
         return probed
 
     @contextmanager

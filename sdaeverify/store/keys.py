@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 
-from ..contracts.measure import Measure
+from ..contracts.measure import NONE_FOLLOW, Followed, Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
@@ -24,7 +24,9 @@ MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (
 )
 
 
-def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients | None:
+def lane_ingredients(
+    scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int, followed: Followed = NONE_FOLLOW
+) -> Ingredients | None:
     """Return what evidence is about and what it is made with; None where code without a source takes part.
 
     Parameters
@@ -35,6 +37,8 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
     settings : Settings
     block : int
         Of paths; `SCREENING` for what is found without paths.
+    followed : Followed
+        Names of the measures whose claims say that steps follow the equation: schemes are held to what they claim.
     """
     own, other = code_of(type(scheme)), code_of(spec.function)
     if own is None or other is None:
@@ -45,12 +49,17 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
         "problem": spec.label,
         "index": str(block),
         "paths of the block": drawn,
+        **{f"claims that follow {what}": str(_claimed(scheme, names)) for what, names in followed._asdict().items()},
         **{name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED},
         CODE_OF_SCHEME: own.digest,
         CODE_OF_PROBLEM: other.digest,
         LIBRARIES: ", ".join(sorted({*arithmetic(), *own.libraries, *other.libraries})),
         FRAMEWORK: framework_code(),
     }
+
+
+def _claimed(scheme: Scheme, measures: frozenset[str]) -> list[str]:
+    return sorted({claim.measure for claim in scheme.promises} & measures)
 
 
 def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | None:

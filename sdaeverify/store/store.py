@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..contracts.measure import Measure
+from ..contracts.measure import NONE_FOLLOW, Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
 from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence, Task
@@ -149,7 +149,7 @@ class Store:
 
     def _place(self, task: Task, block: int, entry: Entry) -> Place | None:
         settings = task.settings if block == SCREENING else task.sampled
-        lane = lane_ingredients(entry.scheme, task.spec, settings, block)
+        lane = lane_ingredients(entry.scheme, task.spec, settings, block, task.followed or NONE_FOLLOW)
         if lane is None:
             return None
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}

@@ -26,7 +26,7 @@ from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
-from .sequence import ProblemRun
+from .problem_run import ProblemRun
 
 Evidence = tuple[SchemeEvidence, ...]
 Part = tuple[Entry, SchemeEvidence]

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contracts.finding import Verdict
 from ..contracts.matching import Match, match
-from ..contracts.measure import Measure
+from ..contracts.measure import NONE_FOLLOW, Followed, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
@@ -79,12 +79,15 @@ class ProblemPlan:
     cells : tuple of Cell
     controls : tuple of ControlPlan
         For the measures of the cells.
+    followed : Followed
+        Names of the measures whose claims say that steps follow the equation.
     """
 
     spec: ProblemSpec
     problem: Problem | None
     cells: tuple[Cell, ...]
     controls: tuple[ControlPlan, ...] = ()
+    followed: Followed = NONE_FOLLOW
 
     @property
     def control_cells(self) -> tuple[Cell, ...]:
@@ -121,6 +124,7 @@ def plan(
     measures: Sequence[Measure],
     resolve: Resolve | None = None,
     trial: Trial | None = None,
+    followed: Followed | None = None,
 ) -> Plan:
     """Cross schemes, problems and measures.
 
@@ -133,6 +137,8 @@ def plan(
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
     trial : callable, ProblemSpec -> mapping of (Scheme or None) to str, optional
         Tells who cannot be asked here what can be run, since a process has died of it or taken too long.
+    followed : Followed, optional
+        Names of all measures whose claims say that steps follow the equation; those among `measures` if left out.
 
     Returns
     -------
@@ -144,7 +150,10 @@ def plan(
         If a problem does not accept the parameters that were asked for.
     """
     plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else {}) for spec in specs]
-    return Plan(tuple(replace(made, controls=tuple(_controls(made, measures, resolve))) for made in plans))
+    known = Followed.by(measures) if followed is None else followed
+    controls = (tuple(_controls(made, measures, resolve)) for made in plans)
+    together = zip(plans, controls, strict=True)
+    return Plan(tuple(replace(made, controls=found, followed=known) for made, found in together))
 
 
 def _problem_plan(

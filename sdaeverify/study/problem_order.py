@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from ..contracts.settings import Settings
 from ..simulate.reference import OWN_REFERENCE
 from .plan import ProblemPlan
-from .sequence import ProblemRun
+from .problem_run import ProblemRun
 
 
 def widest_first(problems: Iterable[ProblemRun]) -> list[ProblemRun]:

@@ -13,7 +13,7 @@ from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
 from .problem_order import longest_first, widest_first
-from .sequence import ProblemRun
+from .problem_run import ProblemRun
 
 HALTED = "no further evidence is in the folder; matrix with the same --out computes it"
 

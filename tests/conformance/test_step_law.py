@@ -9,15 +9,20 @@ import numpy as np
 from facade import (
     LAW,
     MALA,
+    SCREENING,
+    Entry,
     EulerMaruyama,
     LawResolution,
     MilsteinAreas,
     Strong,
+    Task,
     Weak,
     departure,
     double_well,
     gbm,
     noncommuting,
+    problem_spec,
+    run_block,
     step_law,
     step_resolution,
 )
@@ -88,8 +93,9 @@ def test_areas_are_given_to_steps_that_use_them() -> None:
 def test_resolution_is_evidence_of_strong_and_weak_cells() -> None:
     """Whoever judges can ask at how many times steps were compared, and how sharply: no gap is larger than that."""
     scheme, problem = EulerMaruyama(), gbm()
-    for measure in (Strong(), Weak()):
-        tally = measure.probe(scheme, problem, Settings())
+    task = Task(problem_spec(gbm), (Entry(scheme, (Strong(), Weak())),), Settings(), screened=True)
+    (found_on_scheme,) = run_block(task, SCREENING)
+    for tally in found_on_scheme.probes:
         found = unpacked(LAW, LawResolution, tally)
         assert found is not None
         law = step_law(scheme, problem)

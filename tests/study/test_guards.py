@@ -10,7 +10,7 @@ from facade import DisplacedEuler, EulerMaruyama, Milstein, Strong, Study, gbm, 
 from facade import way_FINER as FINER
 from sdaeverify import Claim, Settings, verify
 from sdaeverify.measuring import Finding, Judgement, Kind, LevelFinding, Measure, Reason, Tally, Verdict, group_sums
-from study.test_sequence import Remembering, small_noise
+from study.test_problem_run import Remembering, small_noise
 
 SETTINGS = Settings(paths=2048, looks=3)
 FEW, ALL = SETTINGS.first_levels, SETTINGS.levels

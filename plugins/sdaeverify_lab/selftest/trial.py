@@ -94,7 +94,7 @@ def _plans(registry: Registry, placed: Mapping[Planted, ProblemSpec], wanted: Wa
         wrong = [bug.scheme for bug, place in placed.items() if place.label == label]
         right = [scheme for scheme in schemes if label in registered and wanted(scheme, spec)]
         if wrong or right:
-            (made,) = plan([*wrong, *right], [spec], measures).problems
+            (made,) = plan([*wrong, *right], [spec], measures, followed=registry.followed).problems
             yield replace(made, cells=tuple(_claiming(made.cells, wrong)), controls=())
 
 

@@ -27,7 +27,7 @@ from ...numerics.statistics import (
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import leave_open
 from ...verdicts.rules import withhold_in_doubt
-from ..slopes import Slopes, once
+from ..slopes import Slopes
 from .errors import ERROR, POWERS
 
 
@@ -118,12 +118,10 @@ class Quantity(Slopes):
         """
         return super().linear(levels + power * self.levels, weights)
 
-    @once
     def slope_in(self, levels: Array, power: int) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
 
-    @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
 
@@ -134,7 +132,6 @@ class Quantity(Slopes):
         columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
         return super().linear(columns, np.concatenate([weights, -share * weights]))
 
-    @once
     def contrast_rise(self, levels: Array) -> Estimate:
         """Return by how much contrasts of three levels grow from the last but one three of four or more to the last.
 
@@ -144,12 +141,10 @@ class Quantity(Slopes):
         columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
         return super().linear(columns, np.concatenate([weights, -weights]))
 
-    @once
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
         return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
 
-    @once
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
@@ -173,7 +168,6 @@ class Quantity(Slopes):
         """E |x_l - x|/|x| at T of each level, if it was noted."""
         return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
 
-    @once
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)

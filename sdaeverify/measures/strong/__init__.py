@@ -17,7 +17,6 @@ from ...forms import Problem
 from ...registry.hookspecs import hookimpl
 from ..path_errors.errors import ErrorObserver
 from ..path_errors.quantity import ERROR_COLUMNS, JudgedQuantity, Quantity, judge_together, quantities_of
-from ..resolution import probe_resolution
 from .findings import (
     STRONG_COLUMNS,
     Orders,
@@ -36,6 +35,7 @@ class Strong(Measure):
 
     name: ClassVar[str] = "strong"
     follows: ClassVar[str] = "paths"
+    resolved_by_steps: ClassVar[bool] = True
     detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
     level_columns: ClassVar[Mapping[str, str]] = {
         **ERROR_COLUMNS,
@@ -54,8 +54,8 @@ class Strong(Measure):
         return ErrorObserver(parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects, where the one-step map can be probed, and how sharply steps were compared."""
-        return probe_strong(scheme, view, settings).merge(probe_resolution(scheme, view))
+        """Return the local defects, where the one-step map can be probed."""
+        return probe_strong(scheme, view, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""

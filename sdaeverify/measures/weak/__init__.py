@@ -31,7 +31,7 @@ from ...verdicts.opinions import finding, guard, leave_open
 from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
-from ..resolution import probe_resolution, weak_resolution
+from ..resolution import weak_resolution
 from .probe import WeakProbe, judge_probe, probe_weak, weak_probe
 
 STATE = "state"
@@ -258,6 +258,7 @@ class Weak(Measure):
 
     name: ClassVar[str] = "weak"
     follows: ClassVar[str] = "law"
+    resolved_by_steps: ClassVar[bool] = True
     truths: ClassVar[frozenset[str]] = frozenset({"problem"})
     detail_columns: ClassVar[Mapping[str, str]] = {
         "moment_order": "weak order at T by moment equations",
@@ -278,8 +279,8 @@ class Weak(Measure):
         return MeanObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return local weak defects, errors of propagated moments, and how sharply steps were compared."""
-        return probe_weak(scheme, view, settings).merge(probe_resolution(scheme, view))
+        """Return local weak defects, and errors of propagated moments."""
+        return probe_weak(scheme, view, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""

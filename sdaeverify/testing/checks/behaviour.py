@@ -20,7 +20,7 @@ FEW_PATHS = 4
 
 def check_exactness(subject: SchemeSubject) -> str:
     """Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h."""
-    return exactness_violation(subject.scheme)
+    return exactness_violation(subject.scheme, followed=subject.registry.followed)
 
 
 def check_any_number(subject: CellSubject) -> str:

@@ -134,7 +134,9 @@ def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
 
 
 def _quantities(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> set[str]:
-    made = plan([subject.scheme], [spec], [subject.registry.measures[claim.measure].thing])
+    made = plan(
+        [subject.scheme], [spec], [subject.registry.measures[claim.measure].thing], followed=subject.registry.followed
+    )
     study = Study(made, SMALLEST)
     for _ in study.run():
         pass

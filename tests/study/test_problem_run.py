@@ -25,7 +25,7 @@ from facade import (
 )
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
 from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Tally, Verdict, group_sums
-from sdaeverify.study.sequence import ProblemRun
+from sdaeverify.study.problem_run import ProblemRun
 
 SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
 CLAIM = Claim(measure="patient", value=1.0, source="test")

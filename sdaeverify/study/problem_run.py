@@ -143,7 +143,9 @@ class ProblemRun:
         for run in self._running():
             entries.setdefault(run.cell.scheme, []).append(run)
         made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
-        return Task(self.plan.spec, tuple(made), self.settings, screened=True, stage=self.stage)
+        return Task(
+            self.plan.spec, tuple(made), self.settings, screened=True, stage=self.stage, followed=self.plan.followed
+        )
 
     def absorb(self, task: Task, evidence: Iterable[SchemeEvidence]) -> None:
         """Merge the evidence of one more block."""
