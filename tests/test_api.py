@@ -4,7 +4,7 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import ClassVar
 
 import pytest
@@ -16,7 +16,6 @@ from sdaeverify.numerics import apply
 SMALL = {"paths": 200, "levels": 4}
 
 
-@dataclass(frozen=True)
 class Mine(Scheme):
     """Euler-Maruyama with claims about things that are not there, and a count of its work."""
 
@@ -52,7 +51,6 @@ def test_a_claimed_quantity_that_is_not_there_is_a_row(result):
     assert "there is no y here; there are x" in rows.loc[("mine", "y"), "reason"]
 
 
-@dataclass(frozen=True)
 class AtTheEnd(Mine):
     """Euler-Maruyama with a claim about the end alone."""
 
@@ -92,7 +90,6 @@ def test_run_says_what_was_selected(result):
 def test_what_cannot_be_sent_to_workers_is_said_in_one_line():
     """A scheme that other processes cannot find is refused before anything runs, with a way out."""
 
-    @dataclass(frozen=True)
     class Local(Mine):
         name: ClassVar[str] = "local"
 

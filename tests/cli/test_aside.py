@@ -12,7 +12,6 @@ from sdaeverify.cli.console import output_to_stderr
 
 CHATTY = """
 import os, sys
-from dataclasses import dataclass
 from typing import ClassVar
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
@@ -23,7 +22,6 @@ def say(where):
 
 say("import")
 
-@dataclass(frozen=True)
 class Chatty(Scheme):
     name: ClassVar[str] = "zz-chatty"
     form: ClassVar[type] = SDE

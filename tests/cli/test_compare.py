@@ -11,13 +11,11 @@ import pytest
 from evidence import change_lanes, damage_lanes, lanes_in
 
 SCHEME = '''
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class Mine(Scheme):
     """Euler-Maruyama with a multiple of Milstein's correction for one Brownian motion."""
 

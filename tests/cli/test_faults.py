@@ -140,13 +140,11 @@ def test_a_plugin_that_hangs_as_it_is_loaded(tmp_path):
 
 LOUD = """
 import os, sys
-from dataclasses import dataclass
 from typing import ClassVar
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
 print("while it is loaded" * 10_000)
 
-@dataclass(frozen=True)
 class Loud(Scheme):
     name: ClassVar[str] = "loud"
     form: ClassVar[type] = SDE

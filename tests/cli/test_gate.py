@@ -11,7 +11,6 @@ from sdaeverify import UsageError
 from sdaeverify.cli.commands.gate import gate, policy_of
 
 PLUGIN = """
-@dataclass(frozen=True)
 class Right(Scheme):
     name: ClassVar[str] = "right"
     form: ClassVar[type] = SDE
@@ -20,7 +19,6 @@ class Right(Scheme):
     def step(self, problem, state, t, h, noise):
         return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
-@dataclass(frozen=True)
 class Wrong(Right):
     name: ClassVar[str] = "wrong"
     claims: ClassVar[tuple] = (
@@ -238,7 +236,7 @@ def test_github(project, tmp_path, monkeypatch):
     token = lines[0].removeprefix("::stop-commands::")
     end = lines.index(f"::{token}::")
     assert not any(line.startswith("::") for line in lines[1:end])
-    assert [line.split(",title")[0] for line in lines[end + 1 :]] == 2 * ["::error file=odd_plugin.py,line=17"]
+    assert [line.split(",title")[0] for line in lines[end + 1 :]] == 2 * ["::error file=odd_plugin.py,line=16"]
     assert summary.read_text().startswith("before\n## ")
     assert "| wrong | gbm | strong x |" in summary.read_text()
 

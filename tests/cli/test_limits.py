@@ -82,7 +82,6 @@ def late(h, state):
         os._exit(3)
 
 def made(kind):
-    @dataclass(frozen=True)
     class Bad(Scheme):
         name: ClassVar[str] = f"zz-{kind.__name__}"
         form: ClassVar[type] = SDE
@@ -341,7 +340,6 @@ def made(name, times) -> SDE:
 def zz_once() -> SDE:
     return made("once", 1)
 
-@dataclass(frozen=True)
 class Still(Scheme):
     name: ClassVar[str] = "zz-still"
     form: ClassVar[type] = SDE

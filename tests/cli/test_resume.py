@@ -214,7 +214,6 @@ def test_a_folder_that_holds_no_evidence(small, tmp_path):
 
 
 FILE = """
-@dataclass(frozen=True)
 class Odd(Scheme):
     name: ClassVar[str] = "odd"
     form: ClassVar[type] = SDE

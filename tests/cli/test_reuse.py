@@ -31,7 +31,6 @@ def forced():
         start=[1.0], noise_dim=1, horizon=1.0, source="nowhere",
     )
 
-@dataclass(frozen=True)
 class Odd(Scheme):
     """A scheme."""
     name: ClassVar[str] = "odd"
@@ -43,7 +42,6 @@ class Odd(Scheme):
             state = state + float((HERE / "shift.txt").read_text())
         return Step(state + weight() * h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
-@dataclass(frozen=True)
 class Other(Scheme):
     name: ClassVar[str] = "other"
     form: ClassVar[type] = SDE

@@ -8,7 +8,6 @@ import pytest
 from facade import Study
 
 BUG = """
-@dataclass(frozen=True)
 class Odd(Scheme):
     name: ClassVar[str] = "planted-odd"
     form: ClassVar[type] = SDE

@@ -28,7 +28,6 @@ class Remembered(NamedTuple):
     memory: Array
 
 
-@dataclass(frozen=True)
 class Remembering(Scheme):
     """Base of schemes with one array beside the state."""
 
@@ -57,7 +56,6 @@ class AdamsBashforth(Remembering):
         return Step(Remembered(new, np.where(np.abs(x) > self.bound, old, f)))
 
 
-@dataclass(frozen=True)
 class HalfIncrements(Remembering):
     """Leimkuhler and Matthews: (dW_n + dW_{n+1})/2 in the place of dW_{n+1}."""
 
@@ -88,7 +86,6 @@ class Tired(Remembering):
         return Step(Remembered(new, state.memory + 1.0))
 
 
-@dataclass(frozen=True)
 class Unsolved(StochasticTheta):
     """The theta method whose algebraic component is not solved for where |x| > 1.2."""
 
@@ -136,7 +133,6 @@ def test_memory_that_is_right_is_let_pass(name: str) -> None:
     assert departure(scheme, seen(scheme, problem)) == ""
 
 
-@dataclass(frozen=True)
 class Unentered(AdamsBashforth):
     """The same, whose memory the first step alone can set."""
 

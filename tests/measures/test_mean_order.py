@@ -1,6 +1,6 @@
 """The order of weak errors from paths whose law is known, without any simulation."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -16,7 +16,6 @@ CLAIM = Claim(measure="weak", value=1.0, source="test")
 LIMIT = 2.0
 
 
-@dataclass(frozen=True)
 class Claimant(Scheme):
     """A scheme that claims weak order 1 and is never run."""
 

@@ -1,6 +1,6 @@
 """Verdicts on strong order from errors whose law is known, without any simulation."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,6 @@ SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])
 
 
-@dataclass(frozen=True)
 class Claimant(Scheme):
     """A scheme that claims strong order 1 and is never run."""
 
@@ -24,7 +23,6 @@ class Claimant(Scheme):
     claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.0, source="test"),)
 
 
-@dataclass(frozen=True)
 class Modest(Claimant):
     """A scheme that claims nothing."""
 

@@ -23,28 +23,24 @@ EFFORT = Claim(measure="effort", value="iterations", bound=5, source="test")
 CLAIMS = (UNIFORM, *LIMITS, EFFORT)
 
 
-@dataclass(frozen=True)
 class Right(UniformlyAccurate):
     """The uniformly accurate integrator with all claims."""
 
     claims: ClassVar[tuple[Claim, ...]] = CLAIMS
 
 
-@dataclass(frozen=True)
 class Explicit(PenalisedEuler):
     """The explicit scheme, which is unstable for h > eps, with all claims."""
 
     claims: ClassVar[tuple[Claim, ...]] = CLAIMS
 
 
-@dataclass(frozen=True)
 class Ignorant(ConstrainedEuler):
     """The scheme of the limit, which ignores eps, with all claims."""
 
     claims: ClassVar[tuple[Claim, ...]] = CLAIMS
 
 
-@dataclass(frozen=True)
 class Leaving(UniformExpansion):
     """The explicit expansion, which leaves the manifold in the limit, with all claims."""
 

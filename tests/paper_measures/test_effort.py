@@ -1,7 +1,5 @@
 """The effort measure: bounds that are kept, exceeded, or about to be."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -99,7 +97,6 @@ def test_a_bound_in_a_part_of_the_steps():
     assert "paths do not decide" in str(close.reason)
 
 
-@dataclass(frozen=True)
 class Late(Right):
     """From the ninth step on, each one that is longer than a five hundredth of the horizon takes 40 iterations."""
 

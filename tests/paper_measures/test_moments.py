@@ -42,7 +42,6 @@ class Claimant(Scheme):
     claims: ClassVar[tuple[Claim, ...]] = (BOUNDED,)
 
 
-@dataclass(frozen=True)
 class InWords(Claimant):
     """One that claims something else."""
 

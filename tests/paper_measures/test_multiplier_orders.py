@@ -121,7 +121,6 @@ def test_exponents_with_a_full_mass_matrix_and_two_constraints() -> None:
 def test_normals_at_the_new_point_have_the_same_exponents() -> None:
     """The exponents do not tell at which point the normals are taken: an equivalent change."""
 
-    @dataclass(frozen=True)
     class NewNormals(Scheme):
         name: ClassVar[str] = "new-normals"
         form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
@@ -177,7 +176,6 @@ def test_what_cannot_be_probed() -> None:
     """A scheme without multipliers is refused, one that gives them in another shape has a defect."""
     pair = Altered(change=lambda p, s, h, w, kappa, lam: (kappa, np.concatenate([lam, lam])))
 
-    @dataclass(frozen=True)
     class Silent(HalfExplicitEuler):
         def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
             return super().step(problem, state, t, h, noise)._replace(outputs={})

@@ -1,6 +1,5 @@
 """The multipliers measure: claims that are kept, broken and not decided."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import pytest
@@ -22,7 +21,6 @@ def judged(scheme: Scheme, problem: Problem) -> dict[str, Finding]:
     return {finding.quantity: finding for finding in found.findings}
 
 
-@dataclass(frozen=True)
 class Immodest(HalfExplicitEuler):
     """The scheme that claims more than it keeps, and something in words."""
 

@@ -1,7 +1,5 @@
 """Roots of one step on a wide range of step sizes: found where the closed form has them, missed where it has none."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -42,7 +40,6 @@ def test_a_truncation_that_is_too_weak_fails_somewhere() -> None:
     assert scan.h[scan.failed.any(axis=0)].min() > 0.1
 
 
-@dataclass(frozen=True)
 class Overflowing(HalfExplicitEuler):
     """The scheme whose velocity overflows at long steps."""
 

@@ -1,6 +1,5 @@
 """The solvability measure: a root at every step size, failures on paths, and shares without a claim."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,7 +29,6 @@ SETTINGS = Settings(paths=256, levels=3)
 EVERY_H = Claim(measure="solvability", value="every h", source="test")
 
 
-@dataclass(frozen=True)
 class Claimant(HalfExplicitEuler):
     """The half-explicit scheme that claims a root for every h, with whatever truncation."""
 
@@ -38,7 +36,6 @@ class Claimant(HalfExplicitEuler):
     promises: ClassVar[tuple[Claim, ...]] = (EVERY_H,)
 
 
-@dataclass(frozen=True)
 class InWords(Claimant):
     """The same that claims something unknown."""
 

@@ -369,7 +369,6 @@ def test_components_that_the_truth_does_not_know_are_named():
 
         return replace(problem, truths=(replace(truth, parts=parts),))
 
-    @dataclass(frozen=True)
     class Holonomic(HalfExplicitEuler):
         claims: ClassVar[tuple[Claim, ...]] = (CONVERGES,)
 

@@ -18,7 +18,6 @@ from sdaeverify.numerics import apply
 HERE = Path(__file__).parent
 {head}
 
-@dataclass(frozen=True)
 class Mine(Scheme):
     {field}
     name: ClassVar[str] = "mine"
