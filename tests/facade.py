@@ -172,7 +172,7 @@ from sdaeverify.probe.step.nodes import (
 from sdaeverify.probe.step.one_step import TRUNCATED
 from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
-from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect
+from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
