@@ -202,10 +202,6 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
     assert file.read_text() == text
     assert not (tmp_path / "reports").exists()
 
-    file.unlink()
-    assert "note: 4 claims of tier smoke are locked in" in project("--write-lock", policy=policy).out
-    assert "note: 4 claims of tier smoke are locked in" in project("--write-lock", policy=policy).out
-
 
 def test_missing_lock(project):
     """A lock file that the policy names must be there; without one a note says how to write it."""

@@ -248,21 +248,10 @@ def test_interrupt(reproduce, mine, monkeypatch):
     assert [row["paths"] for row in rows_of("reports/mine/table.csv")] == ["500", "0"]
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (
-            "\nsdaeverify_experiments = hookimpl(lambda: ['mine'])",
-            "expects each to be Experiment, got an object of type str",
-        ),
-        ("\nsdaeverify_experiments = hookimpl(lambda: None)", "expected an iterable"),
-        ("\nrow(2, digits='many')", "a printed number must be a number, got 'many'"),
-    ],
-)
-def test_broken_plugin(reproduce, mine, more, message):
+def test_broken_plugin(reproduce, mine):
     """A plugin whose experiments cannot be used is refused in one line."""
-    outcome = reproduce("--list", "--plugin", mine(more=more))
+    outcome = reproduce("--list", "--plugin", mine(more="\nsdaeverify_experiments = hookimpl(lambda: ['mine'])"))
 
     assert outcome.code == 6
-    assert message in outcome.err
+    assert "expects each to be Experiment, got an object of type str" in outcome.err
     assert outcome.err.count("\n") == 1
