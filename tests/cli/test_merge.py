@@ -56,8 +56,8 @@ def changed(folder, **changes):
 
 
 def test_disjoint_runs(made, merged, monkeypatch):
-    """Two runs with half of the problems each have, merged by workers, the rows of one with all of them."""
-    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", read_limits)
+    """Two runs with half of the problems each have, merged by a worker, the rows of one with all of them."""
+    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: read_limits(60.0, None, 1))
     one = made("one", "-s", "milstein,euler-maruyama", "-p", "gbm", *STRONG)
     two = made("two", "-s", "milstein,euler-maruyama", "-p", "ou", *STRONG)
     whole = made("whole", "-s", "milstein,euler-maruyama", "-p", "gbm,ou", *STRONG)

@@ -3,11 +3,9 @@
 import csv
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -186,32 +184,6 @@ def test_damaged_evidence(small, tmp_path):
     # What is written first takes the place of the file: of the blocks that follow nothing is there any more.
     assert "computed: " in told
     assert " damaged" in told
-
-
-def test_damaged_evidence_on_a_lane(small, tmp_path):
-    """Of a file with a damaged row, that row alone is computed again."""
-    _, before = small("out", *TWO)
-    file, name, _ = lanes_in(tmp_path / "out")[0]
-    with closing(sqlite3.connect(file)) as rows, rows:
-        rows.execute("UPDATE lanes SET content = substr(content, 1, 100) WHERE name = ?", (name,))
-
-    outcome, after = small("out", *TWO)
-
-    assert after == before
-    assert "computed: 1 damaged" in outcome.out
-
-
-def test_a_folder_that_holds_no_evidence(small, tmp_path):
-    """A file in the place of the evidence is told in one line."""
-    (tmp_path / "out").mkdir()
-    for name in ("evidence", "verdicts.csv", "levels.csv"):
-        (tmp_path / "out" / name).write_text("")
-
-    outcome, _ = small("out", *TWO)
-
-    assert outcome.code == 2
-    assert outcome.err.count("\n") == 1
-    assert "out/evidence/gbm.sqlite: File exists; choose another --out" in outcome.err
 
 
 FILE = """
