@@ -181,8 +181,8 @@ from sdaeverify.report.files import FORMULA, UNFINISHED, harmless, write_table, 
 from sdaeverify.report.folders import LEVELS as folders_LEVELS
 from sdaeverify.report.folders import RUN, SavedTables, read_tables, read_verdicts, save_tables
 from sdaeverify.report.folders import VERDICTS as folders_VERDICTS
-from sdaeverify.report.plain import escape, visible
-from sdaeverify.report.tables.columns import LEVELS, MEAN, dictionary
+from sdaeverify.report.plain import escape
+from sdaeverify.report.tables.columns import MEAN, dictionary
 from sdaeverify.report.verdict_row import VERDICTS, Interval, VerdictRow
 from sdaeverify.simulate.chains import (
     BURN_IN,
@@ -205,7 +205,6 @@ from sdaeverify.simulate.ensemble import (
     SchemeEvidence,
     Task,
     run_block,
-    without_evidence,
 )
 from sdaeverify.simulate.tracks import Track
 from sdaeverify.store import code, keys, lanes
@@ -222,7 +221,6 @@ from sdaeverify.study.blocks import LATE, Blocks, simulate_block
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
-from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of

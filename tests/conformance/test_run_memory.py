@@ -6,6 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from averaged_noise import LeimkuhlerMatthews
 from facade import (
     ExplicitProjectionEuler,
     StochasticTheta,
@@ -56,19 +57,6 @@ class AdamsBashforth(Remembering):
         return Step(Remembered(new, np.where(np.abs(x) > self.bound, old, f)))
 
 
-class HalfIncrements(Remembering):
-    """Leimkuhler and Matthews: (dW_n + dW_{n+1})/2 in the place of dW_{n+1}."""
-
-    name: ClassVar[str] = "half-increments"
-
-    def enter(self, problem: Any, state: Array, t: float, h: float) -> Remembered:
-        return Remembered(state, np.zeros((problem.noise_dim, state.shape[-1])))
-
-    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
-        kick = problem.diffused(t, state.x, 0.5 * (state.memory + noise.dW))
-        return Step(Remembered(state.x + h * problem.drift(t, state.x) + kick, noise.dW))
-
-
 @dataclass(frozen=True)
 class Tired(Remembering):
     """Euler-Maruyama that loses its drift after so many steps, which it counts in its memory."""
@@ -105,7 +93,7 @@ WRONG = {
 RIGHT = {
     "two drifts": (AdamsBashforth(), double_well()),
     "two drifts of a long run": (AdamsBashforth(), ou(horizon=16.0)),
-    "an increment": (HalfIncrements(), double_well()),
+    "an increment": (LeimkuhlerMatthews(), double_well()),
     "a counter that does nothing": (Tired(10**6), gbm()),
     "an algebraic component": (StochasticTheta(), gbm_algebraic()),
     "projections that are rarer than a part of the run": (ExplicitProjectionEuler(skip=20), pendulum()),
