@@ -56,6 +56,7 @@ NO_PLUGINS = [
     ),
     *("minus.py", "\udcff.py", "a\0b.py", "/dev/null", "", "~nobody/x.py", "mute.py", "generator.py"),
 ]
+# Values of other keys are those of tests/gate/test_policy.py.
 NO_POLICIES = {
     "deep-list": "[tool.sdaeverify]\nschemes = " + "[" * 3000 + "]" * 3000,
     "deep-table": "[tool.sdaeverify]\nschemes = " + "{a = " * 3000 + "1" + "}" * 3000,
@@ -69,27 +70,8 @@ NO_POLICIES = {
     **{
         f"{key}-{number}": f"[tool.sdaeverify]\n{key} = {value}"
         for key, values in {
-            "schemes": ("1", "[]", "[1]", '[""]', '"x"', '["zz"]', '["["]'),
-            "problems": ("1", "[]", '["gbm["]'),
-            "measures": ("{}", '["strong[x=1]"]', '["zz"]'),
             "plugins": ('"x"', '["missing.py"]', '["a\\u0000b.py"]', f'["{LONG}"]', '["loop.py"]'),
-            "alpha": ('"x"', "0", "1", "nan", "inf", "-1", "true", "1e-400"),
-            "tier": ("1", '"fast"', '""', f'"{LONG}"'),
-            "seed": ("-1", "1.0", "true", '"1"', "9223372036854775808"),
-            "inconclusive": ("true", '"maybe"'),
             "lock": ("1", '""', '"x.py"', '"folder"', '"loop"', '"file/x"', f'"{LONG}"', '"a\\u0000b"', '"missing"'),
-            "timeout": ("-1", "nan", "inf", '"1"'),
-            "memory": ("1", '"much"', '"-1G"', '"1"'),
-            "level": ("0", "1.5", "-1"),
-            "colour": ("1",),
-            "expected-failures": (
-                "1",
-                "[1]",
-                "[{}]",
-                '[{reason = ""}]',
-                "[{reason = 1}]",
-                '[{reason = "x", strict = 1}]',
-            ),
         }.items()
         for number, value in enumerate(values)
     },
