@@ -20,6 +20,7 @@ from facade import (
 )
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
 from sdaeverify.probe.local.run_memory import run_memory
+from sdaeverify_planted.states import UnsolvedTheta
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 
@@ -74,21 +75,10 @@ class Tired(Remembering):
         return Step(Remembered(new, state.memory + 1.0))
 
 
-class Unsolved(StochasticTheta):
-    """The theta method whose algebraic component is not solved for where |x| > 1.2."""
-
-    name: ClassVar[str] = "unsolved"
-
-    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
-        made = super().step(problem, state, t, h, noise)
-        far = np.abs(made.state.x).max(axis=0) > 1.2
-        return made._replace(state=made.state._replace(y=np.where(far, state.y, made.state.y)))
-
-
 WRONG = {
     "a drift that is not renewed": (AdamsBashforth(1.3), double_well()),
     "a counter": (Tired(), double_well()),
-    "an algebraic component": (Unsolved(), gbm_algebraic()),
+    "an algebraic component": (UnsolvedTheta(), gbm_algebraic()),
 }
 RIGHT = {
     "two drifts": (AdamsBashforth(), double_well()),
