@@ -1,9 +1,10 @@
 """Whatever a user gets wrong: one line on stderr, the documented exit code, no traceback."""
 
-import csv
 from pathlib import Path
 
 import pytest
+
+from evidence import rows_of
 
 UNREADABLE = "cannot read"
 # Without one job asked for, problems are built in a worker of their own, which takes a second: two cases do.
@@ -207,8 +208,7 @@ def test_schemes_that_misbehave(quick, odd_scheme):
 
     assert (outcome.code, outcome.err) == (1, "")
     assert "\x1b" not in outcome.out
-    with Path("both", "verdicts.csv").open(newline="") as file:
-        told = {row["scheme"]: (row["verdict"], row["reason"]) for row in csv.DictReader(file)}
+    told = {row["scheme"]: (row["verdict"], row["reason"]) for row in rows_of("both/verdicts.csv")}
     for number, (verdict, reason) in enumerate(MISBEHAVING.values()):
         assert told[f"odd-{number}"][0] == verdict
         assert reason in told[f"odd-{number}"][1]

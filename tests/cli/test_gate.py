@@ -1,11 +1,11 @@
 """The command ``gate``: policy, exit codes, lock file, reports."""
 
-import csv
 import json
 from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import ExitCode, Finished, PluginRow, Registry, Study, read_limits, seed_of
 from sdaeverify import UsageError
 from sdaeverify.cli.commands.gate import gate, policy_of
@@ -306,7 +306,7 @@ def test_a_gate_that_is_ended(project, monkeypatch, ending, why, code):
     saved = f"{why}; 1 of 2 problems are finished and saved in {Path('reports', 'gate')}; nothing is gated"
     advice = "" if ending is KeyboardInterrupt else "; try fewer --jobs or a smaller --block"
     assert outcome.err == f"sdaeverify: error: {saved}{advice}\n"
-    rows = csv.DictReader(Path("reports", "gate", "verdicts.csv").read_text().splitlines())
+    rows = rows_of("reports/gate/verdicts.csv")
     assert {row["problem"]: row["reason"] == why for row in rows} == {"gbm": False, "gbm[a=1]": True}
     assert not Path("reports", "gate", "gate.json").exists()
 

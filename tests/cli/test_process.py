@@ -1,6 +1,5 @@
 """The program as a process: interrupts, dead workers, closed pipes, any number of workers."""
 
-import csv
 import os
 import signal
 import subprocess
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import conclude
 
 from .conftest import SCHEME
@@ -69,8 +69,8 @@ def wait_for(process: "subprocess.Popen[str]", beginning: str) -> None:
 def verdicts(folder: Path) -> list[dict[str, str]]:
     """Return the verdicts of a report, without what corrects for the number of tests of the run."""
     left = {"p_family", "family", "p_adjusted"}
-    with (folder / "verdicts.csv").open(newline="") as file:
-        return [{name: text for name, text in row.items() if name not in left} for row in csv.DictReader(file)]
+    found = rows_of(folder / "verdicts.csv")
+    return [{name: text for name, text in row.items() if name not in left} for row in found]
 
 
 def signal_group(process: "subprocess.Popen[str]", number: int) -> None:

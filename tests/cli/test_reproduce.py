@@ -1,6 +1,5 @@
 """The command ``reproduce``: what it lists, runs, prints and writes, and its exit code."""
 
-import csv
 import json
 import re
 import sys
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import ExperimentRun, with_error
 
 ROWS = """
@@ -34,11 +34,6 @@ def mine(write):
 def reproduce(call):
     """Run ``reproduce`` in this process, in silence."""
     return lambda *words: call("reproduce", "-j", "1", "--progress", "none", *words)
-
-
-def rows_of(path):
-    with Path(path).open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def test_list(reproduce, mine):

@@ -1,6 +1,5 @@
 """Runs that are killed, resumed, extended and begun afresh."""
 
-import csv
 import os
 import signal
 import subprocess
@@ -11,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evidence import lanes_in
+from evidence import lanes_in, rows_of
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
@@ -34,9 +33,7 @@ def finish(folder: Path, *further: str) -> str:
 
 def tables(folder: Path) -> tuple[str, list[dict[str, str]]]:
     """Return both tables."""
-    with (folder / "verdicts.csv").open(newline="") as file:
-        verdicts = list(csv.DictReader(file))
-    return (folder / "levels.csv").read_text(), verdicts
+    return (folder / "levels.csv").read_text(), rows_of(folder / "verdicts.csv")
 
 
 @pytest.fixture(scope="module")
