@@ -5,7 +5,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Parts, Scheme, Step, hookimpl
+from sdaeverify import SDE, Array, Claim, Increment, Parts, Scheme, Step
 
 ADDITIVE = frozenset({"additive-noise", "no-delay"})
 
@@ -47,9 +47,9 @@ class LeimkuhlerMatthews(Scheme):
         scalar = B.shape[0] == B.shape[1] and np.array_equal(B, B[0, 0] * np.eye(len(B)))
         return "" if scalar else "the noise is not the same in each component"
 
-    def start(self, problem: SDE, paths: int, h: float) -> Remembered:
-        """Return the start, before which there was no increment."""
-        return Remembered(problem.initial(paths), np.zeros((problem.noise_dim, paths)))
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Remembered:
+        """Return a state before which there was no increment."""
+        return Remembered(state, np.zeros((problem.noise_dim, state.shape[-1])))
 
     def parts(self, problem: SDE, state: Remembered) -> Parts:
         """Return x without the memory."""
@@ -60,9 +60,3 @@ class LeimkuhlerMatthews(Scheme):
         x, before = state
         kick = problem.diffused(t, x, 0.5 * self.strength * (before + noise.dW))
         return Step(Remembered(x + h * problem.drift(t, x) + kick, noise.dW.copy()))
-
-
-@hookimpl
-def sdaeverify_schemes() -> list[Scheme]:
-    """Register the method, and one with one per cent too much variance."""
-    return [LeimkuhlerMatthews()]

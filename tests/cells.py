@@ -31,3 +31,8 @@ class Formula(Scheme):
         """Make one step."""
         new = self.rule(problem, state, h, noise)
         return new if isinstance(new, Step) else Step(new)
+
+
+def claimant(*claims: Claim) -> Formula:
+    """Return a scheme with claims that is never run."""
+    return Formula(lambda *given: None, claims)

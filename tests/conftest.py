@@ -32,6 +32,8 @@ CASES, WHOLE = 50, {"forms", "gate", "measures", "numerics"}
 # package anew, for half a second. Git ignores what is kept.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# Tests run one on each core: threads of linear algebra would wait for each other there, three times as long.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

@@ -1,62 +1,17 @@
 """Wrong schemes, and right ones beyond their claims, of which one step shows nothing: paths contradict."""
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
 from facade import SRA1, EulerMaruyama, Milstein
-from sdaeverify import SDE, Array, Claim, Increment, Parts, Scheme, Step
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
 from sdaeverify.numerics import apply
 
 HALF, ONE = (Claim(measure="strong", value=order, source="planted") for order in (0.5, 1.0))
 WEAK_ONE = Claim(measure="weak", value=1.0, source="planted")
 EULER, MILSTEIN = EulerMaruyama(), Milstein()
-
-
-@dataclass(frozen=True)
-class HalfTheState(Scheme):
-    """Euler-Maruyama with coefficients at x/2 in a window of time."""
-
-    begin: float = 0.02
-    end: float = 0.06
-
-    name: ClassVar[str] = "half-the-state"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (HALF, WEAK_ONE)
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        at = 0.5 * state if self.begin < t < self.end else state
-        return Step(state + EULER.step(problem, at, t, h, noise).state - at)
-
-
-class Counted(NamedTuple):
-    """A state, and how many steps have led to it, shape (1, P)."""
-
-    x: Array
-    steps: Array
-
-
-@dataclass(frozen=True)
-class LateDrift(Scheme):
-    """Euler-Maruyama that counts its steps, and whose drift is wrong after some of them."""
-
-    right: int = 130
-
-    name: ClassVar[str] = "late-drift"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (HALF, WEAK_ONE)
-
-    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Counted:
-        return Counted(state, np.zeros((1, state.shape[-1])))
-
-    def parts(self, problem: SDE, state: Counted) -> Parts:
-        return problem.parts(state.x)
-
-    def step(self, problem: SDE, state: Counted, t: float, h: float, noise: Increment) -> Step:
-        x = EULER.step(problem, state.x, t, h, noise).state
-        late = state.steps >= self.right
-        return Step(Counted(x + np.where(late, h * problem.drift(t, state.x), 0.0), state.steps + 1.0))
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,17 @@
-"""Evidence on disk as tests look at it and change it."""
+"""Tables and evidence on disk as tests look at them and change them."""
 
+import csv
 import sqlite3
 from contextlib import closing
+from pathlib import Path
 
 from facade import all_lanes, write_lanes
+
+
+def rows_of(file):
+    """Return the rows of a table as text."""
+    with Path(file).open(newline="", encoding="utf-8") as opened:
+        return list(csv.DictReader(opened))
 
 
 def files_in(folder):

@@ -176,7 +176,7 @@ from sdaeverify.probe.step.nodes import (
 from sdaeverify.probe.step.one_step import TRUNCATED
 from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
-from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect
+from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
@@ -185,8 +185,8 @@ from sdaeverify.report.files import FORMULA, UNFINISHED, harmless, write_table, 
 from sdaeverify.report.folders import LEVELS as folders_LEVELS
 from sdaeverify.report.folders import RUN, SavedTables, read_tables, read_verdicts, save_tables
 from sdaeverify.report.folders import VERDICTS as folders_VERDICTS
-from sdaeverify.report.plain import escape, visible
-from sdaeverify.report.tables.columns import LEVELS, MEAN, dictionary
+from sdaeverify.report.plain import escape
+from sdaeverify.report.tables.columns import MEAN, dictionary
 from sdaeverify.report.verdict_row import VERDICTS, Interval, VerdictRow
 from sdaeverify.simulate.chains import (
     BURN_IN,
@@ -209,7 +209,6 @@ from sdaeverify.simulate.ensemble import (
     SchemeEvidence,
     Task,
     run_block,
-    without_evidence,
 )
 from sdaeverify.simulate.tracks import Track
 from sdaeverify.store import code, keys, lanes
@@ -226,7 +225,6 @@ from sdaeverify.study.blocks import LATE, Blocks, simulate_block
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
-from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of

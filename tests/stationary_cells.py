@@ -34,7 +34,6 @@ class Euler(Scheme):
         return Step(state + h * problem.drift(t, state) + apply(problem.diffusion(t, state), dW))
 
 
-@dataclass(frozen=True)
 class Heun(Euler):
     """Heun's scheme for additive noise, of weak order 2."""
 

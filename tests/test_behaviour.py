@@ -54,7 +54,6 @@ class Scaled(EulerMaruyama):
         return Step(np.where(here, self.factor * new, new))
 
 
-@dataclass(frozen=True)
 class Turning(EulerMaruyama):
     """Euler-Maruyama that does something else from its fortieth step on."""
 
@@ -127,7 +126,6 @@ def test_a_power_of_two_is_another_number(factor):
 def test_a_step_that_raises_has_a_digest():
     """Where the fixed arguments are none for a scheme, what it raises is what it does."""
 
-    @dataclass(frozen=True)
     class Late(EulerMaruyama):
         def step(self, problem, state, t, h, noise):
             if t > 0.5:
@@ -168,7 +166,6 @@ def test_what_digests_cost():
     """Before and after a block a scheme makes no more than nine steps on sixteen paths: little beside the block."""
     steps = []
 
-    @dataclass(frozen=True)
     class Counting(EulerMaruyama):
         def step(self, problem, state, t, h, noise):
             steps.append(state.shape[-1])

@@ -58,7 +58,6 @@ class Odd(Scheme):
         }[self.what]()
 
 
-@dataclass(frozen=True)
 class Rude(Scheme):
     """A scheme that drops all paths but one."""
 
@@ -209,7 +208,6 @@ def test_own_reference_is_used_where_there_is_no_truth():
     assert len(lane.health.sums["failed"]) == SETTINGS.levels
 
 
-@dataclass(frozen=True)
 class Moody(Scheme):
     """A scheme whose steps depend on how often it was asked."""
 
@@ -246,7 +244,6 @@ def test_a_measure_that_raises_costs_only_its_own_cells():
     )
 
 
-@dataclass(frozen=True)
 class Counting(Scheme):
     """Euler-Maruyama that says what it took."""
 
@@ -269,7 +266,6 @@ def test_costs_are_summed_over_steps_and_paths():
 def test_memory_that_is_no_component_is_kept_apart():
     """A scheme with further memory says which parts of its state can be compared."""
 
-    @dataclass(frozen=True)
     class Remembering(Scheme):
         """Euler-Maruyama that remembers its last state."""
 

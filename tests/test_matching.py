@@ -1,13 +1,11 @@
 """Schemes and problems find each other, or say why not."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from facade import gbm, match, pendulum
 from sdaeverify import SDE, HolonomicSDAE, Scheme
 
 
-@dataclass(frozen=True)
 class Plain(Scheme):
     """A scheme for SDEs."""
 
@@ -15,7 +13,6 @@ class Plain(Scheme):
     form: ClassVar[type] = SDE
 
 
-@dataclass(frozen=True)
 class Mechanical(Scheme):
     """A scheme for constrained mechanics."""
 
@@ -23,7 +20,6 @@ class Mechanical(Scheme):
     form: ClassVar[type] = HolonomicSDAE
 
 
-@dataclass(frozen=True)
 class Bounded(Plain):
     """A scheme that wants bounded noise."""
 
@@ -31,7 +27,6 @@ class Bounded(Plain):
     noise: ClassVar[frozenset[str]] = frozenset({"three-point"})
 
 
-@dataclass(frozen=True)
 class Picky(Plain):
     """A scheme that refuses every problem."""
 

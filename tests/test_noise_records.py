@@ -30,7 +30,6 @@ class Arrivals:
         return np.array([0.0, 1.0]), np.array([1.0 - 9.0 * h, 9.0 * h])
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Queue(SDE):
     """dx = dW + dN."""
 

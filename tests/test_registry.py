@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from facade import known_hooks
 from sdaeverify.errors import ParameterError, PluginError, ProblemError
 from sdaeverify.registry.discovery import load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
@@ -83,6 +84,8 @@ LOCAL = "    def local(): ...\n    yield local\n"
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
     """Put distributions on the path, and forget what was imported from them."""
+    # Hooks are read once in a process: not while what is installed here takes the place of those who bring them.
+    known_hooks()
 
     def put(name: str, files: Mapping[str, str], entries: Mapping[str, str], version: str = "1.0") -> None:
         site = tmp_path / name

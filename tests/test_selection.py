@@ -39,26 +39,22 @@ class HalfOther(Scheme):
     form: ClassVar[type[Problem]] = SDE
 
 
-@dataclass(frozen=True)
 class Euler(Scheme):
     name: ClassVar[str] = "euler"
     form: ClassVar[type[Problem]] = SDE
 
 
-@dataclass(frozen=True)
 class AnotherEuler(Scheme):
     name: ClassVar[str] = "euler"
     form: ClassVar[type[Problem]] = SDE
 
 
-@dataclass(frozen=True)
 class Asked(Scheme):
     name: ClassVar[str] = "asked"
     form: ClassVar[type[Problem]] = SDE
     on_request: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
 class Disguised(Scheme):
     name: ClassVar[str] = "disguised"
     form: ClassVar[type[Problem]] = SDE

@@ -1,6 +1,5 @@
 """Distributions of others, built and installed by pip: found, listed and verified; broken ones cost themselves."""
 
-import csv
 import json
 import os
 import subprocess
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import ExitCode
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
@@ -40,8 +40,7 @@ def run(site, tmp_path):
 
 def rows(folder):
     """Return the rows of a run's verdicts."""
-    with (folder / "verdicts.csv").open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+    return rows_of(folder / "verdicts.csv")
 
 
 def verdicts(folder, scheme):

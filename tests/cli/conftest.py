@@ -20,7 +20,6 @@ import numpy as np
 from sdaeverify import SDE, Claim, HolonomicSDAE, Pathwise, Scheme, Step, hookimpl
 """
 SCHEME = """
-@dataclass(frozen=True)
 class Odd(Scheme):
     name: ClassVar[str] = "odd"
     form: ClassVar[type] = SDE

@@ -12,7 +12,6 @@ from sdaeverify.cli.console import output_to_stderr
 
 CHATTY = """
 import os, sys
-from dataclasses import dataclass
 from typing import ClassVar
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
@@ -23,7 +22,6 @@ def say(where):
 
 say("import")
 
-@dataclass(frozen=True)
 class Chatty(Scheme):
     name: ClassVar[str] = "zz-chatty"
     form: ClassVar[type] = SDE
@@ -114,9 +112,9 @@ def test_tables_are_not_interrupted(program, words, places):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
-@pytest.mark.parametrize("redirected", [">&-", ">&- 2>&-", "| head -c 1"])
+@pytest.mark.parametrize("redirected", [">&-", ">&- 2>&-"])
 def test_streams_that_are_closed(redirected):
-    """Without stdout or stderr, or with nobody who reads on, the program ends as it does with them."""
+    """Without stdout or stderr the program ends as it does with them."""
     words = " ".join([*PROGRAM, "list", "--json", redirected])
 
     ended = subprocess.run(["bash", "-o", "pipefail", "-c", words], capture_output=True, text=True, check=False)

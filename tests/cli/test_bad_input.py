@@ -1,9 +1,10 @@
 """Whatever a user gets wrong: one line on stderr, the documented exit code, no traceback."""
 
-import csv
 from pathlib import Path
 
 import pytest
+
+from evidence import rows_of
 
 UNREADABLE = "cannot read"
 # Without one job asked for, problems are built in a worker of their own, which takes a second: two cases do.
@@ -11,29 +12,19 @@ WRONG_WORDS = [
     (["-s", "milstien"], "unknown scheme 'milstien'; did you mean milstein?"),
     (["-p", "pendlum"], "unknown problem 'pendlum'; did you mean pendulum"),
     (["-m", "stong"], "unknown measure 'stong'; did you mean strong?"),
-    (["-s", "nothing-*"], "unknown scheme 'nothing-*'"),
-    (["-s", ""], "empty selection of schemes"),
     (["-m", "strong[h=1]"], "measure 'strong' takes no parameters"),
-    (["-s", "half-explicit-euler[trunc=none]"], "has no parameter 'trunc'; did you mean truncation?"),
     (["-s", "half-explicit-euler[truncation=maybe]"], "truncation must be theory, none or a positive C_eta"),
     (["-p", "pendulum[c_g=abc]"], "parameter c_g of problem 'pendulum' expects a number, got 'abc'"),
     (["-p", "ou[a=0]", "-j", "1"], "a must not be zero"),
     (["-p", "pendulum[horizon=-1]", "-j", "1"], "horizon must be a positive time, got -1.0"),
     (["-p", "pendulum[c_g=1"], UNREADABLE),
-    (["-p", "pendulum[c_g=1,c_g=2]"], "parameter 'c_g' is given twice"),
     (["-s", "mil\x1b[31mstein"], UNREADABLE),
     (["--levels", "2"], "levels must be at least 3"),
     (["--levels", "8..100"], "--levels expects"),
-    (["--levels", "16..8"], "--levels expects"),
-    (["--levels", "x"], "--levels expects"),
-    (["--levels", "99"], "finest number of steps must be at most"),
     (["--out", ""], "invalid value for '--out': expected a path, got an empty text"),
     (["--paths", "0"], "paths must be at least"),
     (["--paths", "abc"], "'abc' is not a valid integer"),
     (["--paths"], "option '--paths' requires an argument"),
-    (["--seed", "-1"], "seed must be between 0"),
-    (["--confidence", "2"], "confidence must be between"),
-    (["--block", "1"], "block must be between"),
     (["-j", "0"], "0 is not in the range"),
     (["--progress", "loud"], "'loud' is not one of"),
     (["--pahts", "50"], "no such option --pahts; did you mean --paths?"),
@@ -41,11 +32,7 @@ WRONG_WORDS = [
     (["pendulum"], "unexpected extra argument"),
     (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
     (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
-    (["-p", "fibre-clamped[N=1]", "-j", "1"], "N must be a whole number from 2 to 100000, got 1"),
-    (["-p", "fibre-clamped[Dr=-1]", "-j", "1"], "Dr must be positive and finite, got -1"),
-    (["-p", "torus[eps=nan]", "-j", "1"], "eps"),
     (["-p", "exponential-strip[alpha=1e200]", "-j", "1"], "cannot be built with these numbers"),
-    (["-s", "implicit-euler-ggl[guess=V3]"], "guess must be V0, V1 or V2, got 'V3'"),
 ]
 
 
@@ -151,13 +138,8 @@ def test_missing_plugin_file(quick):
     ("text", "words"),
     [
         ("raise RuntimeError('two\\nlines \\x1b[31m')", "RuntimeError: two lines"),
-        ("def broken(:", "SyntaxError"),
         ("sys.exit(0)", "SystemExit"),
-        ("import no_such_module", "No module named 'no_such_module'"),
-        ("@hookimpl\ndef sdaeverify_shemes(): return []", "unknown hook sdaeverify_shemes; did you mean"),
-        ("def sdaeverify_schemes(): return []", "not marked as a hook"),
         ("x = 1", "implements no hook"),
-        ("@hookimpl\ndef sdaeverify_schemes(): return None", "returned None"),
         ("def gbm(): pass\n@hookimpl\ndef sdaeverify_problems(): return [gbm]", "already registered by plugin"),
     ],
 )
@@ -226,8 +208,7 @@ def test_schemes_that_misbehave(quick, odd_scheme):
 
     assert (outcome.code, outcome.err) == (1, "")
     assert "\x1b" not in outcome.out
-    with Path("both", "verdicts.csv").open(newline="") as file:
-        told = {row["scheme"]: (row["verdict"], row["reason"]) for row in csv.DictReader(file)}
+    told = {row["scheme"]: (row["verdict"], row["reason"]) for row in rows_of("both/verdicts.csv")}
     for number, (verdict, reason) in enumerate(MISBEHAVING.values()):
         assert told[f"odd-{number}"][0] == verdict
         assert reason in told[f"odd-{number}"][1]

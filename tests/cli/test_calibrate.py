@@ -1,8 +1,8 @@
 """The command ``calibrate``: options, files, exit codes."""
 
-import csv
 from pathlib import Path
 
+from evidence import rows_of
 from facade import studies
 
 QUICK = ("calibrate", "--repetitions", "40", "-j", "1", "--progress", "none")
@@ -14,8 +14,7 @@ def test_calibrate_writes_its_tables(call):
 
     assert outcome.code == 0
     assert "exit code 0: every rate agrees with what is promised" in outcome.out
-    with Path("here", "calibration.csv").open(newline="") as file:
-        assert {row["seed"] for row in csv.DictReader(file)} == {"7"}
+    assert {row["seed"] for row in rows_of("here/calibration.csv")} == {"7"}
     text = Path("here", "calibration.md").read_text()
     assert "`python -m sdaeverify calibrate --repetitions 40 --seed 7 --only 'chains*on ou' --out here`" in text
 

@@ -11,13 +11,11 @@ import pytest
 from evidence import change_lanes, damage_lanes, lanes_in
 
 SCHEME = '''
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class Mine(Scheme):
     """Euler-Maruyama with a multiple of Milstein's correction for one Brownian motion."""
 
@@ -167,26 +165,15 @@ def test_what_a_user_gets_wrong(measured, call, arguments, words):
     assert len(outcome.err.splitlines()) == 1
 
 
-def truncated(data):
-    return data[: len(data) // 2]
-
-
 def emptied(data):
     return b""
 
 
-def flipped(data):
-    # Of the arrays: the last bytes tell the length of a comment that nobody reads.
-    middle = len(data) // 2
-    return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
-
-
-@pytest.mark.parametrize("damage", [truncated, emptied, flipped])
-def test_damaged_evidence(measured, call, damage):
+def test_damaged_evidence(measured, call):
     """Where no evidence of the run can be read, that is what is told."""
     measured("old"), measured("new", DOUBLED)
     every = len(lanes_in(Path("new")))
-    damage_lanes(Path("new/evidence/gbm.sqlite"), damage)
+    damage_lanes(Path("new/evidence/gbm.sqlite"), emptied)
     outcome = call("compare", "old", "new", "--plugin", "old.py")
 
     assert (outcome.code, outcome.out) == (2, "")

@@ -1,13 +1,12 @@
 """Schemes, measures and problems that hang, die or eat memory cost their own rows and nothing else."""
 
-import csv
 import multiprocessing
 import sys
 from pathlib import Path
 
 import pytest
 
-from evidence import lanes_in
+from evidence import lanes_in, rows_of
 from facade import read_limits
 from sdaeverify import UsageError
 
@@ -82,7 +81,6 @@ def late(h, state):
         os._exit(3)
 
 def made(kind):
-    @dataclass(frozen=True)
     class Bad(Scheme):
         name: ClassVar[str] = f"zz-{kind.__name__}"
         form: ClassVar[type] = SDE
@@ -188,11 +186,9 @@ def rows(call, plugin, tmp_path):
         outcome = call("matrix", *chosen, *BUDGET, *arguments)
         assert "Traceback" not in outcome.err
         assert not multiprocessing.active_children()
-        with (tmp_path / out / "verdicts.csv").open(newline="") as file:
-            found = {}
-            for row in csv.DictReader(file):
-                key = row["scheme"], row["problem"], row["measure"]
-                found.setdefault(key, []).append(row)
+        found = {}
+        for row in rows_of(tmp_path / out / "verdicts.csv"):
+            found.setdefault((row["scheme"], row["problem"], row["measure"]), []).append(row)
         return found
 
     return run
@@ -341,7 +337,6 @@ def made(name, times) -> SDE:
 def zz_once() -> SDE:
     return made("once", 1)
 
-@dataclass(frozen=True)
 class Still(Scheme):
     name: ClassVar[str] = "zz-still"
     form: ClassVar[type] = SDE
@@ -386,8 +381,7 @@ def test_a_worker_that_is_killed_once(call, write, tmp_path):
 
 
 def _claimed(folder):
-    with (folder / "verdicts.csv").open(newline="") as file:
-        return [row for row in csv.DictReader(file) if row["claim"]]
+    return [row for row in rows_of(folder / "verdicts.csv") if row["claim"]]
 
 
 @POSIX
@@ -436,8 +430,8 @@ def test_an_interrupt_that_a_plugin_raises(call, write, tmp_path):
     outcome = call("matrix", *chosen, *BUDGET, "-j", "1", "--timeout", "60", "--out", "out")
 
     assert (outcome.code, outcome.err) == (3, "")
-    with (tmp_path / "out" / "verdicts.csv").open(newline="") as file:
-        told = {(row["scheme"], row["problem"]): row["reason"] for row in csv.DictReader(file)}
+    rows = rows_of(tmp_path / "out" / "verdicts.csv")
+    told = {(row["scheme"], row["problem"]): row["reason"] for row in rows}
     assert "raised by the plugin" not in told.pop(("milstein", "gbm"))
     reason = "KeyboardInterrupt: raised by the plugin"
     assert [told[scheme, "gbm"] for scheme in stopped] == [reason] * 3

@@ -1,6 +1,5 @@
 """The command ``matrix``: options, progress, tables, files, reproducibility."""
 
-import csv
 import json
 import re
 import shlex
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import WORDS, ExitCode
 from sdaeverify import Settings
 from sdaeverify.cli.options import read_levels
@@ -18,10 +18,8 @@ Rows = list[dict[str, str]]
 
 def rows(folder: str | Path, name: str = "verdicts.csv") -> Rows:
     """Return the rows of a table as text, the times left out."""
-    with (Path(folder) / name).open(newline="") as file:
-        return [
-            {key: text for key, text in row.items() if not key.endswith("seconds")} for row in csv.DictReader(file)
-        ]
+    found = rows_of(Path(folder) / name)
+    return [{key: text for key, text in row.items() if not key.endswith("seconds")} for row in found]
 
 
 def test_defaults_in_the_help(call):

@@ -1,6 +1,5 @@
 """Runs of several machines as one, and runs from elsewhere that do no harm."""
 
-import csv
 import json
 import shutil
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evidence import change_lanes, files_in, lanes_in
+from evidence import change_lanes, files_in, lanes_in, rows_of
 from facade import read_limits, write_lanes
 from sdaeverify.measuring import Tally
 
@@ -43,8 +42,7 @@ def merged(call):
 
 def rows(folder):
     """Return the verdicts of a run."""
-    with (folder / "verdicts.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return rows_of(folder / "verdicts.csv")
 
 
 def changed(folder, **changes):
@@ -56,8 +54,8 @@ def changed(folder, **changes):
 
 
 def test_disjoint_runs(made, merged, monkeypatch):
-    """Two runs with half of the problems each have, merged by workers, the rows of one with all of them."""
-    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", read_limits)
+    """Two runs with half of the problems each have, merged by a worker, the rows of one with all of them."""
+    monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: read_limits(60.0, None, 1))
     one = made("one", "-s", "milstein,euler-maruyama", "-p", "gbm", *STRONG)
     two = made("two", "-s", "milstein,euler-maruyama", "-p", "ou", *STRONG)
     whole = made("whole", "-s", "milstein,euler-maruyama", "-p", "gbm,ou", *STRONG)

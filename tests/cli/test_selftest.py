@@ -1,14 +1,13 @@
 """The command ``selftest``: what it runs, prints and writes, and its exit code."""
 
-import csv
 from pathlib import Path
 
 import pytest
 
+from evidence import rows_of
 from facade import Study
 
 BUG = """
-@dataclass(frozen=True)
 class Odd(Scheme):
     name: ClassVar[str] = "planted-odd"
     form: ClassVar[type] = SDE
@@ -53,8 +52,7 @@ def test_bug_that_is_refuted(selftest, odd_bug, further):
     assert outcome.err == ""
     assert sorted(path.name for path in Path().iterdir()) == ["odd_plugin.py", "result"][: 1 + bool(further)]
     if further:
-        with Path("result/kill.csv").open(newline="") as file:
-            (row,) = csv.DictReader(file)
+        (row,) = rows_of("result/kill.csv")
         assert (row["bug"], row["scheme"], row["problem"]) == ("noise times 1.1", "planted-odd", "gbm")
         assert [row["outcome"], *(name for name, value in row.items() if value == "1")] == ["refuted", "contract T0"]
 

@@ -39,7 +39,6 @@ class Odd(Scheme):
         return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
 
-@dataclass(frozen=True)
 class Raising(Odd):
     """One that raises."""
 

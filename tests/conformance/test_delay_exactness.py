@@ -1,6 +1,5 @@
 """Exactness with a delay: trivial delay equations are what they say, and wrong lagged values do not pass."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -25,7 +24,6 @@ WHERE = {"behind": MOVING, "present": MOVING, "swapped": MOVING, "known": "dx = 
 EVERY = [trivial for variants in DelaySDAE.trivial_problems() for trivial in variants]
 
 
-@dataclass(frozen=True)
 class PresentDrift(StochasticTheta):
     """The drift reads x in the place of the lagged x, y and the noise do not."""
 
@@ -44,7 +42,6 @@ class PresentDrift(StochasticTheta):
         return Step(DelayState(new, problem.eliminated(t + h, new, lag.ahead(new))))
 
 
-@dataclass(frozen=True)
 class OldOnTheMesh(StochasticTheta):
     """Where the delay is a whole number of steps, the lagged value of the step's begin is that of its end."""
 

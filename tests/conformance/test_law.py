@@ -31,7 +31,6 @@ class Kicked(Scheme):
         return Step(state + h * problem.drift(t, state) + kick)
 
 
-@dataclass(frozen=True)
 class StronglyKicked(Kicked):
     """The same with a claim about its paths."""
 
@@ -39,7 +38,6 @@ class StronglyKicked(Kicked):
     claims: ClassVar[tuple[Claim, ...]] = STRONG
 
 
-@dataclass(frozen=True)
 class StrongLeimkuhlerMatthews(LeimkuhlerMatthews):
     """The method with a claim about its paths."""
 
@@ -109,7 +107,6 @@ def test_the_law_of_a_linear_run_is_known_without_sampling() -> None:
 def test_areas_are_noise_as_well() -> None:
     """A weak scheme that adds H, of variance h/12, has too much variance by a twelfth."""
 
-    @dataclass(frozen=True)
     class Areas(Kicked):
         noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
 

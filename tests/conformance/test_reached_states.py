@@ -1,6 +1,5 @@
 """Whether a short step follows the equation at every state that solutions reach."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -23,7 +22,6 @@ from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step
 from sdaeverify_problems.hyperbolic import hyperbolic
 
 
-@dataclass(frozen=True)
 class SameNoiseTwice(Scheme):
     """OBABO whose two Ornstein-Uhlenbeck half steps take the same normal variable."""
 

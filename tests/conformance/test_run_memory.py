@@ -6,6 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from averaged_noise import LeimkuhlerMatthews
 from facade import (
     ExplicitProjectionEuler,
     StochasticTheta,
@@ -19,6 +20,7 @@ from facade import (
 )
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
 from sdaeverify.probe.local.run_memory import run_memory
+from sdaeverify_planted.states import UnsolvedTheta
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 
@@ -28,7 +30,6 @@ class Remembered(NamedTuple):
     memory: Array
 
 
-@dataclass(frozen=True)
 class Remembering(Scheme):
     """Base of schemes with one array beside the state."""
 
@@ -58,20 +59,6 @@ class AdamsBashforth(Remembering):
 
 
 @dataclass(frozen=True)
-class HalfIncrements(Remembering):
-    """Leimkuhler and Matthews: (dW_n + dW_{n+1})/2 in the place of dW_{n+1}."""
-
-    name: ClassVar[str] = "half-increments"
-
-    def enter(self, problem: Any, state: Array, t: float, h: float) -> Remembered:
-        return Remembered(state, np.zeros((problem.noise_dim, state.shape[-1])))
-
-    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
-        kick = problem.diffused(t, state.x, 0.5 * (state.memory + noise.dW))
-        return Step(Remembered(state.x + h * problem.drift(t, state.x) + kick, noise.dW))
-
-
-@dataclass(frozen=True)
 class Tired(Remembering):
     """Euler-Maruyama that loses its drift after so many steps, which it counts in its memory."""
 
@@ -88,27 +75,15 @@ class Tired(Remembering):
         return Step(Remembered(new, state.memory + 1.0))
 
 
-@dataclass(frozen=True)
-class Unsolved(StochasticTheta):
-    """The theta method whose algebraic component is not solved for where |x| > 1.2."""
-
-    name: ClassVar[str] = "unsolved"
-
-    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
-        made = super().step(problem, state, t, h, noise)
-        far = np.abs(made.state.x).max(axis=0) > 1.2
-        return made._replace(state=made.state._replace(y=np.where(far, state.y, made.state.y)))
-
-
 WRONG = {
     "a drift that is not renewed": (AdamsBashforth(1.3), double_well()),
     "a counter": (Tired(), double_well()),
-    "an algebraic component": (Unsolved(), gbm_algebraic()),
+    "an algebraic component": (UnsolvedTheta(), gbm_algebraic()),
 }
 RIGHT = {
     "two drifts": (AdamsBashforth(), double_well()),
     "two drifts of a long run": (AdamsBashforth(), ou(horizon=16.0)),
-    "an increment": (HalfIncrements(), double_well()),
+    "an increment": (LeimkuhlerMatthews(), double_well()),
     "a counter that does nothing": (Tired(10**6), gbm()),
     "an algebraic component": (StochasticTheta(), gbm_algebraic()),
     "projections that are rarer than a part of the run": (ExplicitProjectionEuler(skip=20), pendulum()),
@@ -136,7 +111,6 @@ def test_memory_that_is_right_is_let_pass(name: str) -> None:
     assert departure(scheme, seen(scheme, problem)) == ""
 
 
-@dataclass(frozen=True)
 class Unentered(AdamsBashforth):
     """The same, whose memory the first step alone can set."""
 

@@ -49,7 +49,6 @@ class Factored(Scheme):
         return Step(x + h * drift * problem.drift(t, x) + strength * problem.diffused(t, x, noise.dW))
 
 
-@dataclass(frozen=True)
 class SignOnly(EulerMaruyama):
     """Euler-Maruyama that is driven by sqrt(h) times the sign of the increment: right in law."""
 

@@ -53,17 +53,14 @@ class Ruled(Formula):
     promised: tuple[Claim, ...] = (HALF,)
 
 
-@dataclass(frozen=True)
 class Mechanical(Ruled):
     form: ClassVar[type[Problem]] = HolonomicSDAE
 
 
-@dataclass(frozen=True)
 class Damped(Ruled):
     form: ClassVar[type[Problem]] = Langevin
 
 
-@dataclass(frozen=True)
 class Coarse(Ruled):
     law: ClassVar[Law] = THREE_POINT
 
@@ -196,17 +193,14 @@ def test_tamed_increments_are_let_pass(power: float) -> None:
 def test_a_scheme_is_asked_what_it_does_not_refuse() -> None:
     """One that takes a single noise only is tried on that, and its fault is found there."""
 
-    @dataclass(frozen=True)
     class Single(Ruled):
         def refuses(self, problem: Problem) -> str:
             return "" if problem.noise_dim == 1 else "one noise only"
 
-    @dataclass(frozen=True)
     class Invariant(Ruled):
         def refuses(self, problem: Problem) -> str:
             return "" if problem.has_constraints else "no constraint"
 
-    @dataclass(frozen=True)
     class Nothing(Ruled):
         def refuses(self, problem: Problem) -> str:
             return "not this one"
@@ -277,7 +271,6 @@ def test_a_scheme_that_needs_an_invariant_is_tried_where_there_is_one() -> None:
 def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation() -> None:
     """The cell has one clear line; that of an equation with an invariant is measured."""
 
-    @dataclass(frozen=True)
     class Projected(Scheme):
         name: ClassVar[str] = "projected"
         form: ClassVar[type[SDE]] = SDE

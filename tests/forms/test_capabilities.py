@@ -1,7 +1,6 @@
 """What a problem offers is asked for by kind, and facts of it are traits_hold by those who need them."""
 
 import pickle
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -45,7 +44,6 @@ class Energy:
     absent = "has no energy"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Spring(SDE, Energy):
     """A form of theirs that offers it."""
 

@@ -1,6 +1,5 @@
 """The structure of a chain: derivatives by blocks are those of the whole, and wrong structures are refused."""
 
-import dataclasses
 from typing import ClassVar
 
 import numpy as np
@@ -133,7 +132,6 @@ def test_a_mass_has_blocks_where_it_couples_no_nodes():
     assert make().blocks.inverse_mass_blocks(make()) is None
 
 
-@dataclasses.dataclass(frozen=True)
 class WrongRows(Structure):
     """Rows v^T Hess g_j with another factor."""
 
@@ -141,7 +139,6 @@ class WrongRows(Structure):
         return 2.0 * super().curvature_rows(problem, r, v)
 
 
-@dataclasses.dataclass(frozen=True)
 class WrongSum(Structure):
     """H(c) without what lies beside the diagonal."""
 
@@ -149,7 +146,6 @@ class WrongSum(Structure):
         return BlockBanded(super().curvature_sum(problem, r, c).blocks[1:2])
 
 
-@dataclasses.dataclass(frozen=True)
 class KnowsForce(Structure):
     """Says that it knows the force's derivatives, and gives zero for them."""
 

@@ -1,6 +1,6 @@
 """What a gate runs."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,25 +13,21 @@ from sdaeverify.measuring import Verdict
 from .conftest import SHARP, WEAKER, Fussy, Plain, added, line, plane, problem, registered
 
 
-@dataclass(frozen=True)
 class Weak(Plain):
     name: ClassVar[str] = "weak"
     claims: ClassVar[tuple] = (WEAKER,)
 
 
-@dataclass(frozen=True)
 class Picky(Plain):
     name: ClassVar[str] = "picky"
     claims: ClassVar[tuple] = (replace(SHARP, when=frozenset({"algebraic"})),)
 
 
-@dataclass(frozen=True)
 class Asked(Plain):
     name: ClassVar[str] = "asked"
     on_request: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
 class Bridged(Plain):
     name: ClassVar[str] = "bridged"
     claimant: ClassVar[str] = "a-library"
@@ -183,7 +179,6 @@ def test_controls():
 def test_controls_of_claims_between():
     """A claim of 3/4 runs the controls of the declared orders on both sides of it."""
 
-    @dataclass(frozen=True)
     class Between(Plain):
         name: ClassVar[str] = "between"
         claims: ClassVar[tuple] = (replace(SHARP, value=0.75),)

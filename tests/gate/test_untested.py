@@ -1,6 +1,6 @@
 """Claims that nothing puts to the test."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import pytest
@@ -16,7 +16,6 @@ from .conftest import SHARP, Plain, added, line, registered
 def of(*claims):
     """Return a scheme with these claims."""
 
-    @dataclass(frozen=True)
     class Bold(Plain):
         name: ClassVar[str] = "bold"
 

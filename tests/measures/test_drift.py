@@ -1,6 +1,5 @@
 """Classes and verdicts of constraint drift from residuals that are prescribed."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -42,7 +41,6 @@ class Prescribed:
 def scheme_with(value, margin):
     claim = Claim(measure="drift", value=value, margin=margin, source="test")
 
-    @dataclass(frozen=True)
     class Claimant(Scheme):
         """A scheme that claims something about drift and is never run."""
 
@@ -253,7 +251,6 @@ def test_the_local_order_of_a_residual_is_that_of_one_step():
     assert row["local_order"] != row["path_order"]
 
 
-@dataclass(frozen=True)
 class Modest(EulerMaruyama):
     """Euler-Maruyama that claims its residual has the order of the state."""
 
@@ -261,7 +258,6 @@ class Modest(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="drift", value=0.5, margin=0.2, source="test"),)
 
 
-@dataclass(frozen=True)
 class Boasting(EulerMaruyama):
     """Euler-Maruyama that claims a residual of order 1, which its state has not."""
 

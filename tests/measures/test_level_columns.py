@@ -1,6 +1,5 @@
 """What each level row says beside its estimate: what went wrong, and what the steps took."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +9,6 @@ from facade import ExplicitProjectionEuler, HalfExplicitEuler, pendulum
 from sdaeverify import Claim, verify
 
 
-@dataclass(frozen=True)
 class Convergent(HalfExplicitEuler):
     """The half-explicit scheme that claims to converge, whatever its truncation."""
 

@@ -1,6 +1,5 @@
 """Where du/dy becomes singular along the run: no scheme is to blame, and the reason says so."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -42,7 +41,6 @@ def fold() -> DelaySDAE:
     )
 
 
-@dataclass(frozen=True)
 class WrongRoot(StochasticTheta):
     """y is off by one part in a million, wherever there is a root."""
 

@@ -1,28 +1,19 @@
 """The order of weak errors from paths whose law is known, without any simulation."""
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from cells import claimant
 from facade import ROUNDING, TOO_FEW, MeanObserver, Weak, gbm, mean_order, means_of
-from sdaeverify import SDE, Claim, Moment, Scheme, Settings
+from sdaeverify import Claim, Moment, Settings
 from sdaeverify.measuring import Evidence, Snapshot, Tally
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])
 CLAIM = Claim(measure="weak", value=1.0, source="test")
 LIMIT = 2.0
-
-
-@dataclass(frozen=True)
-class Claimant(Scheme):
-    """A scheme that claims weak order 1 and is never run."""
-
-    name: ClassVar[str] = "claimant"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (CLAIM,)
 
 
 def problem(*, truth=True, value=LIMIT):
@@ -43,7 +34,7 @@ def evidence(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, off
     observer.after_coarsest_step(Snapshot(levels, *truths))
     zeros = np.zeros(len(H))
     health = {"failed": np.array(failed, dtype=float), "lost": zeros, "truncated": zeros, "steps": zeros + 1e6}
-    return Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
+    return Evidence(claimant(CLAIM), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
 
 
 def found(errors, **options):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
+from cells import claimant
 from facade import (
     LAW,
     ErrorObserver,
@@ -22,7 +23,7 @@ from facade import (
     strong_resolution,
     weak_resolution,
 )
-from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify import SDE, Claim, Settings
 from sdaeverify.measuring import Evidence, Snapshot, Tally, packed
 
 PATHS = 400
@@ -32,17 +33,10 @@ FINEST = len(H) - 1
 CLAIM = Claim(measure="strong", value=1.0, source="test")
 
 
-class Claimant(Scheme):
-    """A scheme that is never run."""
-
-    name = "claimant"
-    form = SDE
-
-
 def evidence_of(observer, problem=None):
     """Return evidence of nothing but what an observer noted."""
     seen = problem or gbm()
-    return Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally())
+    return Evidence(claimant(), seen, seen, SETTINGS, observer.tally(), Tally())
 
 
 def strong(order, limit, claim=CLAIM):
@@ -128,7 +122,7 @@ def test_a_bias_without_order_is_bounded_where_it_is_largest():
 def test_where_only_the_scheme_knows_the_limit_single_steps_tell():
     """A share of a run that n times miss with a probability of 1 per cent may be wrong by all of its motion."""
     problem, seen = gbm(), packed(LAW, LawResolution(32.0, 1e-3))
-    evidence = Evidence(Claimant(), problem, problem, SETTINGS, seen, Tally())
+    evidence = Evidence(claimant(), problem, problem, SETTINGS, seen, Tally())
     assert step_resolution(evidence) == pytest.approx(-np.log(0.01) / 32.0)
     assert step_resolution(replace(evidence, tally=packed(LAW, LawResolution(32.0, 0.2)))) == 0.2
     assert isinf(step_resolution(replace(evidence, tally=Tally())))

@@ -1,35 +1,19 @@
 """Verdicts on strong order from errors whose law is known, without any simulation."""
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.special import stdtrit
 
+from cells import claimant
 from facade import SAMPLED, ErrorObserver, Strong, affine_constraint, gbm, path_tests
-from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify import SDE, Claim, Settings
 from sdaeverify.measuring import Evidence, Opinion, Reason, Snapshot, Tally, Verdict, guard
 
 SETTINGS = Settings(paths=4000)
+ONE = Claim(measure="strong", value=1.0, source="test")
 H = np.array([1.0 / n for n in SETTINGS.steps])
-
-
-@dataclass(frozen=True)
-class Claimant(Scheme):
-    """A scheme that claims strong order 1 and is never run."""
-
-    name: ClassVar[str] = "claimant"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.0, source="test"),)
-
-
-@dataclass(frozen=True)
-class Modest(Claimant):
-    """A scheme that claims nothing."""
-
-    name: ClassVar[str] = "modest"
-    claims: ClassVar[tuple[Claim, ...]] = ()
 
 
 def errors(order, *, paths=4000, limit=0.0, sizes=None):
@@ -54,7 +38,7 @@ def judged(levels, *, scheme=None, problem=None, health_of=None, settings=SETTIN
     coarser = None if blurred is None else {"x": 1.0 + blurred[None]}
     observer.after_coarsest_step(Snapshot([{"x": 1.0 + level[None]} for level in levels], truth, coarser))
     problem = problem or gbm()
-    evidence = Evidence(scheme or Claimant(), problem, problem, chosen, observer.tally(), health_of or health())
+    evidence = Evidence(scheme or claimant(ONE), problem, problem, chosen, observer.tally(), health_of or health())
     return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["x@T"]
 
 
@@ -78,7 +62,7 @@ def of_two(slow, fast):
     levels = [{"r": 1.0 + r[None], "v": 1.0 + v[None]} for r, v in zip(slow, fast, strict=True)]
     observer.after_coarsest_step(Snapshot(levels, {name: np.ones((1, paths)) for name in ("r", "v")}, None))
     settings = replace(SETTINGS, paths=paths)
-    evidence = Evidence(Claimant(), gbm(), gbm(), settings, observer.tally(), health())
+    evidence = Evidence(claimant(ONE), gbm(), gbm(), settings, observer.tally(), health())
     return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["r@T"]
 
 
@@ -233,7 +217,7 @@ def test_standing_still_is_not_exact_on_a_solution_that_does_not_move():
     same = {"x": np.ones((1, 400))}
     observer.after_coarsest_step(Snapshot([same] * 6, same, None))
 
-    findings = Strong().judge(Evidence(Claimant(), still, still, settings, observer.tally(), health())).findings
+    findings = Strong().judge(Evidence(claimant(ONE), still, still, settings, observer.tally(), health())).findings
 
     assert {finding.verdict for finding in findings} == {Verdict.INCONCLUSIVE}
 
@@ -246,7 +230,7 @@ def test_small_solutions_are_no_rounding():
     levels = [{"x": truth * (1.0 + level[None])} for level in errors(0.5)]
     observer.after_coarsest_step(Snapshot(levels, {"x": truth}, None))
 
-    findings = Strong().judge(Evidence(Claimant(), gbm(), gbm(), SETTINGS, observer.tally(), health())).findings
+    findings = Strong().judge(Evidence(claimant(ONE), gbm(), gbm(), SETTINGS, observer.tally(), health())).findings
 
     assert {finding.verdict for finding in findings} == {Verdict.REFUTED}
 
@@ -285,7 +269,7 @@ def test_heavy_tails_do_not_refute_a_small_sample():
 
 def test_no_claim_no_verdict():
     """Without a claim the order is measured, and nothing is judged."""
-    finding = judged(errors(1.0), scheme=Modest())
+    finding = judged(errors(1.0), scheme=claimant())
 
     assert finding.verdict is Verdict.OUT_OF_SCOPE
     assert finding.estimate == pytest.approx(1.0, abs=1e-9)
@@ -307,7 +291,7 @@ LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
 def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted, verdict, settled):
     """Suspicious paths leave it open and ask for more of them; significant ones refute; too few guard nothing."""
     tally = Tally(sums={"paths": np.full(20, paths / 20)})
-    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
+    evidence = Evidence(claimant(ONE), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
 
     decision = guard(LOCAL, path_tests.PathTests(1.0, p_refuted, Reason("order 0.1")), evidence)
 
@@ -317,7 +301,7 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
 def test_heavy_tails_are_suspicious_all_the_same():
     """What is too heavy-tailed to refute with few paths asks for more of them, and lets no local order pass."""
     tally = Tally(sums={"paths": np.full(20, 400 / 20)})
-    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
+    evidence = Evidence(claimant(ONE), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
     tests = path_tests.with_sample(path_tests.PathTests(1.0, 1e-9, Reason("order 0.1"), 1.0), 400, heavy=True)
 
     decision = guard(LOCAL, tests, evidence)
@@ -328,7 +312,7 @@ def test_heavy_tails_are_suspicious_all_the_same():
 
 def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
-    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
+    evidence = Evidence(claimant(ONE), gbm(), gbm(), SETTINGS, Tally(), health())
 
     assert guard(Opinion(Verdict.REFUTED, tier=1), path_tests.PathTests.none(""), evidence).verdict is Verdict.REFUTED
 
@@ -342,7 +326,7 @@ def test_the_relative_error_at_the_end_is_a_mean_of_ratios():
     observer = ErrorObserver(truth, settings)
     observer.after_coarsest_step(Snapshot(levels, truth, None))
 
-    rows = Strong().judge(Evidence(Modest(), gbm(), gbm(), settings, observer.tally(), health())).levels
+    rows = Strong().judge(Evidence(claimant(), gbm(), gbm(), settings, observer.tally(), health())).levels
 
     relative = {(row.quantity, row.level): row.details for row in rows if "relative" in row.details}
     a, b = ((truth[name] ** 2).sum(axis=0) for name in "ab")

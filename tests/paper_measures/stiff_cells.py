@@ -67,6 +67,25 @@ class Climbing(Right):
         return stepper
 
 
+@dataclass(frozen=True)
+class Rootless(UniformlyAccurate):
+    """It has no root on some paths where eps is above a bound, for steps that are longer than another."""
+
+    beyond: float = 0.0
+    longer: float = 0.0
+
+    def prepare(self, problem, h):
+        """Return the step."""
+        step = super().prepare(problem, h)
+        fails = problem.eps > self.beyond and h > self.longer
+
+        def stepper(state, t, noise):
+            lost = (np.arange(state.shape[1]) % 10 == 0) & fails
+            return step(state, t, noise)._replace(failed=lost)
+
+        return stepper
+
+
 def judged(measure: Measure, scheme, problem, *claims: Claim) -> dict[str, Finding]:
     """Probe and judge a cell, with other claims than the scheme's if some are given."""
     found = whole(measure, scheme, problem, *claims)

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from cells import claimant
 from facade import (
     FACTOR,
     Entry,
@@ -22,7 +23,7 @@ from facade import (
     run_block,
 )
 from facade import moments_EDGES as EDGES
-from sdaeverify import SDE, Array, Claim, HolonomicSDAE, Scheme, Settings
+from sdaeverify import Array, Claim, HolonomicSDAE, Scheme, Settings
 from sdaeverify.measuring import Evidence, Finding, Judgement, Snapshot, Tally, Verdict, packed
 
 SETTINGS = Settings(paths=2048, levels=3)
@@ -30,23 +31,9 @@ BOUNDED = Claim(measure="moments", value="bounded", source="test")
 STEADY = packed("growth", Growth(np.array([0.1, 0.05]), np.array([2.0, 2.0]), np.ones(2), np.array(9.0)))
 WILD = packed("growth", Growth(np.array([0.1, 0.05]), np.array([10.0, 20.0]), np.ones(2), np.array(9.0)))
 NOTHING = Tally()
+CLAIMANT = claimant(BOUNDED)
+IN_WORDS = claimant(Claim(measure="moments", value="small", source="test"))
 SIZES = 1.0 + 0.2 * np.random.default_rng(5).standard_normal(2048)
-
-
-@dataclass(frozen=True)
-class Claimant(Scheme):
-    """A scheme that is never run."""
-
-    name: ClassVar[str] = "claimant"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (BOUNDED,)
-
-
-@dataclass(frozen=True)
-class InWords(Claimant):
-    """One that claims something else."""
-
-    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="moments", value="small", source="test"),)
 
 
 @dataclass(frozen=True)
@@ -63,7 +50,7 @@ def judged(
     x: Callable[[int], Array],
     probed: Tally = NOTHING,
     truth: Array = SIZES,
-    scheme: Scheme = Claimant(),
+    scheme: Scheme = CLAIMANT,
     without_root: int = 0,
 ) -> Judgement:
     """Return the rows of paths whose sizes are given as a function of the level, and of the truth."""
@@ -182,7 +169,7 @@ def test_false_alarms_are_rare() -> None:
 
 def test_other_words_and_no_claim() -> None:
     """A claim in other words is not judged; a cell without one is refused, so that nothing is sampled."""
-    assert finding(lambda level: SIZES, scheme=InWords()).verdict is Verdict.INCONCLUSIVE
+    assert finding(lambda level: SIZES, scheme=IN_WORDS).verdict is Verdict.INCONCLUSIVE
     assert "claims nothing" in Moments().refuses(EulerMaruyama(), ou())
     assert "claims nothing" in Moments().refuses(HalfExplicitEuler(truncation="none"), pendulum())
     assert Moments().refuses(HalfExplicitEuler(), pendulum()) == ""

@@ -1,11 +1,12 @@
 """Errors of the members of a family on the same noise: against exact moments, and where members are left out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from facade import ALL, FAILED, FINER, SHARE, STIFFEST, UniformlyAccurate, affine_constraint, paired_errors, run_of
+from paper_measures.stiff_cells import Rootless
 from sdaeverify import Settings
 from sdaeverify.numerics import GROUPS
 from sdaeverify.probing import moment_errors
@@ -79,25 +80,6 @@ def test_noise_depends_on_the_seed_alone():
 
     assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
     assert not np.allclose(one.weak, other.weak)
-
-
-@dataclass(frozen=True)
-class Rootless(UniformlyAccurate):
-    """It has no root on some paths where eps is above a bound, for steps that are longer than another."""
-
-    beyond: float = 0.0
-    longer: float = 0.0
-
-    def prepare(self, problem, h):
-        """Return the step."""
-        step = super().prepare(problem, h)
-        fails = problem.eps > self.beyond and h > self.longer
-
-        def stepper(state, t, noise):
-            lost = (np.arange(state.shape[1]) % 10 == 0) & fails
-            return step(state, t, noise)._replace(failed=lost)
-
-        return stepper
 
 
 def test_paths_without_root_are_counted_for_each_eps():

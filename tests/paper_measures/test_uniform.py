@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from cells import claimant
 from facade import (
     SAMPLED,
     Entry,
@@ -19,7 +20,7 @@ from facade import (
     problem_spec,
     run_block,
 )
-from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings, Step
+from sdaeverify import SDE, Claim, Pathwise, Settings, Step
 from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict
 from sdaeverify_measures.uniform import Uniform, UniformObserver
 
@@ -32,22 +33,6 @@ DIGITS = 0.8 * 2.0**-SAMPLED / np.log(2.0)
 # In the first block a scheme that breaks its contract is not run.
 LATER = 2
 CONVERGES = Claim(measure="uniform", value="converges", source="test")
-
-
-@dataclass(frozen=True)
-class Claimant(Scheme):
-    """A scheme that claims to converge and is never run."""
-
-    value: float | str = "converges"
-    quantities: tuple[str, ...] = ()
-
-    name: ClassVar[str] = "claimant"
-    form: ClassVar[type[SDE]] = SDE
-
-    @property
-    def promises(self):
-        """One claim about everything."""
-        return (Claim(measure="uniform", value=self.value, quantities=self.quantities, source="test"),)
 
 
 @dataclass(frozen=True)
@@ -81,9 +66,8 @@ def judge(grid, between=None, *, value="converges", quantities=(), problem=None,
     observer.after_coarsest_step(Snapshot(levels, {"x": np.ones((1, 4000))}, None))
     observer.between.squares[0] = [(SIZES * (between or np.sqrt)(h)) ** 2 for h in H[:4]]
     problem = problem or gbm()
-    evidence = Evidence(
-        Claimant(value, quantities), problem, problem, SETTINGS, observer.tally(), health_of or health()
-    )
+    scheme = claimant(Claim(measure="uniform", value=value, quantities=quantities, source="test"))
+    evidence = Evidence(scheme, problem, problem, SETTINGS, observer.tally(), health_of or health())
     judged = Uniform().judge(evidence)
     return {finding.quantity: finding for finding in judged.findings}, tuple(judged.levels)
 

@@ -1,7 +1,5 @@
 """One step for every eps: orders of right schemes and of wrong ones, and what the nodes are exact for."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -17,7 +15,7 @@ from facade import (
     uniform_defects,
     why_not_uniform_defects,
 )
-from paper_measures.stiff_cells import AFFINE
+from paper_measures.stiff_cells import AFFINE, Rootless
 from sdaeverify.probing import last_orders
 
 STRIP, SPHERE = exponential_strip(), penalised_sphere(d=3)
@@ -62,22 +60,6 @@ def test_pairs_without_defects_are_told():
     """Two steps of four three-point variables have 6561 atoms."""
     assert "too many atoms" in why_not_uniform_defects(UniformlyAccurate(xi="three-point"), sphere_product())
     assert why_not_uniform_defects(UniformlyAccurate(), sphere_product()) == ""
-
-
-@dataclass(frozen=True)
-class Rootless(UniformlyAccurate):
-    """It has no root on every tenth path where steps are longer than a bound."""
-
-    longer: float = 0.0
-
-    def prepare(self, problem, h):
-        """Return the step."""
-        step = super().prepare(problem, h)
-
-        def stepper(state, t, noise):
-            return step(state, t, noise)._replace(failed=(np.arange(state.shape[1]) % 10 == 0) & (h > self.longer))
-
-        return stepper
 
 
 def test_steps_without_root_are_counted():

@@ -1,6 +1,6 @@
 """Problems on charts and schemes for them, for the tests of transition operators, all written by hand."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -55,7 +55,6 @@ ANGLE = SDE(
 )
 
 
-@dataclass(frozen=True)
 class Euler(Scheme):
     """x+ = x + f h + B dW."""
 
@@ -66,7 +65,6 @@ class Euler(Scheme):
         return Step(x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW))
 
 
-@dataclass(frozen=True)
 class AdditiveHeun(Scheme):
     """x+ = x + (h/2) [f(x) + f(x + h f + B dW)] + B dW."""
 
@@ -78,7 +76,6 @@ class AdditiveHeun(Scheme):
         return Step(x + 0.5 * h * (f + problem.drift(t, x + h * f + kick)) + kick)
 
 
-@dataclass(frozen=True)
 class Splitting(Scheme):
     """BAOAB for `ANGLE`."""
 

@@ -29,7 +29,6 @@ def linear(a: Any, columns: Any = (), x_0: Any = (1.0,), **further: Any) -> SDE:
     )
 
 
-@dataclass(frozen=True)
 class TwoPoint(Formula):
     """The same with two-point variables."""
 
@@ -72,7 +71,6 @@ class Memory(NamedTuple):
     unseen: Array
 
 
-@dataclass(frozen=True)
 class AdamsBashforth(Scheme):
     """x+ = x + h (3/2 f_n - 1/2 f_(n-1)) + B dW, and a random walk that nothing depends on."""
 

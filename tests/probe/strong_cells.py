@@ -11,14 +11,12 @@ from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Sch
 from sdaeverify.numerics import apply
 
 
-@dataclass(frozen=True)
 class WithAreas(Formula):
     """The same for a formula that uses H."""
 
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
 
 
-@dataclass(frozen=True)
 class NotSharp(Formula):
     """The same with the waiver."""
 

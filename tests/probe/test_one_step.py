@@ -1,6 +1,5 @@
 """The one-step map between flat states, whatever the scheme's state looks like."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -20,7 +19,6 @@ class Remembered(NamedTuple):
     last: Array
 
 
-@dataclass(frozen=True)
 class Averaging(Scheme):
     """Euler-Maruyama that adds half of its last increment and leaves out half of the new one."""
 
@@ -84,7 +82,6 @@ def test_memory_is_kept_between_steps_and_left_out_of_what_is_read() -> None:
 def test_memory_that_entering_does_not_set_is_refused() -> None:
     """A start with more memory than an entered state says why it cannot be probed."""
 
-    @dataclass(frozen=True)
     class StartsLonger(Averaging):
         def start(self, problem: SDE, paths: int, h: float) -> Any:
             return np.zeros((2, paths))
@@ -101,7 +98,6 @@ def test_names_that_are_no_partition_of_the_rows_are_refused(names: dict[str, sl
 def test_a_problem_without_ito_equation_is_refused() -> None:
     """A form that offers no equation is told by name."""
 
-    @dataclass(frozen=True, kw_only=True, eq=False)
     class Bare(Problem):
         pass
 

@@ -1,6 +1,6 @@
 """The law of increments with few values is found point by point, and tells what a jump makes of an order."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import comb
 from typing import ClassVar
@@ -14,7 +14,6 @@ from sdaeverify import TWO_POINT, Increment, Law
 from sdaeverify.probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
 
 
-@dataclass(frozen=True)
 class Coins(EulerMaruyama):
     """Euler-Maruyama with +-sqrt(h) in place of dW."""
 

@@ -120,7 +120,6 @@ def test_doing_nothing_has_no_unique_stationary_law():
 # ---------------------------------------------------------------- what is noticed of the steps
 
 
-@dataclass(frozen=True)
 class Unprojected(Scheme):
     """r+ = r + h v, v+ = v + h a + dw, off the circle."""
 

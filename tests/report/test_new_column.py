@@ -1,6 +1,5 @@
 """A new column of the verdicts is one file: a field of `VerdictRow`, and what a finding gives it."""
 
-import csv
 import json
 import subprocess
 import sys
@@ -9,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import sdaeverify.report.verdict_row
+from evidence import rows_of
 
 # Runs a command with another text of the module.
 PROGRAM = """
@@ -47,18 +47,12 @@ def with_column(tmp_path_factory):
     return run, folder / "run"
 
 
-def rows(file):
-    """Return the rows of a table."""
-    with file.open(newline="", encoding="utf-8") as opened:
-        return list(csv.DictReader(opened))
-
-
 def test_the_table_and_the_dictionary_have_it(with_column):
     """Each row has its value, and it is explained with its unit."""
     _, folder = with_column
-    (told,) = [row for row in rows(folder / "columns.csv") if row["column"] == "run_time"]
+    (told,) = [row for row in rows_of(folder / "columns.csv") if row["column"] == "run_time"]
 
-    assert {row["run_time"] for row in rows(folder / "verdicts.csv")} == {"0.5"}
+    assert {row["run_time"] for row in rows_of(folder / "verdicts.csv")} == {"0.5"}
     assert (told["file"], told["unit"], told["meaning"]) == ("verdicts.csv", "s", "time that it took")
 
 

@@ -4,16 +4,12 @@ import pytest
 
 from sdaeverify import verify
 from sdaeverify_planted._within import ScaledEuler
-from statistical import lattice
 
-# What lies on a lattice is false of its one observable; of the others all claims are.
 FALSE = {
     "h < 1e-5": (ScaledEuler("h", high=1e-5, of_drift=0.5), "gbm", ("strong", "weak")),
     "early window of a long run": (ScaledEuler("part", 0.005, 0.055, noise_share=0.98), "gbm[horizon=16]", "strong"),
     "second window of a long run": (ScaledEuler("part", 0.07, 0.12, noise_share=0.98), "gbm[horizon=16]", "strong"),
     "two thirds of a long run": (ScaledEuler("part", 0.26, 0.93, noise_share=0.98), "ou[horizon=16]", "strong"),
-    "Platen on a lattice": (lattice.PlatenAbove(), lattice.gbm_above, "weak"),
-    "coins on a lattice": (lattice.CoinEuler(), lattice.gbm_above, "weak"),
 }
 
 

@@ -1,7 +1,7 @@
 """What is kept of a run is found again as long as nothing that determines it has changed."""
 
 import sqlite3
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import metadata
 from typing import ClassVar
 
@@ -48,7 +48,6 @@ TALLY = Tally({"paths": np.array([40.0])})
 STEPS = Tally({"steps": np.array([320.0])})
 
 
-@dataclass(frozen=True)
 class Probing(Measure):
     """A measure whose probe looks at the budget."""
 
@@ -430,7 +429,6 @@ def test_long_names(tmp_path):
     """Names as long as their authors like are names of files all the same, and are told apart."""
 
     def named(letter):
-        @dataclass(frozen=True)
         class Long(EulerMaruyama):
             name: ClassVar[str] = "n" * 300 + letter
 

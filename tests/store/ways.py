@@ -18,13 +18,10 @@ from sdaeverify.numerics import apply
 HERE = Path(__file__).parent
 {head}
 
-@dataclass(frozen=True)
 class Mine(Scheme):
-    {field}
     name: ClassVar[str] = "mine"
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
-    {body}
 
     def step(self, problem, state, t, h, noise):
         factor = {factor}
@@ -35,43 +32,28 @@ PROBLEM = """
 import os
 from pathlib import Path
 import numpy as np
-from sdaeverify import SDE, Control, InvariantMean, Moment, Pathwise
+from sdaeverify import SDE, InvariantMean
 
 HERE = Path(__file__).parent
-A, NOISE = 0.5, {noise}
+A, NOISE = 0.5, 0.2
 {head}
 
-def mine(horizon: float = {horizon}) -> SDE:
+def mine(horizon: float = 1.0) -> SDE:
     factor = {factor}
     return SDE(
         drift=lambda t, x: factor * np.cos(x),
         diffusion=lambda t, x: NOISE * np.sin(x)[:, None] + 0.4,
-        start=[{start}, 0.3],
+        start=[1.0, 0.3],
         noise_dim=1,
         horizon=horizon,
-        observables={{"x_1": lambda t, parts: {observed} * parts["x"][0]}},
-        truths=({truth},),
+        observables={{"x_1": lambda t, parts: parts["x"][0]}},
+        truths=(InvariantMean(observable="x_1", value=0.0, source="nowhere"),),
         source="nowhere",
     )
 """
-FIELDS = {"head": "", "factor": "1.0", "field": "pass", "body": "", "tail": ""}
-PLAIN = {
-    "head": "",
-    "factor": "A",
-    "noise": "0.2",
-    "horizon": "1.0",
-    "start": "1.0",
-    "observed": "1.0",
-    "truth": 'InvariantMean(observable="x_1", value=0.0, source="nowhere")',
-}
+FIELDS = {"head": "", "factor": "1.0", "tail": ""}
+PLAIN = {"head": "", "factor": "A"}
 REGISTER = "from .scheme import Mine\nfrom .problem import mine\nSCHEME, PROBLEM = Mine(), mine\n"
-MOMENT = 'Moment(observable="x_1", value=lambda t: {} * t, source="nowhere")'
-PATH = """Pathwise(
-    start=lambda P: np.outer([1.0, 0.3], np.ones(P)),
-    advance=lambda z, t, h, noise: z + {} * noise.dW,
-    parts=lambda t, z: {{"x": z}},
-    source="nowhere",
-)"""
 
 
 class Way(NamedTuple):
@@ -134,12 +116,11 @@ Mine = {}
 """
 DATACLASS = 'make_dataclass("Mine", [], bases=(Scheme,), namespace=names, frozen=True)'
 
+LATER = "def weight(t):\n    return 2.0 if 0.41 < t < 0.43 else 1.0\n"
+SOONER = "def weight(t):\n    return 1.0\n"
+
 SCHEMES = {
     "formula": of_scheme(scheme(factor="2.0")),
-    "helper": of_scheme(TWO, ONE, head="from . import helper", factor="helper.weight"),
-    "helper imported late": of_scheme(
-        TWO, ONE, head="from importlib import import_module", factor='getattr(import_module("mine.helper"), "weight")'
-    ),
     "helper imported by its path": of_scheme(TWO, ONE, head=BY_PATH, factor="odd.weight"),
     "helper that is executed": of_scheme(TWO, ONE, head='exec((HERE / "helper.py").read_text())', factor="weight"),
     "neighbour": of_scheme(
@@ -161,36 +142,20 @@ SCHEMES = {
     ),
     "environment by a composed name": of_scheme(VARIABLE, factor='float(os.environ.get("WEI" + "GHT"[:3], "1.0"))'),
     "environment late in a run": of_scheme(VARIABLE, factor=f"{ENVIRONMENT} if t > 0.97 else 1.0"),
-    "method that is replaced": registering("Mine.f = lambda self: {}", factor="self.f()"),
     "function of the framework that is replaced": registering(
         "import sdaeverify.forms.sde.sde as sde\nfrom sdaeverify.numerics import apply\n"
         "sde.apply = lambda B, w: {} * apply(B, w)"
     ),
     "make_dataclass from data": of_scheme(OTHER, TABLE, tail=MADE.format(READ, DATACLASS)),
-    "code made of a text": registering(
-        'from . import scheme\nexec("def f(): return {}", vars(scheme))', head="f = None", factor="f()"
-    ),
-}
-LATER = {"helper.py": "def weight(t):\n    return 2.0 if 0.41 < t < 0.43 else 1.0\n"}
-SOONER = {"helper.py": "def weight(t):\n    return 1.0\n"}
-SCHEMES |= {
-    "helper within a window": of_scheme(LATER, SOONER, head="from .helper import weight", factor="weight(t)"),
     "neighbour within a window": of_scheme(
-        {"../neighbour.py": LATER["helper.py"]},
-        {"../neighbour.py": SOONER["helper.py"]},
+        {"../neighbour.py": LATER},
+        {"../neighbour.py": SOONER},
         head="from neighbour import weight",
         factor="weight(t)",
     ),
 }
 PROBLEMS = {
     "drift": of_problem(problem(factor="2.0")),
-    "diffusion": of_problem(problem(noise="0.3")),
-    "start": of_problem(problem(start="1.25")),
-    "horizon": of_problem(problem(horizon="2.0")),
-    "observable": of_problem(problem(observed="2.0")),
-    "stationary mean": of_problem(problem(truth=PLAIN["truth"].replace("0.0", "0.1"))),
-    "moment": of_problem(problem(truth=MOMENT.format("2.0")), truth=MOMENT.format("1.0")),
-    "path": of_problem(problem(truth=PATH.format("2.0")), truth=PATH.format("1.0")),
     "data of the problem": of_problem(OTHER, TABLE, factor=READ),
     "global of the problem": of_problem(
         {"register.py": "from . import problem\nproblem.NOISE = 0.7\n" + REGISTER}, {}

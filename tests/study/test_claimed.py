@@ -1,6 +1,6 @@
 """Which cells put a claim to the test."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,6 @@ ADDITIVE = Claim(measure="sharp", value=1.0, source="made up", when=frozenset({"
 OTHER = Claim(measure="blunt", value=1.0, source="made up")
 
 
-@dataclass(frozen=True)
 class Careful(Scheme):
     name: ClassVar[str] = "careful"
     form: ClassVar[type] = SDE

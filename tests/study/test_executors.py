@@ -16,12 +16,10 @@ ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
 SMALL = {"paths": 512, "levels": 3}
 # Of the time that it took, and of who ran it.
 PLUGIN = """
-from dataclasses import dataclass
 from typing import ClassVar
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
 
-@dataclass(frozen=True)
 class Brought(Scheme):
     name: ClassVar[str] = "brought-euler"
     form: ClassVar[type] = SDE

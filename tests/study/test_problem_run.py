@@ -92,7 +92,6 @@ def test_a_cell_gets_paths_until_it_is_settled(wants, looks, taken):
 def test_a_patient_cell_does_not_cost_the_others():
     """Of two cells of a problem, only the one that is not settled gets more paths."""
 
-    @dataclass(frozen=True)
     class Slow(Patient):
         """The same with another name."""
 
@@ -167,7 +166,6 @@ def test_interrupted_studies_keep_what_they_know():
     assert str(result.findings[0].reason).startswith("interrupted")
 
 
-@dataclass(frozen=True)
 class Broken(Patient):
     """A measure that fails while it is planned."""
 
@@ -192,7 +190,6 @@ def small_noise() -> SDE:
     return replace(gbm(0.5, 0.01), controls=(control,))
 
 
-@dataclass(frozen=True)
 class Remembering(Scheme):
     """Euler-Maruyama with memory that cannot be set, so that paths alone can judge it; it claims order 1."""
 
@@ -253,7 +250,6 @@ def test_a_wrong_truth_is_not_the_scheme_s_fault():
     )
 
 
-@dataclass(frozen=True)
 class Withholding(Patient):
     """A measure that takes back at its second look what it was sure of at the first."""
 

@@ -1,12 +1,10 @@
 """Euler's step, which the schemes here make before or instead of what they do wrong."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
 
 
-@dataclass(frozen=True)
 class Euler(Scheme):
     """x+ = x + f h + B dW."""
 

@@ -1,7 +1,6 @@
 """A plugin whose scheme never ends its step."""
 
 import time
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
@@ -9,7 +8,6 @@ from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 from ._euler import Euler
 
 
-@dataclass(frozen=True)
 class Hanging(Euler):
     """Waits forever."""
 

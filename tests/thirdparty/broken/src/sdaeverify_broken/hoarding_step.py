@@ -1,6 +1,5 @@
 """A plugin whose scheme takes all the memory it can get."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +12,6 @@ from ._euler import Euler
 PIECE, PIECES = 2**28, 8
 
 
-@dataclass(frozen=True)
 class Hoarding(Euler):
     """Fills the memory."""
 

@@ -1,6 +1,5 @@
 """A plugin whose scheme raises in its step."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
@@ -8,7 +7,6 @@ from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 from ._euler import Euler
 
 
-@dataclass(frozen=True)
 class Raising(Euler):
     """No step at all."""
 

@@ -1,6 +1,5 @@
 """A plugin without fault, which its neighbours must not cost anything."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Scheme, hookimpl
@@ -8,7 +7,6 @@ from sdaeverify import Scheme, hookimpl
 from ._euler import Euler
 
 
-@dataclass(frozen=True)
 class Sound(Euler):
     """x+ = x + f h + B dW."""
 

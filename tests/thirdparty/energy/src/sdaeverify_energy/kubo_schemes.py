@@ -3,7 +3,6 @@
 One step keeps the energy with order 3/2.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
@@ -12,7 +11,6 @@ SOURCE = "a strong order 1 and H Lipschitz on bounded sets"
 ONE_STEP = "one step of Milstein's scheme, by its expansion in dW and h"
 
 
-@dataclass(frozen=True)
 class KuboMilstein(Scheme):
     """x+ = x + f h + b dW + Db b (dW^2 - h)/2."""
 
@@ -35,7 +33,6 @@ class KuboMilstein(Scheme):
         return Step(state + h * problem.drift(t, state) + b[:, 0] * noise.dW + self.correction * further)
 
 
-@dataclass(frozen=True)
 class KuboForgetful(KuboMilstein):
     """The same without the correction, which leaves order 1/2, and 1 in one step: its claims are wrong."""
 

@@ -1,6 +1,5 @@
 """Euler's scheme for jump-diffusions, and two that are wrong."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Array, Claim, Increment, Scheme, Step, hookimpl
@@ -11,7 +10,6 @@ from ._jump_diffusion import JumpDiffusion
 BOOK = "Platen & Bruti-Liberati 2010, section 6.1 and chapter 12"
 
 
-@dataclass(frozen=True)
 class JumpEuler(Scheme):
     """x+ = x + f h + g dW + c dJ with all coefficients at the step's begin."""
 
@@ -29,7 +27,6 @@ class JumpEuler(Scheme):
         return Step(problem.euler(t, state, h, noise))
 
 
-@dataclass(frozen=True)
 class CompensatedJumpEuler(JumpEuler):
     """x+ = x + f h + g dW + c (dJ - E dJ): right for the martingale part of J, wrong for J."""
 
@@ -41,7 +38,6 @@ class CompensatedJumpEuler(JumpEuler):
         return Step(problem.euler(t, state, h, noise) - h * J.rate * J.mean * problem.jump(t, state))
 
 
-@dataclass(frozen=True)
 class MarcusJumpEuler(JumpEuler):
     """c is taken half way through a jump, as in Marcus' canonical equation: right where c is constant, and wrong."""
 
