@@ -22,7 +22,7 @@ from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, key_of, outcomes
 from ..gate.policy import Policy
-from ..gate.writers.messages import command_of, message, title
+from ..gate.words import command_of, message
 from ..registry.load import Registry
 from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
@@ -182,7 +182,9 @@ def parametrize_with_claims(
 def describe_undecided(found: Sequence[Outcome]) -> str:
     """Return in one line what is undecided of a cell, and why."""
     open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
-    return "; ".join(f"undecided: {title(each)}: {visible(str(each.finding.reason))}" for each in open_ones)
+    return "; ".join(
+        f"undecided: {visible(str(each.key))}: {visible(str(each.finding.reason))}" for each in open_ones
+    )
 
 
 def _skip_or_xfail(found: Sequence[Outcome]) -> None:
