@@ -21,9 +21,10 @@ from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..report.files import write_text
+from ..report.folders import Key
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Key, Outcome, Status
+from .outcomes import Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2

@@ -79,7 +79,8 @@ def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
 def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Text | Table]:
     """Yield what was found of each quantity, a table for each cell."""
     for (scheme, problem), found in grouped(rows, lambda row: (row.scheme, row.problem)).items():
-        yield from (Text(), Text(visible(f"{scheme} on {problem}")), quantity_table(found, plain=plain))
+        yield Text(f"\n{visible(f'{scheme} on {problem}')}")
+        yield quantity_table(found, plain=plain)
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:

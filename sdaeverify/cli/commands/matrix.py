@@ -9,7 +9,7 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from ...api import plan_of
+from ...api import SettingsOptions, plan_of, settings_from
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
@@ -32,7 +32,6 @@ from ..options import (
     plugins,
     progress_of_cells,
     quiet,
-    read_levels,
     seed,
     selection,
 )
@@ -41,7 +40,7 @@ from ..running import Run, carry_out, workers
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
 FOLDER = Path("reports", "latest")
-NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
+COUNT = re.compile("[0-9]{1,9}")
 
 
 @click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
@@ -118,11 +117,10 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _settings(options: dict[str, Any]) -> Settings:
-    given = {name: options[name] for name in ("first_levels", *NUMBERS) if options[name] is not None}
-    if options["levels"] is not None:
-        coarsest, levels = read_levels(options["levels"])
-        given = {"first_levels": levels, "coarsest": coarsest, "levels": levels, **given}
-    return Settings(**given)
+    given = {name: options[name] for name in SettingsOptions.__annotations__ if options.get(name) is not None}
+    if COUNT.fullmatch(given.get("levels", "")):
+        given["levels"] = int(given["levels"])
+    return settings_from(**given)
 
 
 def _read_shard(text: str) -> tuple[int, int]:

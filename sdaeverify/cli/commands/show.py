@@ -53,7 +53,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_texts(console, _absent(absent if problem else [], width))
     elif scheme:
         print_texts(console, lines_of(sentence, width))
-        console.print(*overview(shown, plain=plain), sep="\n")
+        console.print(*overview(shown, plain=plain))
     else:
         print_texts(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
