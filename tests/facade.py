@@ -39,11 +39,7 @@ from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
-from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
-from sdaeverify.gate.outcomes import Status, idle, outcomes
-from sdaeverify.gate.policy import Policy, read_policy
-from sdaeverify.gate.tiers import TIERS, seed_of
-from sdaeverify.gate.writers.github import (
+from sdaeverify.gate.github import (
     MOST,
     annotations,
     data_text,
@@ -52,6 +48,10 @@ from sdaeverify.gate.writers.github import (
     property_text,
     source_in,
 )
+from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
+from sdaeverify.gate.outcomes import Status, idle, outcomes
+from sdaeverify.gate.policy import Policy, read_policy
+from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, _classify, log_spaced, quadrature, quantile
 from sdaeverify.measures.invariant import (
     CHAINS,

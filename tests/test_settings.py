@@ -3,7 +3,8 @@
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+
+from facade import settings_fromfrom hypothesis import given
 from hypothesis import strategies as st
 
 from sdaeverify import Settings, UsageError
@@ -68,3 +69,11 @@ def test_the_level_is_shared_by_looks_and_tests():
     settings = Settings(paths=8192, looks=5, family=100, confidence=0.99)
 
     assert settings.level == pytest.approx(0.01 / 500)
+
+
+@pytest.mark.parametrize(("text", "expected"), [("8..256", (8, 6)), ("128..2048", (128, 5)), ("3..48", (3, 5))])
+def test_levels_as_a_range_of_steps(text, expected):
+    """Levels are given by the coarsest and the finest number of steps."""
+    settings = settings_from(levels=text)
+
+    assert (settings.coarsest, settings.levels) == expected

@@ -13,33 +13,26 @@ from ..study import CellResult
 class ExitCode(IntEnum):
     """What a run came to."""
 
-    OK = 0
-    REFUTED = 1
-    USAGE = 2
-    NOT_MEASURED = 3
-    UNDECIDED = 4
-    NOTHING = 5
-    PLUGIN = 6
-    UNEXPECTED = 7
-    INTERRUPTED = 130
+    OK = 0, "no claim is refuted"
+    REFUTED = 1, "a claim is refuted"
+    USAGE = 2, "the command line is wrong"
+    NOT_MEASURED = 3, "cells could not be measured"
+    UNDECIDED = 4, "a claim is undecided, and must not be"
+    NOTHING = 5, "nothing was there to be measured, or less than is claimed or locked"
+    PLUGIN = 6, "a requested plugin failed to load"
+    UNEXPECTED = 7, "a claim is verified that was expected to fail"
+    INTERRUPTED = 130, "interrupted; what was finished is saved"
 
-    @property
-    def words(self) -> str:
-        """The meaning."""
-        return WORDS[self]
+    words: str
+
+    def __new__(cls, value: int, words: str = "") -> "ExitCode":
+        """Return the code with its meaning."""
+        code = int.__new__(cls, value)
+        code._value_, code.words = value, words
+        return code
 
 
-WORDS = {
-    ExitCode.OK: "no claim is refuted",
-    ExitCode.REFUTED: "a claim is refuted",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "cells could not be measured",
-    ExitCode.UNDECIDED: "a claim is undecided, and must not be",
-    ExitCode.NOTHING: "nothing was there to be measured, or less than is claimed or locked",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-    ExitCode.UNEXPECTED: "a claim is verified that was expected to fail",
-    ExitCode.INTERRUPTED: "interrupted; what was finished is saved",
-}
+WORDS = {code: code.words for code in ExitCode}
 
 
 def codes_in_words(words: Mapping[ExitCode, str] = WORDS) -> str:

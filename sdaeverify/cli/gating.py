@@ -9,13 +9,12 @@ import click
 from ..api import Result
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
-from ..gate.gated import Gated, limit_lines
+from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
 from ..gate.untested import find_untested
-from ..gate.writers.record import json_report
-from ..gate.writers.text import text_report
+from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..workers.executors import Workers

@@ -1,6 +1,5 @@
 """Options: how they are read and what their help says."""
 
-import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -8,7 +7,6 @@ from typing import Any, TypeVar
 import click
 
 from ..contracts.settings import Settings
-from ..contracts.settings import read_levels as levels_from
 from ..errors import UsageError, is_blank
 from ..report.progress import KINDS
 from ..workers.limits import SHARE, TIMEOUT, Limits, read_limits
@@ -18,8 +16,6 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 SELECTION = (
     "Names with parameters, name[key=value,...], or globs, separated by commas. Repeatable; everything if left out."
 )
-
-_COUNT = re.compile(r"[0-9]{1,9}")
 
 
 def once(*names: str, default: object = None, **attributes: Any) -> Callable[[Command], Command]:
@@ -92,24 +88,6 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="Say the counts alone."
 def levels_text(settings: Settings) -> str:
     """Return the step sizes as ``--levels`` takes them."""
     return f"{settings.steps[0]}..{settings.steps[-1]}"
-
-
-def read_levels(text: str) -> tuple[int, int]:
-    """Return the coarsest number of steps and the number of levels.
-
-    Parameters
-    ----------
-    text : str
-        A number of levels, or ``COARSEST..FINEST`` with FINEST = COARSEST 2^k.
-
-    Raises
-    ------
-    UsageError
-        If it is neither.
-    """
-    if _COUNT.fullmatch(text):
-        return Settings().coarsest, int(text)
-    return levels_from("--levels", text)
 
 
 # How the code of plugins is held to limits.

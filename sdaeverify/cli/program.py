@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from io import TextIOWrapper
+from pathlib import Path
+from pkgutil import iter_modules
 
 import click
 from click.shell_completion import shell_complete
@@ -18,19 +20,8 @@ from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_di
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
-# Where each shipped command is: it is imported when it is asked for.
-OWN = {
-    "check": "check:check",
-    "compare": "compare:compare",
-    "demo": "demo:demo",
-    "gate": "gate:gate",
-    "info": "info:info",
-    "list": "listing:listing",
-    "matrix": "matrix:matrix",
-    "merge": "merge:merge",
-    "orders": "orders:orders",
-    "show": "show:show",
-}
+# Each file of the folder is a command, imported when it is asked for.
+OWN = {module.name for module in iter_modules([str(Path(__file__).parent / "commands")])}
 COMPLETION = "_SDAEVERIFY_COMPLETE"
 
 
@@ -70,9 +61,8 @@ def _command(name: str) -> click.Command | None:
         If its plugin cannot be loaded.
     """
     if name in OWN:
-        module, function = OWN[name].split(":")
-        own: click.Command = getattr(import_module(f".commands.{module}", __package__), function)
-        return own
+        known = vars(import_module(f".commands.{name}", __package__)).values()
+        return next(each for each in known if isinstance(each, click.Command))
     entry = _of_plugins().get(name)
     if entry is None:
         return None

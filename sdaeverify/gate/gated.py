@@ -1,17 +1,20 @@
 """A gate that has come to its end: all that its reports are made of."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..contracts.settings import Settings
 from .outcomes import ORDER, Outcome, Status, is_red
 from .policy import Policy
-from .writers.messages import WORDS as OF_ONE
-from .writers.messages import command_of
 
-# The plural of what a status says of claims.
-WORDS = {**OF_ONE, Status.XPASSED: "unexpectedly verified", Status.XFAILED: "failing as expected"}
+WORDS = {
+    Status.PASSED: "verified",
+    Status.FAILED: "refuted",
+    Status.UNMEASURED: "not measured",
+    Status.UNDECIDED: "undecided",
+    Status.XFAILED: "failing as expected",
+    Status.XPASSED: "unexpectedly verified",
+}
 
 
 @dataclass(frozen=True)
@@ -76,15 +79,3 @@ class Gated:
     def is_red(self, outcome: Outcome) -> bool:
         """Tell whether an outcome fails the gate."""
         return is_red(outcome, self.policy)
-
-    def command(self, outcome: Outcome) -> str:
-        """Return the command that computes an outcome again; empty where none can."""
-        cell = outcome.cell
-        nameless = {cell.scheme.label, cell.spec.label} & self.unnamed
-        return "" if nameless else command_of(outcome, self.settings, self.plugins)
-
-
-def limit_lines(lines: Sequence[str], most: int) -> list[str]:
-    """Return the first of many lines, and how many more there are."""
-    more = len(lines) - most
-    return [*lines[:most], f"and {more} more"] if more > 0 else list(lines)

@@ -7,6 +7,8 @@
 Schemes, problems, measures and quantities are sorted, each claim on a line of its own.
 """
 
+import json
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,9 +21,10 @@ from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..report.files import write_text
+from ..report.folders import Key
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Key, Outcome, Status
+from .outcomes import Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2
@@ -157,22 +160,14 @@ def read_lock(file: Path) -> dict[str, Claims] | None:
 def lock_text(tiers: Mapping[str, Claims]) -> str:
     """Return the text of a lock file."""
     nested = {tier: _nest_claims(claims) for tier, claims in tiers.items() if claims}
-    return "\n".join(_lines({"schema_version": SCHEMA, "tiers": nested})) + "\n"
+    known = msgspec.to_builtins({"schema_version": SCHEMA, "tiers": nested})
+    text = json.dumps(known, indent=1, sort_keys=True, ensure_ascii=False)
+    return re.sub(r"\{\n[^{}]*\}", _on_one_line, text) + "\n"
 
 
-def _lines(node: object, depth: int = 0, head: str = "") -> Iterator[str]:
-    """Yield the lines of JSON in which a claim, and all that is no mapping, stands on one."""
-    indent = " " * depth
-    if not isinstance(node, dict) or not node:
-        yield f"{indent}{head}{msgspec.json.format(msgspec.json.encode(node), indent=0).decode()}"
-        return
-    yield f"{indent}{head}{{"
-    last = max(node)
-    for name in sorted(node):
-        *above, end = _lines(node[name], depth + 1, f"{msgspec.json.encode(name).decode()}: ")
-        yield from above
-        yield end if name == last else f"{end},"
-    yield f"{indent}}}"
+def _on_one_line(claim: re.Match[str]) -> str:
+    _, *lines, _ = claim[0].split("\n")
+    return f"{{{' '.join(map(str.strip, lines))}}}"
 
 
 def _nest_claims(claims: Claims) -> dict[str, Any]:

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
 
 from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
 from ..contracts.labels import did_you_mean, matches
 from ..contracts.scheme import Claim
 from ..registry.load import Registry
+from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
 from ..verdicts.rules import Case, send
@@ -39,18 +39,6 @@ ORDER = (
 )
 
 
-class Key(NamedTuple):
-    """What a finding is about: labels of scheme and problem, measure, quantity; an expected failure may name each."""
-
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
-
-    def __str__(self) -> str:
-        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
-
-
 @dataclass(frozen=True)
 class Outcome:
     """A gated finding.
@@ -78,7 +66,7 @@ class Outcome:
     @property
     def key(self) -> Key:
         """What it is about."""
-        return key_of(self.cell, self.finding)
+        return key_in(self.cell, self.finding.quantity)
 
     @property
     def claim(self) -> str:
@@ -90,11 +78,6 @@ class Outcome:
 
 def _words(claim: Claim) -> str:
     return f"{claim} up to a margin of {claim.value.margin:g}" if isinstance(claim.value, Order) else str(claim)
-
-
-def key_of(cell: Cell, finding: Finding) -> Key:
-    """Return what a finding in a cell is about."""
-    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, finding.quantity)
 
 
 def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
@@ -153,7 +136,7 @@ def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outco
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
     for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
         if finding.claim is not None or finding.verdict in UNMEASURED:
-            names = key_of(result.cell, finding)._asdict()
+            names = key_in(result.cell, finding.quantity)._asdict()
             one = next((one for one in policy.expected_failures if one.matches(**names)), None)
             yield Outcome(result, finding, _status(finding, one), one.reason if one else "")
 

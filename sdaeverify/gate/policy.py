@@ -1,71 +1,23 @@
 """A gate's policy: the table ``[tool.sdaeverify]`` of a project's pyproject.toml, and the failures it expects."""
 
 import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-from msgspec import UNSET, UnsetType, structs
+from msgspec import structs
 
 from ..contracts.labels import did_you_mean
-from ..contracts.measure import Measure
-from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings, require
-from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
-from ..forms import Problem
 from ..workers.limits import read_memory
 from .expected import FailingClaim, Text, validate
 from .tiers import TIERS, Tier
 
 Texts = Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)]
-
-
-class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="kebab"):
-    """The table ``[tool.sdaeverify]``; see `Policy`."""
-
-    schemes: Texts | UnsetType = UNSET
-    problems: Texts | UnsetType = UNSET
-    measures: Texts | UnsetType = UNSET
-    plugins: Texts | UnsetType = UNSET
-    alpha: float | UnsetType = UNSET
-    tier: Text | UnsetType = UNSET
-    seed: int | UnsetType = UNSET
-    inconclusive: Text | UnsetType = UNSET
-    lock: Text | UnsetType = UNSET
-    timeout: float | UnsetType = UNSET
-    memory: Text | UnsetType = UNSET
-    level: int | UnsetType = UNSET
-    resolution: float | UnsetType = UNSET
-    expected_failures: tuple[FailingClaim, ...] | UnsetType = UNSET
-
-
-def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the keywords of a policy.
-
-    Parameters
-    ----------
-    table : mapping of str to object
-        As it is parsed from TOML.
-    folder : Path
-        Plugin files are relative to it.
-
-    Raises
-    ------
-    UsageError
-        If a key is unknown or a value has another type.
-    """
-    values = {
-        name: value for name, value in structs.asdict(validate(table, PolicyTable)).items() if value is not UNSET
-    }
-    if "plugins" in values:
-        values["plugins"] = tuple(str(folder.absolute() / file) for file in values["plugins"])
-    if "memory" in values:
-        values["memory"] = 0 if values["memory"] == "0" else read_memory("memory", values["memory"])
-    return values
 
 
 FILE = "pyproject.toml"
@@ -75,9 +27,8 @@ PASS, FAIL = "pass", "fail"
 LEAST_ALPHA = 1e-12
 
 
-@dataclass(frozen=True, kw_only=True)
-class Policy:
-    """What is gated, and what fails the gate.
+class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="kebab"):
+    """What the table ``[tool.sdaeverify]`` may say; from Python, things themselves stand beside their names.
 
     Attributes
     ----------
@@ -100,14 +51,37 @@ class Policy:
         Lock file, relative to the folder of `file`, which must be there; empty for one that need not be.
     timeout : float or None
         Seconds that a scheme may take on a block of paths; 0 for no limit, None for the default of a run.
-    memory : int or None
-        Bytes that each worker may take; 0 for no limit, None for the default of a run.
+    memory : str
+        Size that each worker may take; ``0`` for no limit, empty for the default of a run.
     level : int or None
         Of the conformance kit.
     resolution : float
         What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
         to ask for none.
     expected_failures : tuple of FailingClaim
+    """
+
+    schemes: Texts = ()
+    problems: Texts = ()
+    measures: Texts = ()
+    plugins: Texts = ()
+    alpha: float = 0.01
+    tier: Text = "ci"
+    seed: int = Settings().seed
+    inconclusive: str = ""
+    lock: str = ""
+    timeout: float | None = None
+    memory: str = ""
+    level: int | None = None
+    resolution: float = inf
+    expected_failures: tuple[FailingClaim, ...] = ()
+
+
+class Policy(PolicyTable, frozen=True, kw_only=True):
+    """What is gated, and what fails the gate: its table, and where that is from.
+
+    Attributes
+    ----------
     file : Path or None
         Where the policy is from; None if there is no file.
     distribution : str
@@ -119,20 +93,6 @@ class Policy:
         If a value is out of its range.
     """
 
-    schemes: tuple[str | Scheme, ...] = ()
-    problems: tuple[str | ProblemSpec | Callable[..., Problem], ...] = ()
-    measures: tuple[str | Measure, ...] = ()
-    plugins: tuple[str, ...] = ()
-    alpha: float = 0.01
-    tier: str = "ci"
-    seed: int = Settings().seed
-    inconclusive: str = ""
-    lock: str = ""
-    timeout: float | None = None
-    memory: int | None = None
-    level: int | None = None
-    resolution: float = inf
-    expected_failures: tuple[FailingClaim, ...] = ()
     file: Path | None = None
     distribution: str = ""
 
@@ -146,6 +106,8 @@ class Policy:
         require(fits, "inconclusive", f"{PASS} or {FAIL}", repr(self.inconclusive))
         fits = self.timeout is None or 0.0 <= self.timeout < float("inf")
         require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
+        if self.memory not in {"", "0"}:
+            read_memory("memory", self.memory)
         fits = self.level is None or self.level >= 1
         require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
         require(self.resolution > 0.0, "resolution", "a positive part of a quantity's size", self.resolution)
@@ -204,7 +166,8 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     if config is not None and not table and not name:
         raise UsageError(f"--config expects a table [tool.sdaeverify] or [project], and there is neither in {file}")
     try:
-        values = read_table(table, file.parent)
+        values = structs.asdict(validate(table, PolicyTable))
+        values["plugins"] = tuple(str(file.parent.absolute() / each) for each in values["plugins"])
         return Policy(**values, file=file, distribution=name if isinstance(name, str) else "")
     except UsageError as error:
         raise UsageError(f"{file}: [tool.sdaeverify]: {error}") from error

@@ -1,12 +1,22 @@
 """The cells of a table: what their column means, and how they are read, be they values or the texts of a file."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import nan
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
 
 Row = Mapping[str, object]
+Key = TypeVar("Key")
+Item = TypeVar("Item")
+
+
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Return items by their key, in the order of the first of each."""
+    groups: dict[Key, list[Item]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups
 
 
 class Column(NamedTuple):

@@ -4,20 +4,36 @@ import csv
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
 from ..errors import UsageError
 from .files import PARQUET, read_rows, write_json, write_table
 
+if TYPE_CHECKING:
+    from ..study import Cell
+
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
 DETAILS = "details"
-Key = tuple[str, str, str, str]
-NAMES = ("scheme", "problem", "measure", "quantity")
 TextRow = Mapping[str, str]
+
+
+class Key(NamedTuple):
+    """What a row is about: labels of scheme and problem, names of measure and quantity."""
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+
+    def __str__(self) -> str:
+        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".rstrip(", ")
+
+
+NAMES = Key._fields
 
 
 class SavedTables(NamedTuple):
@@ -85,10 +101,14 @@ def read_verdicts(folder: Path) -> SavedTables:
     return SavedTables(folder, verdicts, _rows(folder / NOT_APPLICABLE), run)
 
 
-def key_of(row: TextRow) -> Key:
+def key_of(row: Mapping[str, Any]) -> Key:
     """Return what a row is about."""
-    scheme, problem, measure, quantity = (row[name] for name in NAMES)
-    return scheme, problem, measure, quantity
+    return Key(*(str(row[name]) for name in NAMES))
+
+
+def key_in(cell: "Cell", quantity: str) -> Key:
+    """Return what is said of a quantity in a cell."""
+    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, quantity)
 
 
 def _rows(file: Path) -> Sequence[TextRow]:

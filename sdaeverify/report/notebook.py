@@ -3,27 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from io import StringIO
+
+import pandas as pd
+from rich.console import Console
 
 from ..errors import UsageError
 from .cells import Row, text
 from .plain import visible
-from .sentences import (
-    ATTENTION,
-    claim_in_words,
-    counts_of,
-    ending,
-    estimate_in_words,
-    interval,
-    local_order,
-    mark,
-    quantity_lines,
-)
+from .sentences import ATTENTION, counts_of, ending, in_cells, overview
 from .verdict_row import VerdictRow
 
 WIDTH = 80
 # Rows of a table in a notebook.
 MOST = 30
-HEADINGS = ("", "scheme", "problem", "quantity", "claim", "one step", "along paths", "decided by", "why")
 
 
 @dataclass(frozen=True)
@@ -69,9 +62,10 @@ class CellView:
         return cls(scheme, problem, found, lacking)
 
     def __repr__(self) -> str:
-        title = visible(f"{self.scheme} on {self.problem}")
-        lines = [line.plain for row in self.rows for line in quantity_lines(row, WIDTH, brief=True)]
-        return "\n".join([title, *lines, *_absent(self.absent)])
+        console = Console(file=StringIO(), width=WIDTH)
+        with console.capture() as shown:
+            console.print(*overview(self.rows))
+        return "\n".join([shown.get().strip(), *_absent(self.absent)])
 
     def _repr_html_(self) -> str:
         absent = "".join(f"<p>{escape(line)}</p>" for line in _absent(self.absent))
@@ -96,15 +90,5 @@ def _absent(rows: Sequence[Row]) -> list[str]:
 
 
 def _table(rows: Sequence[VerdictRow]) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in HEADINGS)
-    lines = ("".join(f"<td>{escape(visible(cell))}</td>" for cell in _cells(row)) for row in rows)
-    body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _cells(row: VerdictRow) -> tuple[str, ...]:
-    local = local_order(row)
-    along = interval(row.path) or (estimate_in_words(row) if not local else "")
-    names = (row.scheme, row.problem, f"{row.measure} {row.quantity}".strip())
-    symbol = f"{mark(row.verdict)} {row.verdict}"
-    return symbol, *names, claim_in_words(row), local, along, row.decided_by, row.reason
+    with pd.option_context("display.max_colwidth", None):
+        return str(pd.DataFrame(map(in_cells, rows)).to_html(index=False, border=0))

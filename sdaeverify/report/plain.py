@@ -63,21 +63,6 @@ def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[st
     return [line.replace(TOGETHER, " ") for line in lines]
 
 
-def in_columns(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:
-    """Return rows as lines, a column below the other; no cell is cut.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        Of equal length, headings first.
-    gap : int
-        Blanks between columns.
-    """
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    padded = ((cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-    return [(" " * gap).join(cells).rstrip() for cells in padded]
-
-
 def _shorten_line(line: str, width: int) -> str:
     words = line.split(" ")
     while len(words) > 1 and len(" ".join(words)) + 2 > width:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import UsageError
 from .cells import Row, number, text
-from .folders import NAMES
+from .folders import key_of
 from .pictures import CLEAR, axis_of, claimed_slopes, known_order, reach
 from .sentences import ABSENT, SYMBOLS
 from .verdict_row import VerdictRow
@@ -70,7 +70,7 @@ class Plots:
         row = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
         ax, points = axes_of(ax), list(self._points(row))
         if not points:
-            raise UsageError(f"nothing to draw: {_name(row)} has no levels")
+            raise UsageError(f"nothing to draw: {row.key} has no levels")
         h, e, spread, fitted = (np.array(column) for column in zip(*points, strict=True))
         ax.errorbar(h, np.abs(e), reach(self.confidence) * spread, fmt="none", ecolor="0.6", capsize=2)
         ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
@@ -81,7 +81,7 @@ class Plots:
         for label, style, order in (*own, *claimed_slopes(row)):
             line = np.exp(middle[1] + order * (np.log(h) - middle[0]))
             ax.plot(h, line, STYLES[style], label=f"{label} {order:.2f}")
-        return _label(ax, _name(row), "step size h", "error")
+        return _label(ax, str(row.key), "step size h", "error")
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
@@ -124,7 +124,7 @@ class Plots:
             ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
             for _, style, order in claimed_slopes(row):
                 ax.plot([order], [y], "|", color=STYLES[style][-2:], ms=12)
-        ax.set_yticks(range(len(found)), [_name(row) for row, *_ in found], fontsize=7)
+        ax.set_yticks(range(len(found)), [str(row.key) for row, *_ in found], fontsize=7)
         ax.set_ylim(len(found) - 0.5, -0.5)
         ax.set_xlabel("order")
         return ax
@@ -167,10 +167,10 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        times = {_key(row): number(row, "step_seconds") for row in self.details}
+        times = {key_of(row): number(row, "step_seconds") for row in self.details}
 
         def time_and_error(row: VerdictRow, level: Row) -> tuple[float, float]:
-            return times.get(_key_of(row), nan) * number(level, "steps"), number(level, "estimate")
+            return times.get(row.key, nan) * number(level, "steps"), number(level, "estimate")
 
         ax, title = self._draw_lines(
             self._one(measure=measure, problem=problem, quantity=quantity), time_and_error, ax
@@ -193,7 +193,7 @@ class Plots:
         found = [row for row in self.levels if text(row, "at") and _fits(row, wanted)]
         if not found:
             raise UsageError(f"nothing to draw: no {wanted['quantity']} is known")
-        points = [row for row in found if _key(row) == _key(found[0])]
+        points = [row for row in found if key_of(row) == key_of(found[0])]
         at, own, exact = ([number(row, name) for row in points] for name in ("at", "estimate", "exact"))
         ax = axes_of(ax)
         ax.plot(at, own, "-", color="C0", label=f"scheme, h = {number(points[0], 'h'):.3g}")
@@ -246,7 +246,7 @@ class Plots:
             yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > CLEAR * spread
 
     def _levels(self, row: VerdictRow) -> list[Row]:
-        own = [level for level in self.levels if _key(level) == _key_of(row)]
+        own = [level for level in self.levels if key_of(level) == row.key]
         return [level for level in own if not isnan(number(level, "estimate"))]
 
 
@@ -274,14 +274,6 @@ def _fits(row: Row, wanted: Mapping[str, str]) -> bool:
     return all(not name or text(row, key) == name for key, name in wanted.items())
 
 
-def _key(row: Row) -> tuple[str, ...]:
-    return tuple(text(row, name) for name in NAMES)
-
-
-def _key_of(row: VerdictRow) -> tuple[str, ...]:
-    return row.scheme, row.problem, row.measure, row.quantity
-
-
 def _require_lines(ax: Axes, what: str) -> Axes:
     if not ax.lines:
         raise UsageError(f"nothing to draw: {what} has no measured times")
@@ -298,7 +290,3 @@ def _label(ax: Axes, title: str, x: str, y: str) -> Axes:
     ax.set(xscale="log", yscale="log", xlabel=x, ylabel=y, title=title)
     ax.legend(fontsize=7)
     return ax
-
-
-def _name(row: VerdictRow) -> str:
-    return f"{row.scheme} on {row.problem}, {row.measure} {row.quantity}"

@@ -1,12 +1,14 @@
 """What a run came to in words, from the rows of its tables: at most 40 lines, the counts first."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import inf, isfinite, isinf, isnan
 
+from rich.table import Table
 from rich.text import Text
 
-from .plain import TOGETHER, in_columns, visible, wrap_text
+from .cells import grouped
+from .plain import TOGETHER, empty_table, visible, wrap_text
 from .verdict_row import ORDER, Interval, VerdictRow
 
 WORDS = {"out_of_scope": "without a claim", "not_run": "not run", "error": "in error"}
@@ -24,6 +26,7 @@ SYMBOLS = {
 FIRST = ("verified", "refuted")
 ATTENTION = ("refuted", "diverged", "error", "inconclusive", "not_run")
 ABSENT = "not_applicable"
+BRIEF = ("", "quantity", "claim", "one step", "along paths", "by")
 MOST_LINES = 40
 # Lines of what is undecided, and of what is wrong.
 FEW, MANY = 2, 5
@@ -48,26 +51,36 @@ def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: i
     return [Text(line, style=style) for line in wrap_text(text, width, indent, most)]
 
 
-def quantity_table(rows: Sequence[VerdictRow], cells: Sequence[Sequence[str]], gap: int = 2) -> list[Text]:
-    """Return a table as lines, each in the style of its verdict.
+def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
+    """Return a row as tables show it: verdict, names, claim, orders of one step and along paths, tier, reason."""
+    told = {
+        "": mark(row.verdict, plain=plain),
+        "scheme": row.scheme,
+        "problem": row.problem,
+        "quantity": f"{row.measure} {row.quantity}".strip(),
+        "claim": row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}",
+        "one step": local_order(row),
+        "along paths": interval(row.path) or other_value(row),
+        "by": row.decided_by,
+        "why": row.reason,
+    }
+    return {name: visible(cell) for name, cell in told.items()}
 
-    Parameters
-    ----------
-    rows : sequence of VerdictRow
-    cells : sequence of sequence of str
-        Headings first, then those of each row.
-    gap : int
-        Blanks between columns.
-    """
-    styles = ("", *(SYMBOLS[row.verdict][2] for row in rows))
-    return [Text(line, style=style) for line, style in zip(in_columns(cells, gap), styles, strict=True)]
+
+def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
+    """Return the table of the quantities of a cell, each line in the style of its verdict."""
+    table = empty_table(*BRIEF)
+    for row in rows:
+        told = in_cells(row, plain=plain)
+        table.add_row(*(Text(told[name]) for name in BRIEF), style=SYMBOLS[row.verdict][2])
+    return table
 
 
-def cells_in_brief(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    """Return the symbol of the verdict, the claim, the orders of one step and along paths, and the tier."""
-    claim = row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}"
-    along = interval(row.path) or other_value(row)
-    return mark(row.verdict, plain=plain), visible(claim), local_order(row), along, row.decided_by
+def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Text | Table]:
+    """Yield what was found of each quantity, a table for each cell."""
+    for (scheme, problem), found in grouped(rows, lambda row: (row.scheme, row.problem)).items():
+        yield Text(f"\n{visible(f'{scheme} on {problem}')}")
+        yield quantity_table(found, plain=plain)
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:
@@ -168,7 +181,7 @@ def other_value(row: VerdictRow) -> str:
     return estimate_in_words(row) if row.estimate.known and isnan(row.local_order) else ""
 
 
-def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: bool = False) -> list[Text]:
+def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False) -> list[Text]:
     """Return all that is known of a quantity: claim, orders, what decides and guards, why.
 
     Parameters
@@ -177,8 +190,6 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: b
     width : int
     plain : bool
         Whether only ASCII can be shown.
-    brief : bool
-        Whether the measure is named and the reason left out.
     """
     local = local_order(row, 3)
     told = [
@@ -190,10 +201,11 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: b
         *row.labelled,
         resolution_in_words(row),
     ]
-    name = f"{row.measure} {row.quantity}" if brief else row.quantity
-    head = f"  {mark(row.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
-    why = [] if brief else lines_of(f"    {visible(row.reason)}", width, "    ")
-    return [*lines_of(head, width, "    ", row.verdict), *why]
+    head = f"  {mark(row.verdict, plain=plain)} {visible(row.quantity)}: {visible('; '.join(filter(None, told)))}"
+    return [
+        *lines_of(head, width, "    ", row.verdict),
+        *lines_of(f"    {visible(row.reason)}", width, "    "),
+    ]
 
 
 def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) -> list[Text]:
@@ -208,66 +220,46 @@ def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) ->
     plain : bool
         Without signs that need a terminal: words for verdicts.
     """
-    counted: dict[str, dict[str, Counter[str]]] = {}
-    for row in rows:
-        measures = counted.setdefault(visible(row.scheme), {})
-        if row.verdict != "out_of_scope":
-            measures.setdefault(visible(row.measure), Counter()).update([row.verdict])
-    names = sorted(counted, key=lambda name: (_worst(counted[name]), name))
-    told = [name for name in names if counted[name]]
-    columns = sorted({measure for measures in counted.values() for measure in measures})
-    cells = {name: [_counts(counted[name].get(one, Counter()), plain=plain) for one in columns] for name in told}
-    lines = in_columns([["", *columns], *([name, *cells[name]] for name in told)]) if told else []
-    if lines and max(map(len, lines)) <= width:
-        return [Text(line) for line in lines]
-    return [line for name in told for line in _in_words(name, zip(columns, cells[name], strict=True), width)]
-
-
-def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> list[Text]:
-    told = ", ".join(f"{measure} {cell}".replace(" ", TOGETHER) for measure, cell in cells if cell)
-    return lines_of(f"{name}: {told}", width, "    ")
-
-
-def _counts(found: Counter[str], *, plain: bool) -> str:
-    return " ".join(
-        f"{mark(verdict, plain=plain)}{found[verdict]}" for verdict in ("verified", *ATTENTION) if found[verdict]
-    )
-
-
-def _worst(measures: Mapping[str, Counter[str]]) -> int:
+    schemes = grouped((row for row in rows if row.verdict != "out_of_scope"), lambda row: visible(row.scheme))
     order = list(SYMBOLS)
-    return min((order.index(verdict) for found in measures.values() for verdict in found), default=len(order))
+    names = sorted(schemes, key=lambda name: (min(order.index(row.verdict) for row in schemes[name]), name))
+    told = (f"{name}: {_counts_by_measure(schemes[name], plain=plain)}" for name in names)
+    return [line for text in told for line in lines_of(text, width, "    ")]
+
+
+def _counts_by_measure(rows: Sequence[VerdictRow], *, plain: bool) -> str:
+    measures = sorted(grouped(rows, lambda row: visible(row.measure)).items())
+    counted = ((measure, Counter(row.verdict for row in found)) for measure, found in measures)
+    signs = {verdict: mark(verdict, plain=plain) for verdict in ("verified", *ATTENTION)}
+    told = (" ".join([name, *(f"{signs[v]}{found[v]}" for v in signs if found[v])]) for name, found in counted)
+    return ", ".join(words.replace(" ", TOGETHER) for words in told)
 
 
 def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterator[list[Text]]:
-    groups: dict[tuple[str, ...], list[VerdictRow]] = {}
-    for row in rows:
-        if row.verdict in ATTENTION:
-            # What is wrong with a scheme as a whole is said once, of all its measures.
-            of = (row.measure, claim_in_words(row)) if estimate_in_words(row) else ()
-            says = row.reason_kind or row.reason
-            groups.setdefault((row.verdict, row.problem, says, *of), []).append(row)
+    groups = grouped((row for row in rows if row.verdict in ATTENTION), _what_is_wrong)
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
         yield lines_of(_group_words(group, plain=plain), width, "    ", verdict, most)
 
 
+def _what_is_wrong(row: VerdictRow) -> tuple[str, ...]:
+    # What is wrong with a scheme as a whole is said once, of all its measures.
+    of = (row.measure, claim_in_words(row)) if estimate_in_words(row) else ()
+    return (row.verdict, row.problem, row.reason_kind or row.reason, *of)
+
+
 def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     row, schemes = group[0], list(dict.fromkeys(one.scheme for one in group))
-    measures: dict[str, dict[str, None]] = {}
-    for one in group:
-        measures.setdefault(one.measure, {})[one.quantity] = None
-    what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
+    measures = grouped(group, lambda one: one.measure).items()
+    what = [f"{name} {', '.join(dict.fromkeys(one.quantity for one in found))}".strip() for name, found in measures]
     others = len(schemes) - MOST_NAMED
     names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
     found = estimate_in_words(row)
-    claim = visible(claim_in_words(row)).replace(" >= ", f"{TOGETHER}>={TOGETHER}").replace(
-        "(margin ", f"(margin{TOGETHER}"
-    ) + (f", found {found}" if found else "")
-    word = WORDS.get(row.verdict, row.verdict)
-    where = f"{names} on {row.problem}, {what}"
-    symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{word}"
-    return f"{symbol}: {visible(where)}: {claim}; {visible(row.reason)}"
+    claim = visible(claim_in_words(row)).replace(" >= ", f"{TOGETHER}>={TOGETHER}")
+    claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
+    symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
+    where = visible(f"{names} on {row.problem}, {', '.join(what)}")
+    return f"{symbol}: {where}: {claim}; {visible(row.reason)}"
 
 
 def _fit(blocks: Sequence[Sequence[Text]], room: int, rest: str) -> list[Text]:

@@ -14,6 +14,7 @@ from ..contracts.claimed import Order
 from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
+from .folders import Key, key_in
 
 if TYPE_CHECKING:
     from ..study import CellResult
@@ -93,10 +94,7 @@ class VerdictRow:
         """Return the row of a finding of a cell."""
         cell = result.cell
         return cls(
-            scheme=cell.scheme.label,
-            problem=cell.spec.label,
-            measure=cell.measure.name,
-            quantity=found.quantity,
+            **key_in(cell, found.quantity)._asdict(),
             view=cell.view,
             paths=result.paths,
             **_told(found, cell.measure.value_of),
@@ -122,6 +120,11 @@ class VerdictRow:
         """What it says in columns that have a label and no words of their own, each behind its label."""
         told = ((column.label, _in_words(getattr(self, column.name))) for column in LABELLED)
         return [f"{label} {words}" for label, words in told if words]
+
+    @property
+    def key(self) -> Key:
+        """What it is about."""
+        return Key(self.scheme, self.problem, self.measure, self.quantity)
 
     @property
     def cells(self) -> dict[str, object]:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
-from ..contracts.finding import Finding, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings, whole
@@ -20,10 +19,11 @@ from ..errors import UsageError
 from ..forms import Problem
 from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
-from ..gate.outcomes import ORDER, Outcome, Status, is_red, key_of, outcomes
+from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.policy import Policy
-from ..gate.writers.messages import command_of, message, title
+from ..gate.words import command_of, message
 from ..registry.load import Registry
+from ..report.folders import key_in
 from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
 from .subjects import load_plugins
@@ -182,7 +182,9 @@ def parametrize_with_claims(
 def describe_undecided(found: Sequence[Outcome]) -> str:
     """Return in one line what is undecided of a cell, and why."""
     open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
-    return "; ".join(f"undecided: {title(each)}: {visible(str(each.finding.reason))}" for each in open_ones)
+    return "; ".join(
+        f"undecided: {visible(str(each.key))}: {visible(str(each.finding.reason))}" for each in open_ones
+    )
 
 
 def _skip_or_xfail(found: Sequence[Outcome]) -> None:
@@ -210,6 +212,5 @@ def _sequence(given: Any) -> tuple[Any, ...]:
 def _require_cells(plan: Plan, expected: Iterable[FailingClaim]) -> None:
     if not plan.cells:
         raise UsageError("none of these schemes claims anything of these measures on these problems")
-    anything = Finding(quantity="", verdict=Verdict.NOT_RUN)
-    cells = [key_of(cell, anything)._asdict() for cell in plan.cells]
+    cells = [key_in(cell, "")._asdict() for cell in plan.cells]
     require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

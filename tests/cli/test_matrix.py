@@ -10,7 +10,6 @@ import pytest
 from evidence import rows_of
 from facade import WORDS, ExitCode
 from sdaeverify import Settings
-from sdaeverify.cli.options import read_levels
 from sdaeverify.report.tables.command import command_of
 
 Rows = list[dict[str, str]]
@@ -63,15 +62,6 @@ def test_help_lists_all_exit_codes(call):
 
     assert set(WORDS) == set(ExitCode)
     assert all(f"{code.value} {code.words}" in text for code in ExitCode)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [("6", (8, 6)), ("8..256", (8, 6)), ("128..2048", (128, 5)), ("3..48", (3, 5)), ("7..7", (7, 1))],
-)
-def test_levels(text, expected):
-    """Levels are a number of them or the coarsest and the finest number of steps."""
-    assert read_levels(text) == expected
 
 
 def test_dry_run(call, tmp_path):

@@ -51,7 +51,7 @@ def test_every_key(read, tmp_path):
 
     assert policy.schemes == ("half-*", "milstein")
     assert policy.plugins == (str(tmp_path / "extra" / "mine.py"),)
-    assert (policy.alpha, policy.tier, policy.seed, policy.timeout, policy.memory) == (0.001, "nightly", 7, 60, 2**31)
+    assert (policy.alpha, policy.tier, policy.seed, policy.timeout, policy.memory) == (0.001, "nightly", 7, 60, "2G")
     assert policy.lock_file == tmp_path / "claims.lock"
     assert policy.distribution == "my-schemes"
     assert policy.expected_failures == (

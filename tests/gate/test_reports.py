@@ -1,4 +1,4 @@
-"""Reports: JSON, Markdown and words."""
+"""Reports: JSON, a summary and words."""
 
 import json
 
@@ -6,13 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facade import FailingClaim, Policy, markdown_report
-from sdaeverify.gate.writers.record import json_report
-from sdaeverify.gate.writers.text import text_report
+from sdaeverify.gate.words import json_report, text_report
 from sdaeverify.measuring import Method, Verdict
 
 from .conftest import NASTY, Plain, gated, result
 
-ODD = st.text(st.sampled_from("a|\n\r`<&![](\x00\x1b:"), max_size=12)
+ODD = st.text(st.sampled_from("a~\n\r`<&![](\x00\x1b:"), max_size=12)
 
 
 def test_json_is_strict(everything):
@@ -45,25 +44,22 @@ def test_no_command_without_a_name():
 
 
 @given(reason=ODD, kind=ODD, line=ODD)
-def test_markdown_stays_in_its_cells(reason, kind, line):
-    """No text adds a row, a column, HTML or code to the tables."""
+def test_summary_stays_in_its_block(reason, kind, line):
+    """No text ends the block that the summary stands in, or begins a line of it."""
     found = result(Verdict.REFUTED, scheme=Plain(kind), reason=reason)
-    lines = markdown_report(gated(found, violations=(line,))).splitlines()
-    rows = [text.replace("\\|", "") for text in lines if text.startswith("| ")]
+    _, _, first, *lines, last = markdown_report(gated(found, violations=(line,))).splitlines()
 
-    assert [row.count("|") for row in rows] == [8, 8, 3, 3]
-    assert len(lines) == 19
-    assert not any(letter in text for text in rows[1:] for letter in "<`\x00\x1b")
+    assert first == last == "~~~~"
+    assert not any(text.startswith("~") for text in lines)
+    assert all(text.isprintable() for text in lines)
 
 
-def test_markdown_of_many(monkeypatch):
-    """A long list is cut, and says so."""
-    monkeypatch.setattr("sdaeverify.gate.writers.github.MOST_ROWS", 2)
-    text = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(5))))
+def test_summary_of_many():
+    """A long list is cut, and says so; a scheme has a row of counts."""
+    lines = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(202)))).splitlines()
 
-    assert "and 3 more, see verdicts.csv" in text
-    assert "x1" in text
-    assert "x2" not in text
+    assert "and 2 more that fail, see gate.json" in lines
+    assert lines[-2].split() == ["scheme", "plain", "202"]
 
 
 def test_words():
@@ -97,7 +93,7 @@ def test_words_of_what_does_not_fail():
     assert short.endswith("a margin of 0.2: too few paths")
     assert long.endswith("long long ...")
     assert len(long) < 400
-    assert known.startswith("fails as expected: plain on line, sharp y")
+    assert known.startswith("failing as expected: plain on line, sharp y")
     assert known.endswith("a margin of 0.2: issue 12")
 
 

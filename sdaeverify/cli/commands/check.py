@@ -12,6 +12,7 @@ from ...contracts.labels import did_you_mean, parse_label, split_list
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
+from ...report.cells import grouped
 from ...report.plain import text_table
 from ...testing.questions import Question, Row, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
@@ -76,9 +77,7 @@ def _kinds(registry: Registry, pattern: str) -> list[str]:
 
 def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
     """Return the first row of each status and reason of a subject, and how many there are: one fault is said once."""
-    found: dict[tuple[object, ...], list[Row]] = {}
-    for row in rows:
-        found.setdefault((row["subject"], row["status"], row["reason"]), []).append(row)
+    found = grouped(rows, lambda row: (row["subject"], row["status"], row["reason"]))
     return [(same[0], len(same)) for same in found.values()]
 
 

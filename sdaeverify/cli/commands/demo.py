@@ -4,14 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.text import Text
 
 from ...api import plan_of
 from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.files import require_writable
 from ...report.plain import visible
-from ...report.sentences import cells_in_brief, counts_of, lines_of, quantity_table
+from ...report.sentences import counts_of, lines_of, overview
 from ...report.verdict_row import VerdictRow
 from ...workers.limits import read_limits
 from ..console import output, output_to_stderr, print_texts
@@ -24,7 +23,6 @@ FOLDER = Path("reports", "demo")
 # Names among what is shipped: a scheme of order 1/2, one of order 1, and one for mechanics with a constraint.
 SCHEMES, PROBLEMS, MEASURES = "euler-maruyama,milstein,half-explicit-euler", "gbm,pendulum", "strong"
 SETTINGS = Settings(paths=1024, levels=5)
-HEADINGS = ("scheme", "problem", "", "claim", "1 step", "along paths", "", "by")
 
 
 @click.command(short_help="A first table and a first picture, in seconds.")
@@ -53,19 +51,11 @@ def _run(registry: Registry, words: tuple[str, ...], out: Path) -> Any:
 
 def _show(rows: list[VerdictRow], out: Path) -> None:
     console = output()
-    plain = console.options.ascii_only
-    whole = [row for row in rows if "@" not in row.quantity]
-    print_texts(console, quantity_table(whole, [HEADINGS, *(_row(row, plain=plain) for row in whole)], gap=1))
+    console.print(*overview((row for row in rows if "@" not in row.quantity), plain=console.options.ascii_only), "")
     told = [
-        "",
         counts_of(rows, ()),
-        f"The page with the pictures is {visible(str(out / 'report.html'))}: open it in a browser.",
-        f"Next: sdaeverify show {visible(str(out))} milstein gbm",
+        f"The page with the pictures is {out / 'report.html'}: open it in a browser.",
+        f"Next: sdaeverify show {out} milstein gbm",
         "      sdaeverify matrix -p gbm",
     ]
-    print_texts(console, [line for text in told for line in lines_of(text, console.width) or [Text()]])
-
-
-def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    symbol, claim, local, along, tier = cells_in_brief(row, plain=plain)
-    return *map(visible, (row.scheme, row.problem, row.quantity)), claim or "no claim", local, along, symbol, tier
+    print_texts(console, [line for text in told for line in lines_of(visible(text), console.width)])

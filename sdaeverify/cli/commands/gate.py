@@ -2,18 +2,18 @@
 
 import os
 from contextlib import nullcontext
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import click
+from msgspec import structs
 
 from ...errors import UsageError
 from ...gate.gated import Gated
+from ...gate.github import annotations, fence, markdown_report
 from ...gate.policy import Policy, read_policy
 from ...gate.tiers import TIERS, seed_of
-from ...gate.writers.github import annotations, fence, markdown_report
 from ...registry.discovery import absolute
 from ...registry.load import Registry
 from ...workers.limits import read_limits
@@ -69,7 +69,7 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
         return None, ExitCode.PLUGIN
     held_to = read_limits(
         policy.timeout if options["timeout"] is None else options["timeout"],
-        str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
+        policy.memory or None if options["memory"] is None else options["memory"],
         options["jobs"],
     )
     return carry_out_gate(policy, registry, arguments, options, held_to)
@@ -91,7 +91,7 @@ def policy_of(options: dict[str, Any]) -> Policy:
     if options["seed_from"] == "date":
         given["seed"] = seed_of(datetime.now(UTC).date())
     files = (*policy.plugins, *(str(absolute(file)) for file in options["plugins"]))
-    return replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
+    return structs.replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
 
 
 def _own_plugins_work(registry: Registry, policy: Policy) -> bool:

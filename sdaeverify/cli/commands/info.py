@@ -5,8 +5,9 @@ Words are told by docstrings and by what is registered: forms, traits, noise and
 
 import inspect
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
+from typing import Any
 
 import click
 import numpy as np
@@ -24,13 +25,7 @@ from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
 from ...registry.contributions import Registered
 from ...registry.load import Registry
-from ...report.passports import (
-    Passport,
-    docstring,
-    measure_passport,
-    problem_passport,
-    scheme_passport,
-)
+from ...report.passports import Passport, docstring, measure_passport, problem_passport, scheme_passport
 from ...report.plain import visible
 from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode
@@ -38,7 +33,7 @@ from ..loading import load_quietly
 from ..options import plugins
 
 THETAS = (0.0, 0.25, 0.5, 1.0)
-CONTROL = "{measure} order {order}: {positive}, and not {negative}"
+LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parameters"}
 
 
 @click.command(short_help="Tell all about one of them.")
@@ -140,61 +135,42 @@ def _tell_entry(entry: Registered, texts: Mapping[str, str]) -> tuple[Passport, 
     ProblemError
         If the problem cannot be built.
     """
-    thing = entry.make(texts)
+    thing, stability = entry.make(texts), list[str]()
     if isinstance(thing, Scheme):
         kind, told = "scheme", scheme_passport(thing)
-        lines = ["", f"form: {told['form']}", *_listed("claims", map(_claim, told["claims"]))]
-        lines += [f"source: {told['source'] or 'not given'}"]
     elif isinstance(thing, ProblemSpec):
         problem = make(thing.label, thing.build, given=bool(texts))
-        kind, told = "problem", problem_passport(thing, problem)
-        lines = ["", *_problem(told, stability_lines(problem))]
+        kind, told, stability = "problem", problem_passport(thing, problem), stability_lines(problem)
     else:
-        kind, told, lines = "measure", measure_passport(thing), []
-    text = ["", *told["text"].splitlines()] if told["text"] else []
-    return {"kind": kind, **told}, [
-        f"{kind} {told['label']}", *text, *_parameters(entry), *lines, "", f"from {entry.origin}"
-    ]  # fmt: skip
+        kind, told = "measure", measure_passport(thing)
+    parts = (told["text"].splitlines(), _parameters(entry), [*_facts(told), *stability], [f"from {entry.origin}"])
+    lines = (line for part in parts if part for line in ("", *part))
+    return {"kind": kind, **told}, [f"{kind} {told['label']}", *lines]
 
 
-def _problem(told: Passport, stability: list[str]) -> list[str]:
-    return [
-        f"form: {told['form']}",
-        f"Brownian motions: {told['noise']}",
-        f"horizon: {told['horizon']}",
-        f"units: {told['units']}",
-        f"traits: {', '.join(told['traits']) or 'none'}",
-        f"observables: {', '.join(told['observables']) or 'none'}",
-        *_listed("truths", told["truths"]),
-        *stability,
-        *_listed(
-            "controls",
-            ("{measure} order {order}: {positive}, and not {negative}".format(**each) for each in told["controls"]),
-        ),
-        f"source: {told['source']}",
-    ]
+def _facts(told: Passport) -> Iterator[str]:
+    """Yield what a passport says beside text and parameters, under its own keys."""
+    for name, value in told.items():
+        if name in LISTED:
+            yield f"{name}:" if value else f"{name}: none"
+            yield from (f"  {_item(each)}" for each in value)
+        elif name not in TOLD_ABOVE:
+            yield f"{name}: {(', '.join(value) if isinstance(value, list) else value) or 'none'}"
 
 
-def _listed(what: str, lines: Iterable[str]) -> list[str]:
-    found = [f"  {line}" for line in lines]
-    return [f"{what}:" if found else f"{what}: none", *found]
-
-
-def _claim(told: Passport) -> str:
-    of = f" of {', '.join(told['quantities'])}" if told["quantities"] else ""
-    when = f" for problems with {', '.join(told['when'])}" if told["when"] else ""
-    margin = "" if told["margin"] is None else f", margin {told['margin']}"
-    return f"{told['measure']}: {told['claim']}{of}{when}{margin} ({told['source']})"
+def _item(told: str | Mapping[str, Any]) -> str:
+    if isinstance(told, str):
+        return told
+    (_, what), (_, value), *others = told.items()
+    words = (f"{key} {', '.join(each) if isinstance(each, list) else each}" for key, each in others if each)
+    return "; ".join([f"{what}: {value}", *words])
 
 
 def _parameters(entry: Registered) -> list[str]:
     if not entry.parameters:
         return []
-    lines = [
-        f"  {p.name} = {'required' if p.default is REQUIRED else p.default}  ({describe_kind(p.default)})"
-        for p in entry.parameters
-    ]
-    return ["", "parameters and defaults:", *lines]
+    told = ((p.name, "required" if p.default is REQUIRED else p.default, p.default) for p in entry.parameters)
+    return ["parameters and defaults:", *(f"  {name} = {value}  ({describe_kind(d)})" for name, value, d in told)]
 
 
 def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:

@@ -9,8 +9,8 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from ...api import plan_of
-from ...contracts.settings import Settings
+from ...api import SettingsOptions, plan_of, settings_from
+from ...contracts.settings import Settings, read_levels
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
@@ -32,7 +32,6 @@ from ..options import (
     plugins,
     progress_of_cells,
     quiet,
-    read_levels,
     seed,
     selection,
 )
@@ -41,7 +40,7 @@ from ..running import Run, carry_out, workers
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
 FOLDER = Path("reports", "latest")
-NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
+COUNT = re.compile("[0-9]{1,9}")
 
 
 @click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
@@ -118,11 +117,12 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _settings(options: dict[str, Any]) -> Settings:
-    given = {name: options[name] for name in ("first_levels", *NUMBERS) if options[name] is not None}
-    if options["levels"] is not None:
-        coarsest, levels = read_levels(options["levels"])
-        given = {"first_levels": levels, "coarsest": coarsest, "levels": levels, **given}
-    return Settings(**given)
+    given = {name: options[name] for name in SettingsOptions.__annotations__ if options.get(name) is not None}
+    if COUNT.fullmatch(levels := given.get("levels", "")):
+        given["levels"] = int(levels)
+    elif levels:
+        given["coarsest"], given["levels"] = read_levels("--levels", levels)
+    return settings_from(**given)
 
 
 def _read_shard(text: str) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_schemes
 from ...report.files import write_text
-from ...report.plain import in_columns, visible
+from ...report.plain import visible
 from ...trees.grow import picture
 from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport, check_numbers, classes_named, rows_of
 from .. import options
@@ -88,8 +88,7 @@ def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
 
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
-    """Yield a table, and below it what a reader asks next: trees of failing conditions, premises, reasons."""
-    yield from in_columns([HEADINGS, *map(_cells, rows)], 2)
+    """Yield what a reader asks next below the table: trees of failing conditions, premises, reasons."""
     for row in rows:
         if row.verdict is ClassVerdict.REFUTED and row.first:
             yield ""
@@ -104,7 +103,7 @@ def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
 def _cells(row: ClassRow) -> tuple[str, ...]:
     held = f"{row.held} of {row.of}" if row.of else ""
     numbers = ("" if isnan(value) else f"{value:.3g}" for value in (row.claim, row.order))
-    return (visible(row.scheme), row.kind, str(row.motions), row.measure, *numbers, held, row.verdict.value)
+    return (row.scheme, row.kind, str(row.motions), row.measure, *numbers, held, row.verdict.value)
 
 
 def _failing(row: ClassRow) -> Iterator[str]:

@@ -8,9 +8,10 @@ import click
 from rich.text import Text
 
 from ...errors import UsageError
-from ...report.folders import RUN, SavedTables, TextRow, key_of, read_verdicts
+from ...report.cells import grouped
+from ...report.folders import RUN, SavedTables, TextRow, read_verdicts
 from ...report.plain import visible
-from ...report.sentences import ATTENTION, cells_in_brief, counts_of, ending, lines_of, quantity_lines, quantity_table
+from ...report.sentences import ATTENTION, counts_of, ending, lines_of, overview, quantity_lines
 from ...report.tables.command import command_of, records_of
 from ...report.verdict_row import VerdictRow
 from .. import options
@@ -18,7 +19,6 @@ from ..console import output, print_json, print_texts
 from ..exit_codes import ExitCode
 
 FOLDER = Path("reports", "latest")
-HEADINGS = ("", "quantity", "claim", "one step", "along paths", "by")
 INDENT = "    "
 
 
@@ -52,7 +52,8 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_texts(console, _cells(shown, tables, width, plain=plain))
         print_texts(console, _absent(absent if problem else [], width))
     elif scheme:
-        print_texts(console, [*lines_of(sentence, width), *_overview(shown, width, plain=plain)])
+        print_texts(console, lines_of(sentence, width))
+        console.print(*overview(shown, plain=plain))
     else:
         print_texts(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
@@ -98,31 +99,10 @@ def _notes(folder: Path) -> Iterator[str]:
     yield f"sdaeverify show {folder} SCHEME [PROBLEM] tells more"
 
 
-def _overview(rows: Sequence[VerdictRow], width: int, *, plain: bool) -> Iterator[Text]:
-    """Yield what was found of each quantity, a table for each cell."""
-    cells: dict[tuple[str, str], list[VerdictRow]] = {}
-    for row in rows:
-        cells.setdefault((row.scheme, row.problem), []).append(row)
-    for (scheme, problem), found in cells.items():
-        yield Text()
-        yield Text(visible(f"{scheme} on {problem}"))
-        table = quantity_table(found, [HEADINGS, *(_row(row, plain=plain) for row in found)])
-        if max(map(len, table)) <= width:
-            yield from table
-        else:
-            yield from (line for row in found for line in quantity_lines(row, width, plain=plain, brief=True))
-
-
-def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    symbol, *others = cells_in_brief(row, plain=plain)
-    return symbol, visible(f"{row.measure} {row.quantity}"), *others
-
-
 def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[Text]:
-    cells: dict[tuple[str, ...], list[VerdictRow]] = {}
-    for row in rows:
-        cells.setdefault((row.scheme, row.problem, row.measure), []).append(row)
-    for (scheme, problem, measure), found in cells.items():
+    for (scheme, problem, measure), found in grouped(
+        rows, lambda row: (row.scheme, row.problem, row.measure)
+    ).items():
         yield Text(visible(f"{scheme} on {problem}, {measure}"))
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
@@ -133,9 +113,6 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:
     """Yield what does not apply, measures with the same reason together."""
-    reasons: dict[tuple[str, str, str], list[str]] = {}
-    for row in rows:
-        reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
-    for (scheme, problem, reason), measures in reasons.items():
-        told = f"does not apply: {scheme} on {problem}, {', '.join(measures)}: {reason}"
+    for (scheme, problem, reason), same in grouped(rows, lambda r: (r["scheme"], r["problem"], r["reason"])).items():
+        told = f"does not apply: {scheme} on {problem}, {', '.join(row['measure'] for row in same)}: {reason}"
         yield from lines_of(visible(told), width, INDENT)

@@ -16,6 +16,7 @@ from ...forms import Problem
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...store.lanes import StoredLane
+from ..folders import Key
 from .factors import Factor, factor, no_factor
 from .level_errors import LevelErrors, level_errors
 from .runs import Lanes, StoredRun, why_not_on_common_noise
@@ -28,26 +29,22 @@ class Comparison(NamedTuple):
 
     Attributes
     ----------
-    scheme, problem, measure, quantity : str
-        Empty where it is about all of them.
+    key : Key
+        Its names are empty where it is about all of them.
     found : Factor
         Unknown where they cannot be compared.
     paths : int
         Common ones; 0 where nothing is sampled.
     """
 
-    scheme: str
-    problem: str
-    measure: str
-    quantity: str
+    key: Key
     found: Factor
     paths: int = 0
 
     @classmethod
     def without(cls, reason: str, *names: str) -> "Comparison":
         """Return what cannot be compared, and why."""
-        scheme, problem, measure, quantity = (*names, "", "", "", "")[:4]
-        return cls(scheme, problem, measure, quantity, no_factor(reason))
+        return cls(Key(*(*names, "", "", "", "")[:4]), no_factor(reason))
 
 
 @dataclass(frozen=True)
@@ -148,13 +145,12 @@ def _of_quantities(
     if not (old or new):
         yield Comparison.without(f"measure {measure} tells no error of a level here", *cell.key, measure)
     for quantity in dict.fromkeys((*old, *new)):
-        where = (*cell.key, measure, quantity)
+        where = Key(*cell.key, measure, quantity)
         if quantity not in old or quantity not in new:
             yield Comparison.without(f"only in {(cell.old if quantity in old else cell.new).folder}", *where)
             continue
-        found = factor(old[quantity], new[quantity])
         counts = old[quantity].counts
-        yield Comparison(*where, found, 0 if counts is None else int(counts.sum()))
+        yield Comparison(where, factor(old[quantity], new[quantity]), 0 if counts is None else int(counts.sum()))
 
 
 def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import UsageError
 from ...study.holm import holm
-from ..folders import NAMES
+from ..cells import grouped
 from .cells import Comparison
 from .factors import Factor
 
@@ -143,7 +143,7 @@ class RunPair(NamedTuple):
     @property
     def on_other_noise(self) -> bool:
         """Whether the runs have no noise in common, so that verdicts alone are compared."""
-        return any(not each.scheme for each in self.omitted)
+        return any(not each.key.scheme for each in self.omitted)
 
 
 def records(pair: RunPair) -> dict[str, Any]:
@@ -153,19 +153,15 @@ def records(pair: RunPair) -> dict[str, Any]:
         "new": str(pair.new),
         "verdicts": pair.verdicts,
         "quantities": [_record(*row) for row in pair.rows],
-        "omitted": [{**_names(each), "reason": each.found.reason} for each in pair.omitted],
+        "omitted": [{**each.key._asdict(), "reason": each.found.reason} for each in pair.omitted],
     }
-
-
-def _names(compared: Comparison) -> dict[str, str]:
-    return {name: getattr(compared, name) for name in NAMES}
 
 
 def _record(compared: Comparison, changed: Changed) -> dict[str, object]:
     numbers = {"factor": changed.factor, "ci_low": changed.low, "ci_high": changed.high}
     numbers |= {"order_change": compared.found.order.value, "order_std_error": compared.found.order.se}
     return {
-        **_names(compared),
+        **compared.key._asdict(),
         **{name: value if isfinite(value) else None for name, value in numbers.items()},
         "verdict": str(changed.change),
         "order_moved": changed.order_moved,
@@ -182,8 +178,7 @@ def pair_in_words(pair: RunPair, *, every: bool) -> Iterator[str]:
     order = list(WORDS)
     for compared, changed in sorted(pair.rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
         if every or changed.change is not Change.SAME or changed.order_moved:
-            what = "{} on {}, {} {}".format(*compared[:4])
-            yield f"{what}: {changed.change}, {_in_words(compared.found, changed)}"
+            yield f"{compared.key}: {changed.change}, {_in_words(compared.found, changed)}"
 
 
 def _in_words(found: Factor, changed: Changed) -> str:
@@ -203,13 +198,9 @@ def counts(pair: RunPair) -> str:
 
 def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:
     """Yield what is not compared, a line for each reason."""
-    grouped: dict[str, list[Comparison]] = {}
-    for each in omitted:
-        grouped.setdefault(each.found.reason, []).append(each)
-    for reason, cells in list(grouped.items())[:MOST_TOLD]:
-        first = cells[0]
-        what = f"{first.scheme} on {first.problem}, {first.measure} {first.quantity}".rstrip(", ")
+    reasons = grouped(omitted, lambda each: each.found.reason)
+    for reason, cells in list(reasons.items())[:MOST_TOLD]:
         more = f" and {len(cells) - 1} more" if len(cells) > 1 else ""
-        yield f"not compared: {what}{more}: {reason}" if first.scheme else reason
-    if len(grouped) > MOST_TOLD:
-        yield f"and {len(grouped) - MOST_TOLD} more reasons, see --json"
+        yield f"not compared: {cells[0].key}{more}: {reason}" if cells[0].key.scheme else reason
+    if len(reasons) > MOST_TOLD:
+        yield f"and {len(reasons) - MOST_TOLD} more reasons, see --json"

@@ -18,6 +18,7 @@ from ...contracts.tally import Tally
 from ...numerics.statistics import EPS, GROUPS
 from ...verdicts.fitted_levels import sound_levels_of
 from ...verdicts.path_tests import RESOLVED
+from ..cells import grouped
 
 # Columns of levels: whether a slope was fitted to it, what an error has to exceed, the size of what cancels in it.
 FITTED, FLOOR, SCALE = "fitted", "error_floor", "scale"
@@ -83,10 +84,7 @@ def _is_known_order(found: Finding) -> bool:
 
 
 def _by_quantity(levels: Iterable[LevelFinding]) -> dict[str, list[LevelFinding]]:
-    rows: dict[str, list[LevelFinding]] = {}
-    for row in levels:
-        rows.setdefault(row.quantity, []).append(row)
-    return rows
+    return grouped(levels, lambda row: row.quantity)
 
 
 def _has_floors(rows: list[LevelFinding]) -> bool:

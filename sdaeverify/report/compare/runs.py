@@ -10,7 +10,7 @@ from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import NAMES, key_of, read_verdicts, run_of
+from ..folders import key_of, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
 
@@ -93,8 +93,8 @@ def verdict_changes(old: Path, new: Path) -> list[dict[str, str]]:
     """Return the verdicts that changed between the runs in two folders, of what both judged: names, before, after."""
     known = {key_of(row): row["verdict"] for row in read_verdicts(old).verdicts}
     both = ((key_of(row), row["verdict"]) for row in read_verdicts(new).verdicts)
-    changed = [(*key, known[key], after) for key, after in both if known.get(key, after) != after]
-    return [dict(zip((*NAMES, "before", "after"), row, strict=True)) for row in changed]
+    changed = ((key, known[key], after) for key, after in both if known.get(key, after) != after)
+    return [{**key._asdict(), "before": before, "after": after} for key, before, after in changed]
 
 
 def why_not_on_common_noise(old: StoredRun, new: StoredRun) -> str:
@@ -145,12 +145,7 @@ def damages(folder: Path, damaged: int) -> str:
 
 
 def _reasons(folder: Path) -> Iterator[str]:
-    try:
-        rows = read_verdicts(folder).verdicts
-    except UsageError:
-        return
-    for told in rows:
-        early = " before any path" if told.get("decided_by") == BEFORE_ANY_PATH else ""
-        if told.get("reason"):
-            cell = f"{told.get('scheme')} on {told.get('problem')}, {told.get('measure')}"
-            yield f"{cell}: {told.get('verdict')}{early}: {told['reason']}"
+    for row in read_verdicts(folder).verdicts:
+        early = " before any path" if row.get("decided_by") == BEFORE_ANY_PATH else ""
+        if row.get("reason"):
+            yield f"{key_of(row)}: {row.get('verdict')}{early}: {row['reason']}"

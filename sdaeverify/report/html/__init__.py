@@ -1,6 +1,7 @@
 """The page of a run: one file that needs no network, its pictures drawn from the numbers of the tables."""
 
 import base64
+import csv
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,6 @@ from ..folders import read_tables
 from ..pictures import description
 from ..tables.columns import COLUMNS
 from .payload import payload, to_json
-from .verifier import read_csv, verifier
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,13 +27,14 @@ __all__ = [
     "payload",
     "remove_page",
     "to_json",
-    "verifier",
     "write_page",
     "write_tables",
 ]
 
 
 PAGE = "report.html"
+# What is known of the verifier itself, from the reports beside a run.
+VERIFIER = {"kills": Path("selftest", "kill.csv"), "calibration": Path("calibration", "calibration.csv")}
 MEANING = "What the columns of the tables beside this page mean."
 # What a page without addresses of its own needs least: neither a base for them nor anywhere to send a form.
 NOWHERE = "base-uri 'none'; form-action 'none'"
@@ -71,8 +72,11 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
         If the folder holds no run, or cannot be written into.
     """
     path = folder / PAGE
-    found, columns = verifier(folder.parent), read_csv(folder / COLUMNS)
-    further = {"verifier": found} if found else {}
+    known, columns = (
+        {name: _read_csv(folder.parent / file) for name, file in VERIFIER.items()},
+        _read_csv(folder / COLUMNS),
+    )
+    further = {"verifier": known} if any(known.values()) else {}
     tables = [TablePage("Columns", columns[0], columns[1:], (MEANING,))._asdict()] if columns else []
     write_text(page_text({**payload(read_tables(folder), passports), **further, "tables": tables}), path)
     return path
@@ -94,7 +98,7 @@ def write_tables(file: Path, sentence: str, tables: Sequence[TablePage]) -> None
     UsageError
         If it cannot be written.
     """
-    nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": [], "texts": []}
+    nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": {}}
     shown = [table._asdict() for table in tables]
     write_text(page_text({**nothing, "sentence": sentence, "tables": shown}), file)
 
@@ -143,3 +147,12 @@ def page_text(data: Mapping[str, Any]) -> str:
 
 def _asset(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _read_csv(file: Path) -> list[list[str]]:
+    """Return the rows of a table, headings first; none where there is no such table."""
+    try:
+        with file.open(newline="", encoding="utf-8") as opened:
+            return list(csv.reader(opened))
+    except (OSError, ValueError, csv.Error):
+        return []

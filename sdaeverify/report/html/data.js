@@ -3,26 +3,18 @@
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const { verdicts: VERDICTS, attention: ATTENTION, axes: AXES, clear: CLEAR } = DATA.pictures;
 const axisOf = (measure) => AXES[measure] || AXES[""];
-const TEXTS = DATA.text_columns || [], LABELS_OF_COLUMNS = DATA.labels || [];
+const LABELS_OF_COLUMNS = DATA.labels || [];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
+const column = (given) => (Array.isArray(given) ? given.map(value) : given.at.map((place) => given.words[place]));
 
-/** Return the findings as records, each with the columns of its levels. */
-function records() {
-  const columns = DATA.findings, count = (columns.scheme || []).length;
-  return Array.from({ length: count }, (_, place) => {
-    const record = { levels: DATA.levels[place], place };
-    for (const [name, column] of Object.entries(columns)) record[name] = TEXTS.includes(name) ? DATA.texts[column[place]] : value(column[place]);
-    return record;
-  });
+/** Return columns as records. */
+function records(columns) {
+  const read = Object.entries(columns).map(([name, given]) => [name, column(given)]);
+  return (read.length ? read[0][1] : []).map((_, place) => Object.fromEntries(read.map(([name, cells]) => [name, cells[place]])));
 }
 
-const FINDINGS = records();
-const ABSENT = Array.from({ length: (DATA.absent || []).length / 4 }, (_, place) => {
-  const [scheme, problem, measure, reason] = DATA.absent.slice(4 * place, 4 * place + 4).map((number) => DATA.texts[number]);
-  return { scheme, problem, measure, reason };
-});
-const COSTS = (DATA.costs || []).map(([scheme, problem, kind, mean]) => ({ scheme: DATA.texts[scheme], problem: DATA.texts[problem], kind: DATA.texts[kind], mean }));
-const DENSITIES = (DATA.densities || []).map(([scheme, problem, quantity, h, at, own, exact]) => ({ scheme: DATA.texts[scheme], problem: DATA.texts[problem], quantity: DATA.texts[quantity], h, at, own, exact }));
+const FINDINGS = records(DATA.findings).map((one, place) => ({ ...one, levels: DATA.levels[place], place }));
+const ABSENT = records(DATA.absent), COSTS = DATA.costs || [], DENSITIES = DATA.densities || [];
 const PASSPORTS = { schemes: {}, problems: {}, measures: {}, ...DATA.passports };
 
 function grouped(list, key) {
@@ -47,16 +39,16 @@ const settings = DATA.run.settings || {};
 function points(finding) {
   const levels = finding.levels, count = (levels.h || []).length;
   return Array.from({ length: count }, (_, n) => {
-    const of = (name) => (levels[name] ? value(levels[name][n]) : null), error = of("e"), spread = of("s") || 0;
-    const seen = levels.f ? of("f") === 1 : !spread || Math.abs(error) > CLEAR * spread;
-    return { h: of("h"), e: error, s: spread, eps: of("eps"), functional: levels.u ? DATA.texts[levels.u[n]] : "", filled: seen, why: seen ? "" : reasonHollow(levels, of) };
+    const of = (name) => (levels[name] ? value(levels[name][n]) : null), error = of("estimate"), spread = of("std_error") || 0;
+    const seen = levels.fitted ? of("fitted") === 1 : !spread || Math.abs(error) > CLEAR * spread;
+    return { h: of("h"), e: error, s: spread, eps: of("eps") ?? of("worst_eps"), functional: of("functional") || "", filled: seen, why: seen ? "" : reasonHollow(levels, of) };
   });
 }
 
 function reasonHollow(levels, of) {
-  if (of("x")) return "paths failed";
-  if (of("t")) return "steps were truncated";
-  return levels.f ? "coarser than the levels that are fitted, or next to rounding" : "less than three standard errors from 0";
+  if (of("failed_paths") || of("failed")) return "paths failed";
+  if (of("truncated_share")) return "steps were truncated";
+  return levels.fitted ? "coarser than the levels that are fitted, or next to rounding" : "less than three standard errors from 0";
 }
 
 const worst = (findings) => Object.keys(VERDICTS).find((verdict) => findings.some((one) => one.verdict === verdict)) || "not_applicable";

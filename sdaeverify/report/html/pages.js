@@ -170,8 +170,8 @@ function cardPicture(finding) {
   }
   if (all.some((point) => point.functional)) return functionals(finding, all, label);
   const fit = finding.path_order, yLabel = axisOf(finding.measure).label;
-  const hollow = all.some((point) => !point.filled), seen = finding.levels.f ? "fitted" : "above three standard errors";
-  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", finite(finding.claimed_order) ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
+  const hollow = all.some((point) => !point.filled), seen = finding.levels.fitted ? "fitted" : "above three standard errors";
+  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.fitted ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", finite(finding.claimed_order) ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
   return figure(convergence(all, { label, quantiles: DATA.reach, slopes: slopes(finding), fit, yLabel }), caption, head, rows);
 }
 

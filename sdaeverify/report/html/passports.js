@@ -77,8 +77,8 @@ function sameNoise(problem, first = "", measure = "strong") {
 
 /** Draw errors against the time that a path takes: the further left and below, the better. */
 function work(findings, told, problem, first) {
-  const timed = findings.filter((one) => finite(one.step_seconds) && one.levels.n);
-  const series = timed.map((one) => ({ name: one.scheme, points: points(one).map((point, place) => ({ ...point, h: value(one.levels.n[place]) * one.step_seconds })) }));
+  const timed = findings.filter((one) => finite(one.step_seconds) && one.levels.steps);
+  const series = timed.map((one) => ({ name: one.scheme, points: points(one).map((point, place) => ({ ...point, h: value(one.levels.steps[place]) * one.step_seconds })) }));
   series.sort((a, b) => (b.name === first) - (a.name === first));
   return series.length ? comparison(series, { label: `work and precision, ${told} on ${problem}`, xLabel: "seconds a path", yLabel: axisOf(findings[0].measure).label,
     caption: `Work against precision: errors on ${problem} against the measured time of a path's steps. Further left and below is better.` }) : null;
@@ -134,11 +134,12 @@ function uniformityPage() {
 function verifierPage() {
   const { kills, calibration } = DATA.verifier;
   return ["Verifier", heading(1, "Is the verifier right?"),
-    kills ? [heading(2, "Planted bugs, and which check refutes them"), table(kills.head, kills.rows)] : [],
-    calibration ? [heading(2, "How often intervals contain the truth, and tests err"), coverage(calibration)] : []].flat();
+    kills.length > 1 ? [heading(2, "Planted bugs, and which check refutes them"), table(kills[0], kills.slice(1))] : [],
+    calibration.length > 1 ? [heading(2, "How often intervals contain the truth, and tests err"), coverage(calibration)] : []].flat();
 }
 
-function coverage(calibration) {
-  return [...grouped(calibration, (one) => `${one.study}: ${one.case}`)].map(([study, rows]) => [heading(3, study),
-    forest(rows.map((one) => ({ name: `${one.statistic}${one.paths ? ` · ${one.paths} paths` : ""}`, value: one.rate, low: one.ci_low, high: one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
+function coverage([head, ...rows]) {
+  const records = rows.map((row) => Object.fromEntries(head.map((name, place) => [name, row[place]])));
+  return [...grouped(records, (one) => `${one.study}: ${one.case}`)].map(([study, found]) => [heading(3, study),
+    forest(found.map((one) => ({ name: `${one.statistic}${one.paths ? ` · ${+one.paths} paths` : ""}`, value: +one.rate, low: +one.ci_low, high: +one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(+one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
 }

@@ -184,16 +184,16 @@ function comparison(series, { label, xLabel = "step size h", yLabel = "error", l
 /** Draw the density of a coordinate under the stationary law of a scheme beside that of the equation. */
 function density(one) {
   const label = `stationary ${one.quantity} under ${one.scheme} on ${one.problem}`;
-  const x = scaleOf(one.at, LEFT, WIDTH - RIGHT, { log: false }), y = scaleOf([0, ...one.own, ...one.exact], HEIGHT - BOTTOM, TOP, { log: false });
+  const x = scaleOf(one.at, LEFT, WIDTH - RIGHT, { log: false }), y = scaleOf([0, ...one.estimate, ...one.exact], HEIGHT - BOTTOM, TOP, { log: false });
   const line = (values, kind) => el("path", { class: kind, d: path(one.at.map((at, place) => [x.at(at), y.at(values[place])])) });
-  return figure(picture(label, HEIGHT, [axes(x, y, { x: one.quantity.replace("density of ", ""), y: "density" }), line(one.exact, "exact"), line(one.own, "line")]),
+  return figure(picture(label, HEIGHT, [axes(x, y, { x: one.quantity.replace("density of ", ""), y: "density" }), line(one.exact, "exact"), line(one.estimate, "line")]),
     [`Stationary ${one.quantity}: solid under ${one.scheme} at h = ${short(one.h, 4)}, dashed under the equation; the gap is ${short(distance(one), 2)} of the probability.`],
-    ["at", "scheme", "equation"], one.at.map((at, place) => [at, one.own[place], one.exact[place]]));
+    ["at", "scheme", "equation"], one.at.map((at, place) => [at, one.estimate[place], one.exact[place]]));
 }
 
 /** Return half the integral of the absolute difference: the largest difference of probabilities. */
-function distance({ at, own, exact }) {
-  const gaps = at.map((_, place) => Math.abs(own[place] - exact[place]));
+function distance({ at, estimate, exact }) {
+  const gaps = at.map((_, place) => Math.abs(estimate[place] - exact[place]));
   return at.slice(1).reduce((sum, right, place) => sum + (right - at[place]) * (gaps[place] + gaps[place + 1]) / 4, 0);
 }
 

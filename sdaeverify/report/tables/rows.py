@@ -44,7 +44,7 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
     rows = Rows([], [], {})
     for result in results:
         for finding in result.findings:
-            named = _names(result, finding.quantity)
+            named = folders.key_in(result.cell, finding.quantity)._asdict()
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason)})
                 continue
@@ -95,16 +95,6 @@ def _column(values: list[Any], *, whole: bool) -> "pd.Series[Any]":
     return pd.Series(values) if kinds else pd.Series(values, dtype=float)
 
 
-def _names(result: CellResult, quantity: str) -> Record:
-    cell = result.cell
-    return {
-        "scheme": cell.scheme.label,
-        "problem": cell.spec.label,
-        "measure": cell.measure.name,
-        "quantity": quantity,
-    }
-
-
 def _list_details(result: CellResult, finding: Finding) -> Record:
     return {
         "method": str(finding.method or ""),
@@ -124,7 +114,7 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, An
     steps = {level: _of_level(result, settings, level) for level in levels}
     for row in result.levels:
         yield {
-            **_names(result, row.quantity),
+            **folders.key_in(result.cell, row.quantity)._asdict(),
             "h": row.h,
             "estimate": row.estimate,
             "std_error": row.std_error,

@@ -6,18 +6,21 @@ The runner takes a line that begins with ``::`` for a command. All that plugins 
 
 import inspect
 import secrets
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...contracts.scheme import Scheme
-from ...report.plain import escape, visible
-from ..gated import WORDS, Gated, limit_lines
-from ..outcomes import ORDER, Outcome, Status
-from .messages import estimate_text, headline
+import pandas as pd
+
+from ..contracts.scheme import Scheme
+from ..report.plain import escape, visible
+from .gated import WORDS, Gated
+from .outcomes import Outcome, Status
+from .words import gated_command, message, text_report
 
 MOST = 10
+# Outcomes in a summary, which may hold 1 MiB; one rarely takes more than 2 KiB.
+MOST_ROWS, FENCE = 200, "~~~~"
 # Folders that hold copies of sources: of what is installed, and of what is built to be.
 INSTALLED = frozenset({"site-packages", "dist-packages", "build"})
 KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
@@ -67,17 +70,10 @@ def data_text(text: str) -> str:
 
 
 def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
-    finding = outcome.finding
     kind = "error" if gated.is_red(outcome) else KINDS[outcome.status]
     title = f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"
     properties = {**place_of(outcome.cell.scheme, root), "title": title}
-    parts = (
-        headline(outcome),
-        estimate_text(finding, gated.settings.confidence),
-        str(finding.reason),
-        gated.command(outcome),
-    )
-    return _command(kind, properties, "\n".join(visible(part) for part in parts if part))
+    return _command(kind, properties, message(outcome, gated.settings, gated_command(gated, outcome)))
 
 
 def _command(kind: str, properties: dict[str, str], message: str) -> str:
@@ -115,80 +111,20 @@ def source_in(root: Path, file: Path) -> str:
     return next((copy.as_posix() for copy in same), "")
 
 
-# The summary of a job, in Markdown.
-
-
-# A step summary may hold 1 MiB; a row rarely takes more than 2 KiB.
-MOST_ROWS = 200
-
-
 def markdown_report(gated: Gated) -> str:
-    """Return the summary.
+    """Return the summary of a job: the report for a terminal, as it is, and outcomes by scheme.
 
     Parameters
     ----------
     gated : Gated
-
-    Returns
-    -------
-    str
-        Names and texts of plugins stay in their cells and are shown as they are.
     """
+    # No line of the report begins with a text of a plugin, which could end the block.
+    lines = [*text_report(gated, MOST_ROWS), "", *_by_scheme(gated)]
     sign = "❌" if gated.code else "✅"
-    lines = [
-        f"## {sign} sdaeverify gate: {escape(gated.words)}",
-        "",
-        f"{gated.summary}.",
-        "",
-        f"{gated.budget}.",
-        "",
-    ]
-    lines += _bullets("Lock file", gated.violations)
-    for status in ORDER:
-        if status is not Status.PASSED:
-            lines += _section(status, gated)
-    lines += _bullets("Warnings", gated.warnings)
-    lines += _bullets("Notes", gated.notes)
-    return "\n".join([*lines, *_schemes(gated.outcomes)]) + "\n"
+    return "\n".join([f"## {sign} sdaeverify gate: {escape(gated.words)}", "", FENCE, *lines, FENCE, ""])
 
 
-def _bullets(title: str, lines: Iterable[str]) -> list[str]:
-    items = [f"- {escape(line)}" for line in limit_lines(list(lines), MOST_ROWS)]
-    return [f"### {title}", "", *items, ""] if items else []
-
-
-def _section(status: Status, gated: Gated) -> list[str]:
-    chosen = [outcome for outcome in gated.outcomes if outcome.status is status]
-    if not chosen:
-        return []
-    head = [f"### {WORDS[status].capitalize()}", "", "| scheme | problem | what | claim | estimate | why | command |"]
-    rows = [_row(outcome, gated) for outcome in chosen[:MOST_ROWS]]
-    more = [f"and {len(chosen) - MOST_ROWS} more, see verdicts.csv", ""] if len(chosen) > MOST_ROWS else []
-    return [*head, "|---|---|---|---|---|---|---|", *rows, "", *more]
-
-
-def _row(outcome: Outcome, gated: Gated) -> str:
-    cell, finding = outcome.cell, outcome.finding
-    why = f"{finding.reason} (expected: {outcome.expected})" if outcome.expected else str(finding.reason)
-    texts = (
-        cell.scheme.label,
-        cell.spec.label,
-        f"{cell.measure.name} {finding.quantity}".strip(),
-        outcome.claim,
-        estimate_text(finding, gated.settings.confidence),
-        why,
-        gated.command(outcome),
-    )
-    return f"| {' | '.join(map(escape, texts))} |"
-
-
-def _schemes(outcomes: Iterable[Outcome]) -> Iterator[str]:
-    counts: dict[str, Counter[Status]] = {}
-    for outcome in outcomes:
-        counts.setdefault(outcome.cell.scheme.label, Counter())[outcome.status] += 1
-    used = [status for status in ORDER[::-1] if any(count[status] for count in counts.values())]
-    if used:
-        yield f"| scheme | {' | '.join(WORDS[status] for status in used)} |"
-        yield f"|---|{'---|' * len(used)}"
-        for scheme, count in sorted(counts.items()):
-            yield f"| {escape(scheme)} | {' | '.join(str(count[status]) for status in used)} |"
+def _by_scheme(gated: Gated) -> list[str]:
+    names = [f"scheme {visible(outcome.cell.scheme.label)}" for outcome in gated.outcomes]
+    words = [WORDS[outcome.status] for outcome in gated.outcomes]
+    return pd.crosstab(names, words, rownames=[""], colnames=[""]).to_string().splitlines() if names else []

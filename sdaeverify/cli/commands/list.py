@@ -1,16 +1,22 @@
 """``list``: what is registered."""
 
+import math
+from typing import Any
+
 import click
 from rich.table import Table
 
-from ...registry.contributions import word_of
+from ...contracts.scheme import form_names
+from ...registry.contributions import Registered, word_of
+from ...registry.load import Registry
+from ...report.passports import docstring
 from ...report.plain import text_table
-from ..catalogue import Record, catalogue
 from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
 
+Record = dict[str, Any]
 KINDS = ("schemes", "problems", "measures", "plugins")
 COLUMNS = {
     "schemes": ("name", "parameters", "form", "summary", "plugin"),
@@ -59,3 +65,33 @@ def _text(record: Record, column: str) -> str:
 
 def _word(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def catalogue(registry: Registry) -> dict[str, list[Record]]:
+    """Return the records of each kind, sorted by name; plugins in the order they were loaded."""
+    return {
+        "schemes": [_record("scheme", entry) for entry in registry.schemes.values()],
+        "problems": [_record("problem", entry) for entry in registry.problems.values()],
+        "measures": [_record("measure", entry) for entry in registry.measures.values()],
+        "plugins": [{"kind": "plugin", **row._asdict()} for row in registry.plugins],
+    }
+
+
+def _record(kind: str, entry: Registered) -> Record:
+    lines = docstring(entry.subject).splitlines()
+    return {
+        "kind": kind,
+        "name": entry.name,
+        "parameters": {parameter.name: _plain(parameter.default) for parameter in entry.parameters},
+        "summary": lines[0] if lines else "",
+        **({"form": form_names(entry.thing)} if kind == "scheme" else {}),
+        **({} if kind == "measure" else {"on_request": entry.on_request}),
+        "plugin": entry.origin.plugin,
+        "distribution": entry.origin.distribution,
+        "version": entry.origin.version,
+    }
+
+
+def _plain(default: Any) -> Any:
+    # JSON knows neither infinity nor nan.
+    return str(default) if isinstance(default, float) and not math.isfinite(default) else default

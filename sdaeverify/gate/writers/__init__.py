@@ -1,1 +1,0 @@
-"""What a gate writes: one format a file, all from the same record."""
