@@ -3,10 +3,10 @@
 from itertools import pairwise
 
 import pytest
-
-from facade import settings_fromfrom hypothesis import given
+from hypothesis import given
 from hypothesis import strategies as st
 
+from facade import settings_from
 from sdaeverify import Settings, UsageError
 
 

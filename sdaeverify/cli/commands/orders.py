@@ -49,7 +49,9 @@ def orders(
     if as_json:
         print_json([_told(row) for row in rows])
         return code_of_rows(rows)
-    print_texts(output(), _lines(rows))
+    console = output()
+    console.print(text_table(HEADINGS, map(_cells, rows)))
+    print_texts(console, _lines(rows))
     return conclude(code_of_rows(rows), ABOUT)
 
 
