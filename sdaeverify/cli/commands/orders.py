@@ -10,7 +10,7 @@ from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_schemes
 from ...report.files import write_text
-from ...report.plain import visible
+from ...report.plain import text_table, visible
 from ...trees.grow import picture
 from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport, check_numbers, classes_named, rows_of
 from .. import options
