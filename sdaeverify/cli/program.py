@@ -24,6 +24,7 @@ OWN = {
     "compare": "compare:compare",
     "demo": "demo:demo",
     "gate": "gate:gate",
+    "hunt": "hunt:hunt",
     "info": "info:info",
     "list": "listing:listing",
     "matrix": "matrix:matrix",

@@ -84,6 +84,11 @@ class Example:
         """All coefficients: their number of terms says how large the example is."""
         raise NotImplementedError
 
+    @property
+    def terms(self) -> int:
+        """How many terms all coefficients have."""
+        return sum(len(field) for field in self.fields)
+
     def definitions(self) -> Iterator[str]:
         """Yield the statements of the function, which define what `arguments` names."""
         raise NotImplementedError

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import isnan
 from numbers import Integral, Real
 from typing import Any, ClassVar
 
@@ -91,7 +92,7 @@ def _with_parameters(spec: ProblemSpec) -> st.SearchStrategy[ShippedExample]:
 
 
 def _is_size(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, Integral) and value == value  # noqa: PLR0124 - no NaN
+    return isinstance(value, Real) and not isinstance(value, Integral) and not isnan(value)
 
 
 def _scaling(value: Any) -> Callable[[float], float]:
