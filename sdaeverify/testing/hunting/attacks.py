@@ -20,7 +20,7 @@ from ..strategies.shipped import SHIPPED
 from .confirm import confirm
 from .options import EXAMPLES, HuntOptions
 from .report import Attack, HuntReport
-from .search import MOST, Budget, Search, Target, find, simplest
+from .search import MOST, Budget, Search, Target, any_of, find
 from .sight import ONE_STEP
 
 
@@ -80,12 +80,13 @@ def _forms(scheme: Scheme, wanted: Sequence[str]) -> list[str]:
     known = [*DRAWINGS, SHIPPED]
     if unknown := sorted(set(wanted) - set(known)):
         raise UsageError(f"unknown form {', '.join(unknown)}; known are {', '.join(known)}")
-    return list(wanted) or [form for form in DRAWINGS if isinstance(_simplest(form), scheme.forms)]
+    return list(wanted) or [form for form in DRAWINGS if isinstance(_problem(form), scheme.forms)]
 
 
 @cache
-def _simplest(form: str) -> Any:
-    return simplest(DRAWINGS[form].strategy()).build()
+def _problem(form: str) -> Any:
+    """Return a problem of a form."""
+    return any_of(DRAWINGS[form].strategy()).build()
 
 
 def _strategy(registry: Registry, target: Target, when: Sequence[str]) -> Any:

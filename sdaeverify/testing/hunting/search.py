@@ -159,9 +159,10 @@ def _has(function: Callable[[], object], scheme: Scheme, wanted: frozenset[str])
     return view is not None and wanted <= view.traits
 
 
-def simplest(strategy: SearchStrategy[Example]) -> Example:
-    """Return the simplest example of all."""
-    return hypothesis.find(strategy, lambda _: True, settings=hypothesis.settings(database=None), random=Random(0))
+def any_of(strategy: SearchStrategy[Example]) -> Example:
+    """Return an example, the same each time."""
+    settings = hypothesis.settings(database=None, phases=[hypothesis.Phase.generate])
+    return hypothesis.find(strategy, lambda _: True, settings=settings, random=Random(0))
 
 
 def find(search: Search, strategy: SearchStrategy[Example], seed: int, database: Path | None) -> Example | None:

@@ -24,9 +24,10 @@ from ...measures.weak import Weak
 from ...measures.weak.probe import TOLERANCE as WEAK_TOLERANCE
 from ...measures.weak.probe import judge_probe, probe_weak, weak_probe
 from ...verdicts.coverage import claim_for, coverage
+from ...verdicts.path_tests import DEEP_PATHS
 
-# Paths of a measure that one step tells nothing of, and the confidence at which they refute.
-PATHS, CONFIDENCE = 64, 0.9999
+# Paths of measures that look at nothing but paths, and the confidence at which paths refute.
+FEW, CONFIDENCE = 64, 0.9999
 SETTINGS = Settings()
 
 
@@ -91,18 +92,17 @@ def look(scheme: Scheme, function: Callable[..., Problem], measure: Measure) -> 
             if view is None:
                 return None
             if measure.name not in ONE_STEP:
-                return _along_paths(scheme, function, measure)
+                return _along_paths(scheme, function, measure, FEW)
             one_step, _ = ONE_STEP[measure.name]
-            return _worst(list(one_step(scheme, problem, view)))
+            seen = list(one_step(scheme, problem, view))
+            return _worst(seen) if seen else _along_paths(scheme, function, measure, DEEP_PATHS)
         except FAULTS:
             # Numbers that no step can be made with are no example of anything.
             return None
 
 
-def _worst(seen: list[Seen]) -> Sight | None:
+def _worst(seen: list[Seen]) -> Sight:
     """Return the refuted claim, or the one whose order is farthest below it."""
-    if not seen:
-        return None
     distances = [_distance(claim, order) for claim, _, order in seen]
     farthest = max((each for each in distances if np.isfinite(each)), default=nan)
     for claim, opinion, _ in seen:
@@ -138,8 +138,8 @@ def _weak(scheme: Scheme, problem: Problem, view: Problem) -> Iterator[Seen]:
             yield claim, opinion, weak_probe(evidence).order
 
 
-def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Measure) -> Sight | None:
-    rows = verify([scheme], [function], [measure], paths=PATHS, confidence=CONFIDENCE).verdicts
+def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Measure, paths: int) -> Sight | None:
+    rows = verify([scheme], [function], [measure], paths=paths, confidence=CONFIDENCE).verdicts
     claimed: Any = rows[(rows.scheme == scheme.label) & rows["claim"].fillna("").astype(bool)]
     if not len(claimed):
         return None
