@@ -11,6 +11,8 @@ from ...contracts.scheme import Scheme
 from ...contracts.tally import Tally
 from ..strategies.example import NAME, Example
 
+# How a run names its look at the contract of a step, and what is told of paths then.
+CONTRACT_TIER, BROKEN = "T0", "not asked, since the step is wrong on a trivial equation, too"
 # The chance of a false alarm that all confirmations of a hunt share.
 CHANCE = 0.01
 
@@ -33,14 +35,24 @@ def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> t
         file = Path(folder) / f"{NAME}.py"
         file.write_text(example.source, encoding="utf-8")
 
-        def verdicts(of: Measure) -> set[Verdict]:
-            rows: Any = verify([scheme], NAME, [of], plugins=[file], confidence=confidence).verdicts
-            return {Verdict(verdict) for verdict in rows[rows.scheme == scheme.label].verdict}
+        def rows(of: Measure) -> Any:
+            table = verify([scheme], NAME, [of], plugins=[file], confidence=confidence).verdicts
+            return table[table.scheme == scheme.label]
 
-        whole, paths = verdicts(measure), verdicts(_unprobed(measure))
-    against = Verdict.REFUTED in paths
-    alone = "refuted" if against else "verified" if paths == {Verdict.VERIFIED} else "undecided"
-    return Verdict.REFUTED in whole and (against or paths != {Verdict.VERIFIED}), alone
+        whole, paths = rows(measure), rows(_unprobed(measure))
+    refuted = str(Verdict.REFUTED) in set(whole["verdict"])
+    if (whole["decided_by"] == CONTRACT_TIER).any():
+        # Trivial equations decide, whatever the example is: its paths are not looked at.
+        return refuted, BROKEN
+    alone = _verdict_of(set(paths["verdict"]))
+    return refuted and alone is not Verdict.VERIFIED, str(alone)
+
+
+def _verdict_of(verdicts: set[str]) -> Verdict:
+    """Return the verdict on a claim, from those on its quantities."""
+    if str(Verdict.REFUTED) in verdicts:
+        return Verdict.REFUTED
+    return Verdict.VERIFIED if verdicts == {str(Verdict.VERIFIED)} else Verdict.INCONCLUSIVE
 
 
 def _unprobed(measure: Measure) -> Measure:

@@ -47,7 +47,7 @@ class Attack:
     confirmed : bool
         Whether `sdaeverify.verify` refutes the claim on the example's plugin file, too.
     by_paths : str
-        The verdict of paths alone there.
+        The verdict of paths alone there, or why they were not asked.
     tried : mapping of (str, str) to int
         Examples that were looked at, by kind and class.
     verified, doubtful : int
@@ -88,7 +88,7 @@ class Attack:
             return f"{what}: nothing found in {self.looked_at} examples. {self._worth()}"
         size = f"a dimension of {self.example.dimension} and a number of terms of {self.example.terms}"
         sure = (
-            f"confirmed, by paths alone {self.by_paths}"
+            f"confirmed (paths alone: {self.by_paths})"
             if self.confirmed
             else "not confirmed by a run, so that it counts for nothing"
         )
