@@ -12,7 +12,7 @@ from ...contracts.tally import Tally
 from ..strategies.example import NAME, Example
 
 # How a run names its look at the contract of a step, and what is told of paths then.
-CONTRACT_TIER, BROKEN = "T0", "not asked, since the step is wrong on a trivial equation, too"
+CONTRACT_TIER, BROKEN = "T0", "not asked, since the check of the contract refutes the step"
 # The chance of a false alarm that all confirmations of a hunt share.
 CHANCE = 0.01
 
@@ -42,7 +42,7 @@ def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> t
         whole, paths = rows(measure), rows(_unprobed(measure))
     refuted = str(Verdict.REFUTED) in set(whole["verdict"])
     if (whole["decided_by"] == CONTRACT_TIER).any():
-        # Trivial equations decide, whatever the example is: its paths are not looked at.
+        # The contract is checked before there are paths, on trivial equations above all.
         return refuted, BROKEN
     alone = _verdict_of(set(paths["verdict"]))
     return refuted and alone is not Verdict.VERIFIED, str(alone)
