@@ -52,6 +52,7 @@ from .noise.laws import (
     clipped_gaussian as clipped_gaussian,
 )
 from .noise.records import NoiseRecord as NoiseRecord
+from .testing.hunting.hunt import hunt as hunt
 from .registry.hookspecs import hookimpl as hookimpl
 from .trees.report import OrderReport as OrderReport, orders as orders
 

@@ -1,0 +1,61 @@
+"""``hunt``: examples are drawn at random until one breaks a claim."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...contracts.labels import split_list
+from ...errors import UsageError
+from ...report.files import require_writable
+from ...testing.hunting.hunt import hunt as hunt_schemes
+from ...testing.hunting.options import SHRINKING
+from ..console import complain, output, output_to_stderr, print_texts
+from ..exit_codes import ExitCode, codes_in_words
+from ..options import PLACE, once, plugins, progress_of_cells, seed
+
+WORDS = {
+    ExitCode.OK: "no claim is refuted",
+    ExitCode.REFUTED: "a claim is refuted, and that is confirmed",
+    ExitCode.USAGE: "wrong usage",
+    ExitCode.NOTHING: "nothing is claimed of any example",
+    ExitCode.PLUGIN: "a plugin or hypothesis cannot be loaded",
+}
+# What hypothesis remembers, beside the file of a counterexample.
+DATABASE = ".sdaeverify-hunt"
+
+
+@click.command(epilog=codes_in_words(WORDS), short_help="Look for problems on which claims do not hold.")
+@click.argument("schemes", metavar="SCHEME...", nargs=-1, required=True)
+@click.option("-m", "--measure", "measures", multiple=True, help="Whose claims are attacked.  [default: all]")
+@click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")
+@click.option("--form", "forms", multiple=True, help="Form of the examples.  [default: those of the scheme]")
+@once("--examples", type=int, help="Examples of each scheme, measure and form.  [default: 200]")
+@once("--minutes", type=float, help="Time for all of them, in place of a number.")
+@once("--shrinking", type=float, default=SHRINKING, help="Seconds that what is found is shrunk.")
+@once("--out", type=PLACE, metavar="FILE.py", help="Write a counterexample as a plugin file, and a test beside it.")
+@seed
+@progress_of_cells
+@plugins
+def hunt(**options: Any) -> ExitCode:
+    """Draw problems at random until a claim of SCHEME does not hold, and shrink what is found.
+
+    What is found is run by itself before it counts. At the end it says what was tried.
+    """
+    out: Path | None = options.pop("out")
+    if out is not None and out.suffix != ".py":
+        raise UsageError(f"--out expects a file that ends in .py, got {str(out)!r:.200}")
+    if out is not None:
+        require_writable(out.parent, "--out")
+    quiet = options.pop("progress") == "none"
+    schemes = [each for text in options.pop("schemes") for each in split_list(text)]
+    when = [each for text in options.pop("when") for each in split_list(text)]
+    database = None if out is None else out.parent / DATABASE
+    tell = str if quiet else lambda line: complain("", line)
+    with output_to_stderr():
+        report = hunt_schemes(schemes, when=when, database=database, tell=tell, **options)
+        files = () if out is None else report.write(out)
+    print_texts(output(), [*report.sentences(), *(f"written: {file}" for file in files)])
+    if not report.looked_at:
+        return ExitCode.NOTHING
+    return ExitCode.REFUTED if report.found else ExitCode.OK

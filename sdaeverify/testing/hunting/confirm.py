@@ -1,0 +1,65 @@
+"""A counterexample is confirmed by a run of the whole program on its plugin file, and by paths alone."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from ...api import verify
+from ...contracts.finding import Verdict
+from ...contracts.measure import Measure
+from ...contracts.scheme import Scheme
+from ...contracts.tally import Tally
+from ..strategies.example import NAME, Example
+
+# How a run names its look at the contract of a step, and what is told of paths then.
+CONTRACT_TIER, BROKEN = "T0", "not asked, since the check of the contract refutes the step"
+# The chance of a false alarm that all confirmations of a hunt share.
+CHANCE = 0.01
+
+
+def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> tuple[bool, str]:
+    """Return whether a run refutes a claim on an example, and the verdict of its paths where one step tells nothing.
+
+    A claim that paths alone verify is not refuted, whatever one step says.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    example : Example
+    measure : Measure
+    found : int
+        How many counterexamples are confirmed: 1 - 1/100/found is the confidence.
+    """
+    confidence = 1.0 - CHANCE / max(found, 1)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / f"{NAME}.py"
+        file.write_text(example.source, encoding="utf-8")
+
+        def rows(of: Measure) -> Any:
+            table = verify([scheme], NAME, [of], plugins=[file], confidence=confidence).verdicts
+            return table[table.scheme == scheme.label]
+
+        whole, paths = rows(measure), rows(_unprobed(measure))
+    refuted = str(Verdict.REFUTED) in set(whole["verdict"])
+    if (whole["decided_by"] == CONTRACT_TIER).any():
+        # The contract is checked before there are paths, on trivial equations above all.
+        return refuted, BROKEN
+    alone = _verdict_of(set(paths["verdict"]))
+    return refuted and alone is not Verdict.VERIFIED, str(alone)
+
+
+def _verdict_of(verdicts: set[str]) -> Verdict:
+    """Return the verdict on a claim, from those on its quantities."""
+    if str(Verdict.REFUTED) in verdicts:
+        return Verdict.REFUTED
+    return Verdict.VERIFIED if verdicts == {str(Verdict.VERIFIED)} else Verdict.INCONCLUSIVE
+
+
+def _unprobed(measure: Measure) -> Measure:
+    """Return the measure without what one step tells."""
+
+    def probe(*_: object) -> Tally:
+        return Tally()
+
+    kind: type[Measure] = type(f"Unprobed{type(measure).__name__}", (type(measure),), {"probe": probe})
+    return kind()

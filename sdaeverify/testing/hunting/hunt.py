@@ -1,0 +1,44 @@
+"""The hunt: each claim of some schemes is attacked by examples of each form that they solve."""
+
+from typing import TYPE_CHECKING, Any
+
+from ...api import Schemes
+from ...errors import UsageError
+from .options import HuntOptions
+
+if TYPE_CHECKING:
+    from .report import HuntReport
+
+
+def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
+    """Look for problems on which schemes break their claims.
+
+    Problems are drawn at random, and each is looked at by what one step tells. One that refutes a claim, also from
+    another start and with larger coefficients, is shrunk and put to `verify`, with and without what one step tells.
+
+    Parameters
+    ----------
+    schemes : str, Scheme or sequence of them
+        As `verify` takes them.
+    **options
+        ``measures``, ``when`` (traits), ``forms``, ``examples`` (200), ``minutes``, ``seed`` (1), ``shrinking`` (60),
+        ``plugins``, ``database`` (a folder) and ``tell`` (a function of a line), as `HuntOptions` explains them.
+
+    Returns
+    -------
+    HuntReport
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, a value out of its range, or nothing is claimed.
+    MissingLibraryError
+        If hypothesis is not installed.
+    """
+    if unknown := sorted(set(options) - set(HuntOptions.__annotations__)):
+        known = ", ".join(HuntOptions.__annotations__)
+        raise UsageError(f"unknown option {', '.join(unknown)} of a hunt; known are {known}")
+    asked = HuntOptions(**options)
+    from .attacks import attack_all  # noqa: PLC0415 - optional: it needs hypothesis
+
+    return attack_all(schemes, asked)

@@ -1,0 +1,60 @@
+"""What a hunt looks for, and how long."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...api import Measures
+from ...contracts.settings import number, whole
+from ...errors import UsageError
+
+EXAMPLES, SHRINKING = 200, 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class HuntOptions:
+    """What a hunt looks for, and how long.
+
+    Attributes
+    ----------
+    measures : str, Measure or sequence of them
+        Whose claims are attacked; all that the schemes claim where empty.
+    when : sequence of str
+        Traits that each example has.
+    forms : sequence of str
+        Of the examples; those that a scheme solves itself where empty. ``registered`` are the registered problems
+        with other numbers.
+    examples : int or None
+        How many are looked at for each scheme, measure and form; 200 without `minutes`.
+    minutes : float or None
+        For all of them together.
+    shrinking : float
+        Seconds that a counterexample is shrunk, at most as long as it may be looked for.
+    seed : int
+        The same seed finds the same, where no time ends the search.
+    plugins : sequence of str or Path
+        Plugin files.
+    database : Path or None
+        A folder that remembers what refuted a claim: the next hunt begins with it.
+    tell : callable
+        It is given a line of text now and then.
+    """
+
+    measures: Measures = ()
+    when: Sequence[str] = ()
+    forms: Sequence[str] = ()
+    examples: int | None = None
+    minutes: float | None = None
+    shrinking: float = SHRINKING
+    seed: int = 1
+    plugins: Sequence[str | Path] = ()
+    database: str | Path | None = None
+    tell: Callable[[str], object] = str
+
+    def __post_init__(self) -> None:
+        if self.examples is not None and whole("examples", self.examples) < 1:
+            raise UsageError(f"examples must be at least 1, got {self.examples}")
+        if self.minutes is not None and not number("minutes", self.minutes) > 0.0:
+            raise UsageError(f"minutes must be positive, got {self.minutes!r:.200}")
+        if not number("shrinking", self.shrinking) >= 0.0:
+            raise UsageError(f"shrinking must not be negative, got {self.shrinking!r:.200}")

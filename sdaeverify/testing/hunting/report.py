@@ -1,0 +1,167 @@
+"""What a hunt comes to: what was tried, what was found, and the sentences that say so."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...errors import UsageError
+from ...report.files import write_text
+from ..strategies.example import NAME, Example
+
+# What one step can tell of an order, by the tolerance that its claims are judged with.
+RESOLUTION = "an order that is lower than claimed by {tolerance:g} or more at some of the states that were looked at"
+TEST = '''"""Claims that a hunt refuted: they fail until the scheme is mended."""
+
+from pathlib import Path
+
+import pytest
+
+import sdaeverify
+
+PLUGINS = [Path(__file__).with_name("{plugin}"), *{plugins}]
+
+
+@pytest.mark.parametrize(("scheme", "measure"), {cells})
+def test_counterexample_is_not_refuted(scheme, measure):
+    """The scheme keeps its claim on the problem that was found."""
+    found = sdaeverify.verify(scheme, "{name}", measure, plugins=PLUGINS).verdicts
+
+    assert len(found)
+    assert not (found.verdict == "refuted").any()
+'''
+
+
+@dataclass(frozen=True)
+class Attack:
+    """What became of one claim, attacked by examples of one form.
+
+    Attributes
+    ----------
+    scheme, measure, form : str
+    claim : str
+        What is claimed where it was refuted; empty where nothing was.
+    example : Example or None
+        The smallest counterexample.
+    reason : str
+        Why the example refutes the claim.
+    confirmed : bool
+        Whether `sdaeverify.verify` refutes the claim on the example's plugin file, too.
+    by_paths : str
+        The verdict of paths alone there, or why they were not asked.
+    tried : mapping of (str, str) to int
+        Examples that were looked at, by kind and class.
+    verified, doubtful : int
+        How many of them verify the claim, and how many refuted it once but not again.
+    found_after, seconds : int, float
+        Examples and time until the first counterexample.
+    tolerance : float
+        How far below its claim an order may be; NaN where no order was looked at.
+    """
+
+    scheme: str
+    measure: str
+    form: str
+    claim: str = ""
+    example: Example | None = None
+    reason: str = ""
+    confirmed: bool = False
+    by_paths: str = ""
+    tried: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    verified: int = 0
+    doubtful: int = 0
+    found_after: int = 0
+    seconds: float = 0.0
+    tolerance: float = float("nan")
+
+    @property
+    def looked_at(self) -> int:
+        """Number of examples."""
+        return sum(self.tried.values())
+
+    @property
+    def outcome(self) -> str:
+        """The outcome in a sentence."""
+        what = f"{self.scheme}, {self.measure}, {self.form}"
+        if not self.tried:
+            return f"{what}: nothing is claimed of any example."
+        if self.example is None:
+            return f"{what}: nothing found in {self.looked_at} examples. {self._worth()}"
+        size = f"a dimension of {self.example.dimension} and a number of terms of {self.example.terms}"
+        sure = (
+            f"confirmed (paths alone: {self.by_paths})"
+            if self.confirmed
+            else "not confirmed by a run, so that it counts for nothing"
+        )
+        begun = f"refuted by example {self.found_after} after {self.seconds:.1f} s"
+        return f"{what}: {self.claim} is {begun}, shrunk to {size}, {sure}. {self.reason}."
+
+    def _worth(self) -> str:
+        left = self.looked_at - self.verified
+        doubt = f", {self.doubtful} of which refuted the claim once and not again" if self.doubtful else ""
+        told = f"{self.verified} verify the claim, {left} leave it open{doubt}"
+        if self.tolerance != self.tolerance:
+            return f"{told}."
+        return f"{told}. What would have been seen: {RESOLUTION.format(tolerance=self.tolerance)}."
+
+    @property
+    def classes(self) -> str:
+        """How many examples were looked at, by kind and class."""
+        return "; ".join(f"{count} of {kind}, {group}" for (kind, group), count in sorted(self.tried.items()))
+
+
+@dataclass(frozen=True, repr=False)
+class HuntReport:
+    """What a hunt comes to.
+
+    Attributes
+    ----------
+    attacks : tuple of Attack
+        One for each scheme, measure and form.
+    plugins : tuple of str
+        Files that the schemes are from.
+    """
+
+    attacks: tuple[Attack, ...]
+    plugins: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> tuple[Attack, ...]:
+        """The attacks that found a counterexample which was confirmed."""
+        return tuple(attack for attack in self.attacks if attack.example is not None and attack.confirmed)
+
+    @property
+    def looked_at(self) -> int:
+        """Number of examples."""
+        return sum(attack.looked_at for attack in self.attacks)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what became of each claim, what was tried, and what it comes to."""
+        for attack in self.attacks:
+            yield attack.outcome
+            if attack.tried:
+                yield f"  tried: {attack.classes}"
+        yield f"{self.looked_at} examples, {len(self.attacks)} attacks, {len(self.found)} counterexamples."
+
+    def write(self, path: str | Path) -> tuple[Path, ...]:
+        """Write the first confirmed counterexample as a plugin file, with a test beside it; return both files.
+
+        Raises
+        ------
+        UsageError
+            If the file does not end in .py or cannot be written.
+        """
+        file = Path(path)
+        if file.suffix != ".py":
+            raise UsageError(f"a plugin file ends in .py, got {str(path)!r:.200}")
+        if not self.found:
+            return ()
+        first = self.found[0]
+        assert first.example is not None
+        cells = [(first.scheme, first.measure)]
+        test = file.with_name(f"test_{file.name}")
+        write_text(first.example.source, file)
+        write_text(TEST.format(plugin=file.name, plugins=list(self.plugins), cells=cells, name=NAME), test)
+        return file, test
+
+    def __repr__(self) -> str:
+        return "\n".join(self.sentences())

@@ -1,0 +1,156 @@
+"""What one step, or where one step tells nothing a few paths, say of a scheme's claim on a problem."""
+
+from collections.abc import Callable, Iterator
+from math import nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...api import verify
+from ...contracts.claimed import Order
+from ...contracts.finding import Opinion, Verdict
+from ...contracts.matching import match
+from ...contracts.measure import Evidence, Measure
+from ...contracts.scheme import Claim, Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally
+from ...errors import FAULTS
+from ...forms import Problem
+from ...measures.path_errors.errors import STATE
+from ...measures.strong import Strong
+from ...measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
+from ...measures.strong.findings import judge_order, local_orders, probe_strong
+from ...measures.weak import Weak
+from ...measures.weak.probe import TOLERANCE as WEAK_TOLERANCE
+from ...measures.weak.probe import judge_probe, probe_weak, weak_probe
+from ...verdicts.coverage import claim_for, coverage
+from ...verdicts.path_tests import DEEP_PATHS
+
+# Paths of measures that look at nothing but paths, and the confidence at which paths refute.
+FEW, CONFIDENCE = 64, 0.9999
+SETTINGS = Settings()
+
+
+class Sight(NamedTuple):
+    """What is seen of a claim on a problem.
+
+    Attributes
+    ----------
+    claim : str
+        The claim that is refuted, or else the first one that was looked at.
+    refuted : str
+        Why it is refuted; empty if it is not.
+    distance : float
+        By how much the order is lower than claimed; NaN where no order is known.
+    verified : bool
+        Whether all that is claimed is verified by what was looked at.
+    """
+
+    claim: str
+    refuted: str = ""
+    distance: float = nan
+    verified: bool = False
+
+
+# Of a claim: what is said of it, and the order that was found.
+Seen = tuple[Claim, Opinion, float]
+
+
+def applies(scheme: Scheme, problem: Problem, measure: Measure) -> Problem | None:
+    """Return the view in which a measure's claim of a scheme is put to the test on a problem, or None.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+        As it was drawn.
+    measure : Measure
+        Whose claim it is.
+    """
+    view = match(scheme, problem).problem
+    if view is None or measure.refuses(scheme, problem):
+        return None
+    scopes = (claim.when <= view.traits for claim in scheme.promises if claim.measure == measure.name)
+    return view if any(scopes) else None
+
+
+def look(scheme: Scheme, function: Callable[..., Problem], measure: Measure) -> Sight | None:
+    """Return what is seen of a scheme's claim, or None where there is none or the example is not of its kind.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    function : callable
+        The problem function of an example.
+    measure : Measure
+        About which something is claimed.
+    """
+    with np.errstate(all="ignore"):
+        try:
+            problem = function()
+            view = applies(scheme, problem, measure)
+            if view is None:
+                return None
+            if measure.name not in ONE_STEP:
+                return _along_paths(scheme, function, measure, FEW)
+            one_step, _ = ONE_STEP[measure.name]
+            seen = list(one_step(scheme, problem, view))
+            return _worst(seen) if seen else _along_paths(scheme, function, measure, DEEP_PATHS)
+        except FAULTS:
+            # Numbers that no step can be made with are no example of anything.
+            return None
+
+
+def _worst(seen: list[Seen]) -> Sight:
+    """Return the refuted claim, or the one whose order is farthest below it."""
+    distances = [_distance(claim, order) for claim, _, order in seen]
+    farthest = max((each for each in distances if np.isfinite(each)), default=nan)
+    for claim, opinion, _ in seen:
+        if opinion.verdict is Verdict.REFUTED:
+            return Sight(str(claim), str(opinion.reason), farthest)
+    verified = all(opinion.verdict is Verdict.VERIFIED for _, opinion, _ in seen)
+    return Sight(str(seen[0][0]), "", farthest, verified)
+
+
+def _distance(claim: Claim, order: float) -> float:
+    return claim.value.least - order if isinstance(claim.value, Order) else nan
+
+
+def _evidence(scheme: Scheme, problem: Problem, view: Problem, tally: Tally) -> Evidence:
+    return Evidence(scheme, problem, view, SETTINGS, tally, Tally())
+
+
+def _strong(scheme: Scheme, problem: Problem, view: Problem) -> Iterator[Seen]:
+    evidence = _evidence(scheme, problem, view, probe_strong(scheme, view, SETTINGS))
+    for name, order in local_orders(evidence).items():
+        claim = coverage(evidence, Strong.name, name).claim
+        opinion = judge_order(evidence, claim, order)
+        if claim is not None and opinion is not None:
+            yield claim, opinion, order.order
+
+
+def _weak(scheme: Scheme, problem: Problem, view: Problem) -> Iterator[Seen]:
+    evidence = _evidence(scheme, problem, view, probe_weak(scheme, view, SETTINGS))
+    for name in (STATE, *view.observables):
+        claim = claim_for(scheme, view.traits, Weak.name, name).claim
+        opinion, _ = judge_probe(evidence, claim, name)
+        if claim is not None and opinion is not None:
+            yield claim, opinion, weak_probe(evidence).order
+
+
+def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Measure, paths: int) -> Sight | None:
+    rows = verify([scheme], [function], [measure], paths=paths, confidence=CONFIDENCE).verdicts
+    claimed: Any = rows[(rows.scheme == scheme.label) & rows["claim"].fillna("").astype(bool)]
+    if not len(claimed):
+        return None
+    # The row of a refuted quantity is told, and else the first one.
+    worst = claimed.sort_values("verdict", key=lambda given: given != str(Verdict.REFUTED), kind="stable").iloc[0]
+    refuted = worst["reason"] if Verdict(worst["verdict"]) is Verdict.REFUTED else ""
+    return Sight(worst["claim"], refuted, verified=set(claimed["verdict"]) == {str(Verdict.VERIFIED)})
+
+
+# Measures that one step tells enough of, with what it tells and how far below its claim an order may be.
+ONE_STEP: dict[str, tuple[Callable[[Scheme, Problem, Problem], Iterator[Seen]], float]] = {
+    Strong.name: (_strong, STRONG_TOLERANCE),
+    Weak.name: (_weak, WEAK_TOLERANCE),
+}

@@ -1,0 +1,204 @@
+"""Equations of index 1, without and with a delay."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from hypothesis import strategies as st
+
+from .draws import (
+    DISSIPATIVE,
+    GROWING,
+    LIPSCHITZ,
+    SMALL,
+    SMALL_NOISE,
+    WAVES,
+    fields,
+    numbers,
+    of_group,
+    starts,
+    terms,
+)
+from .example import Example, matrix_text, vector_text
+from .terms import Field, Term, indexed, scaled, sum_text
+
+ADDITIVE, DELAYED, GENERAL = "additive", "delayed noise", "general"
+INDEX_ONE_KINDS, DELAY_KINDS = (GENERAL, ADDITIVE), (GENERAL, DELAYED, ADDITIVE)
+TRAITS = {ADDITIVE: ("additive-noise",), DELAYED: ("delayed-noise",)}
+SUITABLE = (LIPSCHITZ, DISSIPATIVE, GROWING, SMALL_NOISE)
+# Multiples of all steps, and none of any.
+DELAYS = (0.5, 0.25, 0.3, 0.37, 0.7)
+# Horizon in delays: steps within the first delay and long after it.
+LATE = 3.0
+# G_y is a sum of two of them at most.
+SHARE = (0.25, -0.25)
+
+
+@dataclass(frozen=True)
+class IndexOneExample(Example):
+    """dx = f(t, x, y) dt + g(t, x, y) dW, 0 = G(t, x, y) - y with |G_y| <= 1/2.
+
+    Attributes
+    ----------
+    drift : tuple of Field
+        f, of t and of all other arguments one under the other.
+    columns : tuple of tuples of Field
+        Those of g.
+    algebraic : tuple of Field
+        G.
+    """
+
+    form: ClassVar[str] = "IndexOneSDAE"
+    given: ClassVar[str] = "t, x, y"
+
+    drift: tuple[Field, ...]
+    columns: tuple[tuple[Field, ...], ...]
+    algebraic: tuple[Field, ...]
+
+    @property
+    def traits(self) -> tuple[str, ...]:
+        """Those of the noise."""
+        return TRAITS.get(self.kind, ())
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """f, g and G."""
+        return (*self.drift, *(field for column in self.columns for field in column), *self.algebraic)
+
+    @property
+    def names(self) -> list[str]:
+        """What the components of all arguments are called."""
+        return [*indexed("x", self.dimension), *indexed("y", len(self.algebraic))]
+
+    def definitions(self) -> Iterator[str]:
+        """Yield f, g and G - y."""
+        yield vector_text("drift", self.given, self.drift, self.names)
+        yield matrix_text("diffusion", self.given, self.columns, self.names)
+        if self.algebraic:
+            solved = [f"{sum_text(field, self.names)} - y[{row}]" for row, field in enumerate(self.algebraic)]
+            yield f"def constraint({self.given}):\n    return rows(x, {', '.join(solved)})\n"
+
+    def arguments(self) -> Iterator[str]:
+        """Yield coefficients, start and numbers."""
+        yield from ("drift=drift", "diffusion=diffusion", f"noise_dim={len(self.columns)}")
+        yield from self.begin()
+        if self.algebraic:
+            yield from ("constraint=constraint", f"algebraic={len(self.algebraic)}")
+
+    def begin(self) -> Iterator[str]:
+        """Yield the arguments that say where the solution begins."""
+        yield f"start={list(self.start)}"
+
+    def doubled(self) -> "IndexOneExample":
+        """Return the example with 2 f and 2 g."""
+        columns = tuple(scaled(column, 2.0) for column in self.columns)
+        return replace(self, drift=scaled(self.drift, 2.0), columns=columns)
+
+
+@dataclass(frozen=True)
+class DelayExample(IndexOneExample):
+    """The same with v(t) = x(t - tau): f, g and G depend on t, x, v and y.
+
+    Attributes
+    ----------
+    delay : float
+        tau.
+    slope : float
+        x = start + slope sin t on [-tau, 0].
+    """
+
+    form: ClassVar[str] = "DelaySDAE"
+    given: ClassVar[str] = "t, x, v, y"
+
+    delay: float
+    slope: float
+
+    @property
+    def names(self) -> list[str]:
+        """What the components of all arguments are called."""
+        d, q = self.dimension, len(self.algebraic)
+        return [*indexed("x", d), *indexed("v", d), *indexed("y", q)]
+
+    def begin(self) -> Iterator[str]:
+        """Yield delay and history."""
+        yield f"delay={self.delay}"
+        yield f"history=lambda t: np.array({list(self.start)}) + {self.slope} * np.sin(t)"
+
+
+def _columns(kind: str, d: int, q: int, past: int) -> st.SearchStrategy[Any]:
+    if kind == ADDITIVE:
+        one = st.tuples(*[st.lists(terms(0, timed=False), max_size=1).map(tuple)] * d)
+    elif kind == DELAYED:
+        one = fields(d, past).map(lambda found: tuple(_behind(field, d) for field in found))
+    else:
+        one = fields(d, d + past + q)
+    return st.integers(1, 2).flatmap(lambda l: st.tuples(*[one] * l))
+
+
+def _behind(field: Field, d: int) -> Field:
+    """Return a function of v as one of (x, v, y)."""
+    return tuple(term._replace(wave=(0.0,) * d + term.wave) for term in field)
+
+
+def _algebraic(before: int, q: int) -> st.SearchStrategy[tuple[Field, ...]]:
+    """Draw G, which depends on one component of y in each of two terms."""
+
+    @st.composite
+    def term(draw: Any) -> Term:
+        one: Term
+        one, row = draw(terms(before, sizes=SHARE)), draw(st.integers(0, q))
+        of_y = tuple(float(row == other + 1) for other in range(q))
+        return one._replace(wave=(*one.wave, *of_y))
+
+    return st.tuples(*[st.lists(term(), max_size=2).map(tuple)] * q)
+
+
+@st.composite
+def index_ones(
+    draw: Any, kinds: tuple[str, ...] = INDEX_ONE_KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 2
+) -> IndexOneExample:
+    """Draw equations of index 1.
+
+    Parameters
+    ----------
+    draw : callable
+        Given by hypothesis.
+    kinds, groups : tuple of str
+        Kinds and classes to draw from.
+    largest : int
+        Number of components of the state, and of y.
+    """
+    kind, group, drift, columns, algebraic, start = draw(_common(kinds, groups, largest, past=False))
+    return IndexOneExample(kind, group, 1.0, start, drift, columns, algebraic)
+
+
+@st.composite
+def delays(
+    draw: Any, kinds: tuple[str, ...] = DELAY_KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 2
+) -> DelayExample:
+    """Draw equations with a delay.
+
+    Parameters
+    ----------
+    draw : callable
+        Given by hypothesis.
+    kinds, groups : tuple of str
+        Kinds and classes to draw from.
+    largest : int
+        Number of components of the state, and of y.
+    """
+    kind, group, drift, columns, algebraic, start = draw(_common(kinds, groups, largest, past=True))
+    delay, (slope,) = draw(st.sampled_from(DELAYS)), draw(numbers(WAVES, 1))
+    horizon = 1.0 if draw(st.booleans()) else LATE * delay
+    return DelayExample(kind, group, horizon, start, drift, columns, algebraic, delay, slope)
+
+
+@st.composite
+def _common(draw: Any, kinds: Sequence[str], groups: Sequence[str], largest: int, *, past: bool) -> Any:
+    kind, group, d = draw(st.sampled_from(kinds)), draw(st.sampled_from(groups)), draw(st.integers(1, largest))
+    q, lagged = draw(st.integers(0, largest) if past else st.integers(1, largest)), d if past else 0
+    drift = of_group(draw(fields(d, d + lagged + q)), group)
+    columns = draw(_columns(kind, d, q, lagged))
+    if group == SMALL_NOISE:
+        columns = tuple(scaled(column, SMALL) for column in columns)
+    return kind, group, drift, columns, draw(_algebraic(d + lagged, q)), draw(starts(d))

@@ -1,0 +1,100 @@
+"""What all forms draw: terms, fields, starts and classes of drifts. It needs hypothesis."""
+
+from collections.abc import Sequence
+
+from hypothesis import strategies as st
+
+from .terms import CUBE, KINK, LINE, Field, Term
+
+# Smaller examples come first: shrinking goes to the left.
+SIZES = (0.5, 1.0, -0.5, -1.0, 0.75, -0.75, 0.25, 1.25)
+WAVES = (0.0, 1.0, -1.0, 0.5, 2.0, -1.5)
+RATES = (0.0, 1.0, 2.0, -1.5)
+PHASES = (0.0, 0.5, 1.0, -1.0, 2.0, -2.5)
+STARTS = (0.5, 0.0, 1.0, -0.75, 1.5, -2.0)
+TERMS = 3
+LIPSCHITZ, DISSIPATIVE, GROWING, KINKED, SMALL_NOISE, LONG = GROUPS = (
+    "globally Lipschitz",
+    "dissipative",
+    "not globally Lipschitz",
+    "kinked",
+    "small noise",
+    "long horizon",
+)
+# What noise is multiplied with where it is small, and how long is long.
+SMALL, LATE = 2.0**-5, 8.0
+
+
+def numbers(values: Sequence[float], count: int) -> st.SearchStrategy[tuple[float, ...]]:
+    """Draw so many of some numbers."""
+    return st.tuples(*[st.sampled_from(values)] * count)
+
+
+def terms(arguments: int, *, timed: bool = True, sizes: Sequence[float] = SIZES) -> st.SearchStrategy[Term]:
+    """Draw terms a cos(k.z + w t + p).
+
+    Parameters
+    ----------
+    arguments : int
+        Number of components of z.
+    timed : bool
+        Whether they may depend on time.
+    sizes : sequence of float
+        What a is drawn from.
+    """
+    rates = st.sampled_from(RATES) if timed else st.just(0.0)
+    return st.tuples(st.sampled_from(sizes), numbers(WAVES, arguments), rates, st.sampled_from(PHASES)).map(_term)
+
+
+def _term(drawn: tuple[float, tuple[float, ...], float, float]) -> Term:
+    return Term(*drawn)
+
+
+def fields(count: int, arguments: int, *, timed: bool = True) -> st.SearchStrategy[tuple[Field, ...]]:
+    """Draw so many coefficients of at most three terms.
+
+    Parameters
+    ----------
+    count : int
+    arguments : int
+        Number of components that each may depend on.
+    timed : bool
+        Whether they may depend on time.
+    """
+    one = st.lists(terms(arguments, timed=timed), max_size=TERMS).map(tuple)
+    return st.tuples(*[one] * count)
+
+
+def starts(dimension: int) -> st.SearchStrategy[tuple[float, ...]]:
+    """Draw initial states."""
+    return numbers(STARTS, dimension)
+
+
+def unit(row: int, count: int) -> tuple[float, ...]:
+    """Return the row-th unit vector of so many components."""
+    return tuple(float(row == other) for other in range(count))
+
+
+def of_group(drift: Sequence[Field], group: str) -> tuple[Field, ...]:
+    """Return a globally Lipschitz drift with what makes it one of a class: one more term in each row.
+
+    Parameters
+    ----------
+    drift : sequence of Field
+    group : str
+        The class.
+    """
+    n = len(drift)
+    more = {
+        DISSIPATIVE: [Term(-1.0, unit(row, n), shape=LINE) for row in range(n)],
+        GROWING: [Term(-0.25, unit(row, n), shape=CUBE) for row in range(n)],
+        KINKED: [Term(0.5, unit(row, n), phase=-0.25, shape=KINK) for row in range(n)],
+    }
+    return (
+        tuple((*field, term) for field, term in zip(drift, more[group], strict=True)) if group in more else (*drift,)
+    )
+
+
+def horizon_of(group: str) -> float:
+    """Return the final time of an example of a class."""
+    return LATE if group == LONG else 1.0

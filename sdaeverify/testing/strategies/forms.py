@@ -1,0 +1,40 @@
+"""What can be drawn of each form."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from hypothesis import strategies as st
+
+from . import delay, holonomic, langevin, overdamped, sde
+from .draws import GROUPS
+
+
+class Drawing(NamedTuple):
+    """How examples of a form are drawn.
+
+    Attributes
+    ----------
+    strategy : callable, (kinds, groups, largest) -> SearchStrategy
+    kinds, groups : tuple of str
+        All there are.
+    traits : mapping of str to tuple of str
+        Those that a kind has by construction.
+    """
+
+    strategy: Callable[..., st.SearchStrategy[Any]]
+    kinds: tuple[str, ...]
+    groups: tuple[str, ...]
+    traits: Mapping[str, tuple[str, ...]]
+
+
+# By the name of the form.
+EXAMPLES: dict[str, Drawing] = {
+    sde.SDEExample.form: Drawing(sde.sdes, sde.KINDS, GROUPS, sde.TRAITS | {sde.SCALAR: ("scalar-noise",)}),
+    langevin.LangevinExample.form: Drawing(langevin.langevins, langevin.KINDS, langevin.SUITABLE, {}),
+    delay.IndexOneExample.form: Drawing(delay.index_ones, delay.INDEX_ONE_KINDS, delay.SUITABLE, delay.TRAITS),
+    delay.DelayExample.form: Drawing(delay.delays, delay.DELAY_KINDS, delay.SUITABLE, delay.TRAITS),
+    holonomic.HolonomicExample.form: Drawing(
+        holonomic.holonomics, holonomic.KINDS, holonomic.SUITABLE, holonomic.TRAITS
+    ),
+    overdamped.OverdampedExample.form: Drawing(overdamped.overdamped, overdamped.KINDS, overdamped.SUITABLE, {}),
+}

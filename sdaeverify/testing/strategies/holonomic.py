@@ -1,0 +1,175 @@
+"""Mechanics with holonomic constraints: ellipsoids of fourth degree, planes through them, and masses that couple."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from hypothesis import strategies as st
+
+from .draws import DISSIPATIVE, LIPSCHITZ, SMALL, SMALL_NOISE, fields, starts, unit
+from .example import Example, matrix_text, vector_text
+from .terms import FOURTH, LINE, SQUARE, Field, Term, indexed, scaled, sum_text
+
+POSITION, VELOCITY = KINDS = ("noise of positions", "noise of velocities")
+# Noise that no velocity changes stays so under a projection.
+TRAITS = {POSITION: ("vanishing-milstein-term",)}
+SUITABLE = (LIPSCHITZ, DISSIPATIVE, SMALL_NOISE)
+AXES, FOURTHS, COUPLINGS, MASSES = (1.0, 0.5, 1.5), (0.0, 0.25), (0.0, 0.25, -0.25), (1.0, 2.0, 0.75)
+# The first component of a start: the surface through it keeps away from the origin, where its normal vanishes.
+FIRST = (1.0, -1.5, 0.75)
+SURFACE = """start = np.array({start})
+
+def surface({state}):
+    return rows({state}, {values})
+
+def constraint({state}):
+    return surface({state}) - surface(start[:, None])
+"""
+TANGENT = """normals = surface(start[:, None] + 1e-30j * np.eye(len(start))).imag / 1e-30
+pushed = np.array({velocity})
+velocity = pushed - normals.T @ np.linalg.solve(normals @ normals.T, normals @ pushed)
+"""
+
+
+def surfaces(n: int, *, planes: bool) -> st.SearchStrategy[tuple[Field, ...]]:
+    """Draw constraints on n components whose Gram matrix is bounded below: an ellipsoid, and a plane beside it.
+
+    On sum_i s_i x_i^2 + q x_1^4 = c the gradient vanishes nowhere for s_i > 0, q >= 0 and c > 0; nor does the part of
+    it along a plane x_n = c_n that the ellipsoid has a point of with another x_1 than 0.
+
+    Parameters
+    ----------
+    n : int
+        At least 2.
+    planes : bool
+        Whether there may be a plane, for n of at least 3.
+    """
+
+    def of(axes: tuple[float, ...], fourth: float, plane: bool) -> tuple[Field, ...]:
+        square = tuple(Term(s, unit(row, n), shape=SQUARE) for row, s in enumerate(axes))
+        ellipsoid = (*square, Term(fourth, unit(0, n), shape=FOURTH))
+        return (ellipsoid, (Term(1.0, unit(n - 1, n), shape=LINE),)) if plane else (ellipsoid,)
+
+    plane = st.booleans() if planes and n >= 3 else st.just(value=False)
+    return st.builds(of, st.tuples(*[st.sampled_from(AXES)] * n), st.sampled_from(FOURTHS), plane)
+
+
+def on_surface(n: int) -> st.SearchStrategy[tuple[float, ...]]:
+    """Draw initial states of n components away from the origin."""
+    return st.builds(lambda first, rest: (first, *rest), st.sampled_from(FIRST), starts(n - 1))
+
+
+def surface_text(state: str, start: tuple[float, ...], surface: tuple[Field, ...]) -> str:
+    """Return the definitions of a start and of the constraint that holds there.
+
+    Parameters
+    ----------
+    state : str
+        What its argument is called.
+    start : tuple of float
+    surface : tuple of Field
+        Functions whose level sets through the start are meant.
+    """
+    values = ", ".join(sum_text(field, indexed(state, len(start))) for field in surface)
+    return SURFACE.format(state=state, start=list(start), values=values)
+
+
+@dataclass(frozen=True)
+class HolonomicExample(Example):
+    """M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0.
+
+    Attributes
+    ----------
+    force : tuple of Field
+        a, of t, r and v.
+    columns : tuple of tuples of Field
+        Those of B.
+    surface : tuple of Field
+        g, of r, up to constants.
+    velocity : tuple of float
+        v at time 0 before it is projected onto the tangent space.
+    masses : tuple of float
+        The diagonal of M.
+    coupling : float
+        The entry of M beside its diagonal in the first row.
+    """
+
+    form: ClassVar[str] = "HolonomicSDAE"
+    state: ClassVar[str] = "r"
+
+    force: tuple[Field, ...]
+    columns: tuple[tuple[Field, ...], ...]
+    surface: tuple[Field, ...]
+    velocity: tuple[float, ...]
+    masses: tuple[float, ...]
+    coupling: float
+
+    @property
+    def traits(self) -> tuple[str, ...]:
+        """Those of the noise."""
+        return TRAITS.get(self.kind, ())
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """The force and B."""
+        return (*self.force, *(field for column in self.columns for field in column))
+
+    @property
+    def mass(self) -> list[list[float]]:
+        """M."""
+        n = self.dimension
+        rows = [[self.masses[row] * float(row == column) for column in range(n)] for row in range(n)]
+        rows[0][1] = rows[1][0] = self.coupling
+        return rows
+
+    def definitions(self) -> Iterator[str]:
+        """Yield a, B, g and the start."""
+        names = [*indexed("r", self.dimension), *indexed("v", self.dimension)]
+        yield vector_text("force", "t, r, v", self.force, names)
+        yield matrix_text("diffusion", "t, r, v", self.columns, names)
+        yield surface_text("r", self.start, self.surface)
+        yield TANGENT.format(velocity=list(self.velocity))
+
+    def arguments(self) -> Iterator[str]:
+        """Yield coefficients, constraint, start and mass."""
+        yield from ("force=force", "diffusion=diffusion", "constraint=constraint", "position=start")
+        yield from ("velocity=velocity", f"noise_dim={len(self.columns)}")
+        if set(self.masses) != {1.0} or self.coupling:
+            yield f"mass=np.array({self.mass})"
+
+    def doubled(self) -> "HolonomicExample":
+        """Return the example with 2 a and 2 B."""
+        columns = tuple(scaled(column, 2.0) for column in self.columns)
+        return replace(self, force=scaled(self.force, 2.0), columns=columns)
+
+
+@st.composite
+def holonomics(
+    draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 3
+) -> HolonomicExample:
+    """Draw constrained mechanics.
+
+    Parameters
+    ----------
+    draw : callable
+        Given by hypothesis.
+    kinds, groups : tuple of str
+        Kinds and classes to draw from.
+    largest : int
+        Number of components of the state, and at least 2.
+    """
+    kind, group, n = (
+        draw(st.sampled_from(kinds)),
+        draw(st.sampled_from(groups)),
+        draw(st.integers(2, max(largest, 2))),
+    )
+    force = draw(fields(n, 2 * n))
+    if group == DISSIPATIVE:
+        force = tuple((*field, Term(-1.0, unit(n + row, 2 * n), shape=LINE)) for row, field in enumerate(force))
+    one = fields(n, n if kind == POSITION else 2 * n)
+    columns = draw(st.integers(1, 2).flatmap(lambda l: st.tuples(*[one] * l)))
+    if group == SMALL_NOISE:
+        columns = tuple(scaled(column, SMALL) for column in columns)
+    surface, start = draw(surfaces(n, planes=True)), draw(on_surface(n))
+    masses, coupling = draw(st.tuples(*[st.sampled_from(MASSES)] * n)), draw(st.sampled_from(COUPLINGS))
+    return HolonomicExample(kind, group, 1.0, start, force, columns, surface, draw(starts(n)), masses, coupling)

@@ -1,0 +1,78 @@
+"""Langevin dynamics without constraints."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from hypothesis import strategies as st
+
+from .draws import DISSIPATIVE, GROUPS, GROWING, LIPSCHITZ, LONG, fields, horizon_of, of_group, starts
+from .example import Example, vector_text
+from .terms import Field, indexed, scaled
+
+KINDS = ("additive",)
+SUITABLE = (LIPSCHITZ, DISSIPATIVE, GROWING, LONG)
+assert set(SUITABLE) <= set(GROUPS)
+
+
+@dataclass(frozen=True)
+class LangevinExample(Example):
+    """dq = p dt, dp = (F(q) - gamma p) dt + sigma dW.
+
+    Attributes
+    ----------
+    force : tuple of Field
+        F, of q.
+    friction, strength : float
+    momentum : tuple of float
+        p at time 0.
+    """
+
+    form: ClassVar[str] = "Langevin"
+    state: ClassVar[str] = "q"
+
+    force: tuple[Field, ...]
+    friction: float
+    strength: float
+    momentum: tuple[float, ...]
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """F."""
+        return self.force
+
+    def definitions(self) -> Iterator[str]:
+        """Yield F."""
+        yield vector_text("force", "q", self.force, indexed("q", self.dimension))
+
+    def arguments(self) -> Iterator[str]:
+        """Yield force, friction, strength and start."""
+        yield from ("force=force", f"friction={self.friction}", f"strength={self.strength}")
+        yield from (f"position={list(self.start)}", f"momentum={list(self.momentum)}")
+        yield 'noise=frozenset({"dW", "H", "K", "A"})'
+
+    def doubled(self) -> "LangevinExample":
+        """Return the example with 2 F and 2 sigma."""
+        return replace(self, force=scaled(self.force, 2.0), strength=2.0 * self.strength)
+
+
+@st.composite
+def langevins(
+    draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 3
+) -> LangevinExample:
+    """Draw Langevin dynamics.
+
+    Parameters
+    ----------
+    draw : callable
+        Given by hypothesis.
+    kinds, groups : tuple of str
+        Kinds and classes to draw from.
+    largest : int
+        Number of components of the state.
+    """
+    kind, group, n = draw(st.sampled_from(kinds)), draw(st.sampled_from(groups)), draw(st.integers(1, largest))
+    force = of_group(draw(fields(n, n, timed=False)), group)
+    friction, strength = draw(st.sampled_from((1.0, 0.5, 2.0, 0.0))), draw(st.sampled_from((0.5, 1.0, 0.25)))
+    start = draw(starts(n))
+    return LangevinExample(kind, group, horizon_of(group), start, force, friction, strength, draw(starts(n)))

@@ -1,0 +1,83 @@
+"""Overdamped Langevin dynamics on a surface and near it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from hypothesis import strategies as st
+
+from .draws import DISSIPATIVE, LIPSCHITZ, fields, of_group
+from .example import Example, vector_text
+from .holonomic import on_surface, surface_text, surfaces
+from .terms import Field, indexed, scaled
+
+CONSTRAINED, PENALISED = KINDS = ("on the surface", "near the surface")
+SUITABLE = (LIPSCHITZ, DISSIPATIVE)
+# How stiff: none of the steps of a run follows the last one.
+EPS = (0.5, 0.1, 0.02)
+
+
+@dataclass(frozen=True)
+class OverdampedExample(Example):
+    """Dynamics with the drift f, noise of one strength and the constraint zeta, for one eps.
+
+    Attributes
+    ----------
+    drift : tuple of Field
+        f, of x.
+    surface : tuple of Field
+        zeta, up to a constant.
+    strength, eps : float
+    """
+
+    form: ClassVar[str] = "ConstrainedLangevin"
+
+    drift: tuple[Field, ...]
+    surface: tuple[Field, ...]
+    strength: float
+    eps: float
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """F."""
+        return self.drift
+
+    def definitions(self) -> Iterator[str]:
+        """Yield f, zeta and the start."""
+        yield vector_text("drift", "x", self.drift, indexed("x", self.dimension))
+        yield surface_text("x", self.start, self.surface)
+
+    def arguments(self) -> Iterator[str]:
+        """Yield coefficients, constraint and start."""
+        yield from ("drift=drift", "constraint=constraint", "start=start")
+        yield from (f"strength={self.strength}", f"eps={self.eps}")
+
+    def doubled(self) -> "OverdampedExample":
+        """Return the example with 2 f and 2 sigma."""
+        return replace(self, drift=scaled(self.drift, 2.0), strength=2.0 * self.strength)
+
+
+@st.composite
+def overdamped(
+    draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 3
+) -> OverdampedExample:
+    """Draw overdamped dynamics.
+
+    Parameters
+    ----------
+    draw : callable
+        Given by hypothesis.
+    kinds, groups : tuple of str
+        Kinds and classes to draw from.
+    largest : int
+        Number of components of the state, and at least 2.
+    """
+    kind, group, d = (
+        draw(st.sampled_from(kinds)),
+        draw(st.sampled_from(groups)),
+        draw(st.integers(2, max(largest, 2))),
+    )
+    drift = of_group(draw(fields(d, d, timed=False)), group)
+    eps = 0.0 if kind == CONSTRAINED else draw(st.sampled_from(EPS))
+    surface, strength = draw(surfaces(d, planes=False)), draw(st.sampled_from((0.5, 1.0, 0.25)))
+    return OverdampedExample(kind, group, 0.5, draw(on_surface(d)), drift, surface, strength, eps)

@@ -1,0 +1,109 @@
+"""Registered problems with other numbers than their own."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isnan
+from numbers import Integral, Real
+from typing import Any, ClassVar
+
+from hypothesis import strategies as st
+
+from ...contracts.labels import Parameter, function_parameters
+from ...contracts.specs import ProblemSpec
+from .example import FOOT, Example
+from .terms import Field
+
+SHIPPED = "registered"
+FILE = '''"""A registered problem with other numbers: {told}."""
+
+from {module} import {function} as registered
+
+from sdaeverify import hookimpl
+
+
+def counterexample({horizon}):
+    """Return the problem."""
+    return registered({given})
+'''
+# A number is multiplied by 5 to one of these powers, and rounded to so many digits.
+POWERS, FACTOR, SIGNIFICANT = (0.0, 0.5, -0.5, 1.0, -1.0, 0.25, -0.25), 5.0, 3
+
+
+@dataclass(frozen=True)
+class ShippedExample(Example):
+    """A registered problem with parameters of its own.
+
+    Attributes
+    ----------
+    module, function_name : str
+        Where the problem function is, and what it is called.
+    parameters : tuple of (str, object)
+        Those that are not as the function has them.
+    """
+
+    form: ClassVar[str] = SHIPPED
+
+    module: str
+    function_name: str
+    parameters: tuple[tuple[str, object], ...]
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Nothing: all there is to it is its parameters."""
+        return ()
+
+    @property
+    def source(self) -> str:
+        """The plugin file that registers the problem."""
+        given, words = dict(self.parameters), []
+        horizon = f"horizon: float = {given.pop('horizon')}" if "horizon" in given else ""
+        words = [f"{name}={value!r}" for name, value in given.items()] + (["horizon=horizon"] if horizon else [])
+        told = f"{self.group}, {', '.join(words) or 'its own'}"
+        named = {"module": self.module, "function": self.function_name}
+        return FILE.format(told=told, horizon=horizon, given=", ".join(words), **named) + FOOT
+
+    def doubled(self) -> "ShippedExample":
+        """Return the example: its numbers have their own meanings."""
+        return self
+
+    def moved(self) -> "ShippedExample":
+        """Return the example: where it starts is its own affair."""
+        return self
+
+
+def shipped(specs: Sequence[ProblemSpec]) -> st.SearchStrategy[ShippedExample]:
+    """Draw registered problems with each number multiplied by a factor between 1/5 and 5.
+
+    Numbers that are 0 stay 0; whole numbers and words stay what they are, since they mean a structure. A problem may
+    reject what is drawn.
+
+    Parameters
+    ----------
+    specs : sequence of ProblemSpec
+        The problems.
+    """
+    return st.sampled_from(specs).flatmap(_with_parameters)
+
+
+def _with_parameters(spec: ProblemSpec) -> st.SearchStrategy[ShippedExample]:
+    known = {**{each.name: each.default for each in function_parameters(spec.function)}, **dict(spec.parameters)}
+    drawn = {name: st.sampled_from(POWERS).map(_scaling(value)) for name, value in known.items() if _is_size(value)}
+    return st.fixed_dictionaries(drawn).map(lambda values: _example(spec, known | values))
+
+
+def _is_size(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, Integral) and not isnan(value)
+
+
+def _scaling(value: Any) -> Callable[[float], float]:
+    return lambda power: float(f"{value * FACTOR**power:.{SIGNIFICANT}g}")
+
+
+def _example(spec: ProblemSpec, values: dict[str, object]) -> ShippedExample:
+    defaults: tuple[Parameter, ...] = function_parameters(spec.function)
+    own = {each.name: each.default for each in defaults}
+    given = tuple((name, value) for name, value in values.items() if name == "horizon" or value != own.get(name))
+    where = spec.function.__module__, spec.function.__qualname__
+    horizon = values.get("horizon", 1.0)
+    assert isinstance(horizon, float)
+    return ShippedExample(SHIPPED, spec.name, horizon, (), *where, given)

@@ -1,0 +1,81 @@
+"""Terms a cos(k.z + w t + p) and their like: coefficients of examples are sums of them, which Python can read."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+# How the angle k.z + w t + p enters.
+COS, KINK = "np.cos({})", "np.abs({})"
+LINE, SQUARE, CUBE, FOURTH = "({})", "({}) ** 2", "({}) ** 3", "({}) ** 4"
+
+
+class Term(NamedTuple):
+    """The function a s(k.z + w t + p) of the arguments z of a coefficient.
+
+    Attributes
+    ----------
+    size : float
+        a.
+    wave : tuple of float
+        k; further components are 0.
+    rate : float
+        w.
+    phase : float
+        p.
+    shape : str
+        s, with braces for its argument.
+    """
+
+    size: float
+    wave: tuple[float, ...] = ()
+    rate: float = 0.0
+    phase: float = 0.0
+    shape: str = COS
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it depends neither on z nor on time."""
+        return not (any(self.wave) or self.rate)
+
+    def times(self, factor: float) -> "Term":
+        """Return the multiple of the function."""
+        return self._replace(size=factor * self.size)
+
+    def text(self, names: Sequence[str]) -> str:
+        """Return the function as an expression of Python.
+
+        Parameters
+        ----------
+        names : sequence of str
+            What the components of z are called.
+        """
+        parts = [(k, name) for k, name in (*zip(self.wave, names, strict=False), (self.rate, "t")) if k]
+        words = [name if k == 1.0 else f"{k} * {name}" for k, name in parts]
+        if self.phase or not words:
+            words.append(str(self.phase))
+        return f"{self.size} * {self.shape.format(' + '.join(words))}"
+
+
+# A scalar coefficient: the sum of its terms.
+Field = tuple[Term, ...]
+
+
+def scaled(fields: Sequence[Field], factor: float) -> tuple[Field, ...]:
+    """Return the multiples of some coefficients."""
+    return tuple(tuple(term.times(factor) for term in field) for field in fields)
+
+
+def sum_text(field: Field, names: Sequence[str]) -> str:
+    """Return a coefficient as an expression of Python.
+
+    Parameters
+    ----------
+    field : tuple of Term
+    names : sequence of str
+        What the components of its arguments are called.
+    """
+    return " + ".join(term.text(names) for term in field if term.size) or "0.0"
+
+
+def indexed(name: str, count: int) -> list[str]:
+    """Return what the components of a vector are called."""
+    return [f"{name}[{row}]" for row in range(count)]

@@ -1,0 +1,138 @@
+"""Examples are what they say by construction, and their source makes them again."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from facade import load_file, load_registry, select_problems
+from sdaeverify import DelaySDAE, PluginError
+from sdaeverify.testing import strategies
+from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
+
+FEW = settings(
+    max_examples=25, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
+)
+DRAWN = st.one_of(*(drawing.strategy() for drawing in EXAMPLES.values()))
+STEP = 1e-6
+
+
+def values(problem):
+    """Return start and coefficients of a problem, at two times and some states."""
+    if isinstance(problem, DelaySDAE):
+        x, y = (part + 0.1 * np.arange(3) for part in problem.initial(3))
+        u = (problem.constraint,) if problem.constraint else ()
+        return [*problem.initial(1), *(each(t, x, x, y) for t in (0.0, 0.3) for each in (problem.drift, *u))]
+    equation = problem.equation()
+    x = equation.initial(3)
+    return [x, *(each for t in (0.0, 0.3) for each in problem.coefficients(t, x))]
+
+
+def test_a_term_is_written_as_python():
+    """What is zero or one is left out, and a constant is its angle's value."""
+    assert (
+        Term(0.5, (0.0, 1.0, -2.0), 1.5, 0.25).text(["x", "y", "z"]) == "0.5 * np.cos(y + -2.0 * z + 1.5 * t + 0.25)"
+    )
+    assert Term(0.5).text([]) == "0.5 * np.cos(0.0)"
+
+
+@FEW
+@given(DRAWN)
+def test_the_source_of_an_example_is_a_plugin_with_the_same_problem(tmp_path_factory, example):
+    """What a plugin file registers has the start and the coefficients of what the example builds."""
+    file = tmp_path_factory.mktemp("plugin") / "counterexample.py"
+    file.write_text(example.source, encoding="utf-8")
+    made, loaded = example.build(), load_file(file).counterexample()
+
+    assert type(made) is type(loaded)
+    assert made.traits == loaded.traits
+    for one, other in zip(values(made), values(loaded), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@FEW
+@given(DRAWN)
+def test_an_example_can_be_moved_and_doubled(example):
+    """An example with another start, or with larger coefficients, is one of the same form and kind."""
+    for other in (example.moved(), example.doubled()):
+        assert type(other.build()) is type(example.build())
+        assert other != example or (other.terms == 0 and other.start == example.start)
+        assert other.kind == example.kind
+
+
+@FEW
+@given(sdes(kinds=("diagonal",), groups=("globally Lipschitz",)))
+def test_diagonal_noise_depends_on_its_own_component(example):
+    """The diffusion is diagonal, and an entry does not change with the other components."""
+    problem, d = example.build(), example.dimension
+    x = problem.initial(d) + np.eye(d)
+    B = problem.diffusion(0.3, x)
+
+    off = ~np.eye(d, dtype=bool)
+    assert not B[off].any()
+    for row in range(d):
+        others = [path for path in range(d) if path != row]
+        assert len(set(B[row, row, others].tolist())) <= 1
+
+
+@FEW
+@given(sdes(kinds=("commutative",), groups=("globally Lipschitz",)))
+def test_commutative_noise_commutes(example):
+    """DB_j B_k is DB_k B_j at the start and beside it."""
+    problem = example.build()
+    x = problem.initial(4) + 0.2 * np.arange(4)
+    B = problem.diffusion(0.3, x)
+    # Column k holds DB_j B_k of all j.
+    turned = np.stack([problem.derivative_of_diffusion(0.3, x, B[:, k]) for k in range(problem.noise_dim)], axis=2)
+
+    np.testing.assert_allclose(turned, np.swapaxes(turned, 1, 2), atol=1e-12)
+
+
+@FEW
+@given(EXAMPLES["IndexOneSDAE"].strategy())
+def test_the_constraint_of_index_1_is_a_contraction_in_y(example):
+    """|G_y| is at most 1/2: Newton's method finds y wherever x is."""
+    problem = example.build()
+    x, q = problem.initial(1).x, len(example.algebraic)
+    y = np.linspace(-1.0, 1.0, 5) + 0.1 * np.arange(q)[:, None]
+    wide = np.repeat(x, 5, axis=1)
+    moved = [y + STEP * np.eye(q)[:, [row]] for row in range(q)]
+    still = problem.constraint(0.3, wide, wide, y) + y
+    rates = [(problem.constraint(0.3, wide, wide, to) + to - still) / STEP for to in moved]
+
+    assert np.abs(np.stack(rates)).sum(axis=0).max() <= 0.5 + 1e-6
+
+
+@FEW
+@given(EXAMPLES["HolonomicSDAE"].strategy())
+def test_the_normals_of_a_holonomic_constraint_are_independent(example):
+    """The Gram matrix of the constraints is bounded below at the start and where their surface goes."""
+    problem = example.build()
+    r = np.asarray(problem.position)[:, None]
+    J = problem.dg(r)[..., 0]
+
+    assert np.linalg.eigvalsh(J @ J.T).min() > 0.1
+    assert np.abs(J @ np.asarray(problem.velocity)).max() < 1e-10
+
+
+def test_a_registered_problem_gets_other_numbers(tmp_path):
+    """Some of the drawn examples of a registered problem differ from it, and their source makes them again."""
+    specs, seen = select_problems(load_registry([]), "ou"), set()
+
+    @FEW
+    @given(shipped(specs))
+    def draw(example):
+        seen.add(example.parameters)
+        np.testing.assert_array_equal(values(example.build())[0], values(example.build())[0])
+
+    draw()
+    assert len(seen) > 5
+
+
+def test_it_is_said_how_hypothesis_is_installed(monkeypatch):
+    """Without hypothesis the examples say in one line what to install."""
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(PluginError, match=r"pip install 'sdaeverify\[hunt\]'"):
+        importlib.reload(strategies)

@@ -1,0 +1,118 @@
+"""A hunt finds what is wrong, shrinks it, and finds nothing where nothing is wrong."""
+
+import pytest
+
+import sdaeverify
+from facade import execute
+from hunt.wrong_schemes import WRONG, LaterSecondStage, OwnSigns
+from sdaeverify import UsageError, hunt
+
+FAST = {"measures": "strong", "forms": ["SDE"], "shrinking": 5.0}
+# Right schemes, each with the measure and the form of its examples.
+RIGHT = (
+    ("sri1w1", "strong", "SDE"),
+    ("milstein", "strong", "SDE"),
+    ("heun-additive", "weak", "SDE"),
+    ("platen-weak-2-general", "weak", "SDE"),
+)
+
+
+def test_a_wrong_time_of_a_stage_is_found():
+    """A stage of SRI1W1 that is late is found, shrunk to one term, and confirmed by a run."""
+    (attack,) = hunt(LaterSecondStage(), examples=40, **FAST).found
+
+    assert attack.example.dimension == 1
+    assert attack.example.terms <= 2
+    assert attack.found_after <= 40
+    assert attack.confirmed
+
+
+def test_nothing_is_found_of_a_right_scheme():
+    """A right scheme is not refuted, and it is said what was tried and what would have been seen."""
+    report = hunt("milstein", examples=15, **FAST)
+    (attack,) = report.attacks
+
+    assert report.found == ()
+    assert attack.looked_at == 15
+    assert "nothing found in 15 examples" in attack.outcome
+    assert "lower than claimed by 0.1" in attack.outcome
+    assert "SDE" in repr(report)
+
+
+def test_a_hunt_is_determined_by_its_seed():
+    """The same seed looks at the same examples, another one at others."""
+    same = [hunt("euler-maruyama", examples=20, seed=seed, **FAST).attacks[0].tried for seed in (3, 3, 4)]
+
+    assert same[0] == same[1] != same[2]
+
+
+def test_examples_have_the_traits_that_are_asked_for():
+    """With traits, all examples are of a kind that has them."""
+    (attack,) = hunt("milstein", examples=10, when=["diagonal-noise"], **FAST).attacks
+
+    assert {kind for kind, _ in attack.tried} == {"diagonal"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"forms": ["Ode"]}, "unknown form Ode"),
+        ({"examples": 0}, "examples must be at least 1"),
+        ({"minutes": -1.0}, "minutes must be positive"),
+        ({"nonsense": 1}, "unknown option nonsense"),
+        ({"measures": "uniform"}, "nothing is hunted"),
+    ],
+)
+def test_wrong_options_are_told(options, message):
+    """A wrong option costs one line."""
+    with pytest.raises(UsageError, match=message):
+        hunt("milstein", **options)
+
+
+def test_the_command_writes_a_plugin_and_a_test(tmp_path, capsys):
+    """What is found is written as a plugin file that the scheme is refuted on, with a test beside it."""
+    scheme = tmp_path / "scheme.py"
+    scheme.write_text(
+        "from sdaeverify import hookimpl\n"
+        "from hunt.wrong_schemes import LaterSecondStage\n"
+        "@hookimpl\n"
+        "def sdaeverify_schemes():\n"
+        "    return [LaterSecondStage()]\n"
+    )
+    found = tmp_path / "found.py"
+    chosen = ["later-second-stage", "-m", "strong", "--examples", "40", "--when", "scalar-noise", "--shrinking", "3"]
+
+    assert execute(["hunt", *chosen, "--plugin", str(scheme), "--out", str(found), "--progress", "none"]) == 1
+    assert "is refuted by example" in capsys.readouterr().out
+    assert "test_counterexample_is_not_refuted" in (tmp_path / "test_found.py").read_text()
+    rows = sdaeverify.verify(LaterSecondStage.name, "counterexample", "strong", plugins=[scheme, found]).verdicts
+    assert (rows.verdict == "refuted").any()
+    rows = sdaeverify.verify("sri1w1", "counterexample", "strong", plugins=[found]).verdicts
+    assert not (rows.verdict == "refuted").any()
+
+
+def test_the_command_says_that_nothing_was_found(capsys):
+    """A right scheme ends with code 0, one of which nothing is claimed with another."""
+    assert execute(["hunt", "milstein", "-m", "strong", "--examples", "5", "--progress", "none"]) == 0
+    assert "0 counterexamples" in capsys.readouterr().out
+    assert execute(["hunt", "milstein", "-m", "strong", "--form", "Langevin", "--examples", "5"]) in {0, 5}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", WRONG, ids=lambda scheme: scheme.label)
+def test_errors_that_shipped_problems_pass_are_found(scheme):
+    """Four errors, by which no claim on a shipped problem is refuted, are found in 300 examples and confirmed."""
+    (attack,) = hunt(scheme, measures=scheme.claims[0].measure, examples=300).found
+
+    assert attack.example.dimension <= 3
+    assert attack.confirmed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scheme", "measure", "form"), [*RIGHT, (OwnSigns(), "weak", "SDE")])
+def test_right_schemes_are_not_refuted(scheme, measure, form):
+    """Of 60 examples for each of five right schemes, none refutes a claim after it is confirmed."""
+    report = hunt(scheme, measures=measure, forms=[form], examples=60)
+
+    assert report.found == ()
+    assert report.looked_at == 60
