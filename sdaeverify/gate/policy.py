@@ -68,10 +68,10 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     alpha: float = 0.01
     tier: Text = "ci"
     seed: int = Settings().seed
-    inconclusive: str = ""
-    lock: str = ""
+    inconclusive: Text = ""
+    lock: Text = ""
     timeout: float | None = None
-    memory: str = ""
+    memory: Text = ""
     level: int | None = None
     resolution: float = inf
     expected_failures: tuple[FailingClaim, ...] = ()

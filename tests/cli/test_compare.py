@@ -147,7 +147,7 @@ def test_errors_are_compared_on_common_noise_alone(measured, call, further, word
     ("arguments", "words"),
     [
         (("old", "nowhere"), "nowhere holds no run"),
-        (("old", "empty"), "empty holds no evidence of the run in it"),
+        (("old", "empty"), "empty holds no run: cannot read verdicts.csv"),
         (("old", "old", "--factor", "1"), "the factor must be above 1, got 1.0"),
         (("old", "old", "--alpha", "0"), "alpha must be above 0"),
         (("old",), "compare needs two runs or more"),

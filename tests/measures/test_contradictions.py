@@ -59,7 +59,7 @@ from sdaeverify.measuring import (
     local_doubt,
     with_sample,
 )
-from sdaeverify_planted.times import CountedDrift, ScaledWindow
+from sdaeverify_planted._within import ScaledEuler
 from sdaeverify_problems.fibres.fibre_linear import fibre_linear
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
@@ -90,10 +90,10 @@ def verdicts(result):
 @pytest.mark.parametrize(
     ("scheme", "family", "settings", "verdict"),
     [
-        (ScaledWindow(0.02, 0.06, of_drift=0.5, noise_share=0.5), gbm, SETTINGS, Verdict.REFUTED),
+        (ScaledEuler("part", 0.02, 0.06, of_drift=0.5, noise_share=0.5), gbm, SETTINGS, Verdict.REFUTED),
         (EulerInStrip(0.52, 1.15), waves, SETTINGS, Verdict.REFUTED),
         (EulerInStrip(1.01, 1.5), gbm, SETTINGS, Verdict.REFUTED),
-        (CountedDrift(share=0.0), gbm, Settings(paths=1024, levels=8, **EVERY), Verdict.REFUTED),
+        (ScaledEuler("step", 131, of_drift=0.0), gbm, Settings(paths=1024, levels=8, **EVERY), Verdict.REFUTED),
         (MILSTEIN, kinked, SETTINGS, Verdict.INCONCLUSIVE),
         (EulerMaruyama(), squared_motion, SETTINGS, Verdict.INCONCLUSIVE),
         (SRA1(), bent_drift, Settings(paths=2048, **EVERY), Verdict.INCONCLUSIVE),
@@ -114,7 +114,7 @@ def test_a_start_on_a_kink_refutes_no_order_that_all_other_states_have():
 
 def test_a_law_that_drifts_away_late_is_not_verified():
     """Mean differences that grow with refinement are against a weak order, however small the coarse ones are."""
-    result = run(CountedDrift(share=0.0), gbm, Weak(), Settings(paths=1024, levels=8, **EVERY))
+    result = run(ScaledEuler("step", 131, of_drift=0.0), gbm, Weak(), Settings(paths=1024, levels=8, **EVERY))
 
     assert Verdict.VERIFIED not in verdicts(result)
 

@@ -6,7 +6,8 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, UsageError, orders
-from sdaeverify_planted.coefficients import WrongPlaces
+from sdaeverify_planted._within import ScaledEuler
+from sdaeverify_planted.coefficients import WrongTimes
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import HeunAdditive
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
@@ -135,7 +136,7 @@ def test_a_trace_is_told_by_maps_that_are_not_invertible():
     assert all(premise.startswith("a step does not commute with affine maps") for premise in table.premise)
 
 
-@pytest.mark.parametrize("scheme", [WrongPlaces(0.98), WrongPlaces(b=1.005), WrongPlaces(c=0.0)])
+@pytest.mark.parametrize("scheme", [ScaledEuler(of_drift=0.98), ScaledEuler(of_noise=1.005), WrongTimes(c=0.0)])
 def test_coefficients_at_wrong_places_are_never_verified(scheme):
     """The origin of trees is neither zero nor at time zero."""
     assert "verified" not in set(orders(scheme, "scalar").table.verdict)
