@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 # DOCS_GALLERY says which programs are run, all if it is not set: few in CI, none while one writes pages.
-PATTERNS = {"all": r"/plot_", "few": r"/plot_(cart|cir|kubo)", "none": r"/nothing"}
+PATTERNS = {"all": r"/plot_", "few": r"/plot_(cart|cir|kubo|tree)", "none": r"/nothing"}
 
 
 def gallery_conf(here: Path) -> dict[str, Any]:
