@@ -52,8 +52,8 @@ class SettingsOptions(TypedDict, total=False):
     seed: int
     confidence: float
     block: int
-    looks: int
-    family: int
+    max_looks: int
+    tests_reserved: int
 
 
 @dataclass(frozen=True, repr=False)
@@ -204,7 +204,7 @@ def verify(
         Size that a worker may use, such as ``2G``; ``0`` for no limit.
     **options
         Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), first_levels (4; as many
-        as levels where these are given), seed, confidence, block, looks, family.
+        as levels where these are given), seed, confidence, block, max_looks, tests_reserved.
 
     Returns
     -------

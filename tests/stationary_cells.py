@@ -57,7 +57,7 @@ def heun_variance(h):
 
 def problem_with(means, **data):
     """Return dx = f dt + sigma dW with the moments x, x^2 and x^4 as observables, and their invariant means."""
-    settings = {"start": [1.0], "noise_dim": 1, "horizon": 1.0, "relaxation": 1.0, "source": "test", **data}
+    settings = {"start": [1.0], "noise_dim": 1, "horizon": 1.0, "relaxation_time": 1.0, "source": "test", **data}
     sigma = settings.pop("sigma", SIGMA)
     return SDE(
         diffusion=lambda t, x: np.full((1, 1, 1), sigma),
@@ -81,7 +81,7 @@ def charted_ou():
 
 def double_well(**data):
     """Return dx = (x - x^3) dt + dW: a density proportional to exp(x^2 - x^4/2)."""
-    return problem_with(_quartic_means(), drift=lambda t, x: x - x**3, sigma=1.0, relaxation=2.5, **data)
+    return problem_with(_quartic_means(), drift=lambda t, x: x - x**3, sigma=1.0, relaxation_time=2.5, **data)
 
 
 def rotation():
@@ -92,7 +92,7 @@ def rotation():
         start=[0.5],
         noise_dim=1,
         horizon=1.0,
-        relaxation=2.0,
+        relaxation_time=2.0,
         source="test",
         observables={"cos": lambda t, parts: np.cos(parts["x"][0]), "sin": lambda t, parts: np.sin(parts["x"][0])},
         truths=tuple(InvariantMean(observable=name, value=0.0, source="test") for name in ("cos", "sin")),

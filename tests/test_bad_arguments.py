@@ -10,7 +10,18 @@ from sdaeverify.testing import check_problem, check_scheme, parametrize_with_che
 
 ODD = [3, 1.5, object(), b"gbm", [None], [["gbm"]], {3: 1}, {3}, "no such", float("nan"), int, [int], [object()]]
 SMALL = {"paths": 40, "levels": 3}
-NUMBERS = ("paths", "coarsest", "levels", "first_levels", "seed", "confidence", "block", "looks", "family", "jobs")
+NUMBERS = (
+    "paths",
+    "coarsest",
+    "levels",
+    "first_levels",
+    "seed",
+    "confidence",
+    "block",
+    "max_looks",
+    "tests_reserved",
+    "jobs",
+)
 NO_NUMBERS = [None, "8", b"8", [8], {8}, 1.5j, object(), int, True, -1, float("nan"), "x" * 5000]
 CALLS: dict[str, Callable[[object], object]] = {
     "schemes": lambda odd: verify(odd, "gbm", "strong", **SMALL),

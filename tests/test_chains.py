@@ -15,7 +15,7 @@ from sdaeverify.measuring import packed, unpacked
 from sdaeverify.probing import Source, brownian_steps
 from stationary_cells import SIGMA, VARIANCE, Euler, double_well, euler_variance, ou, rotation
 
-SMALL = ChainPlan(h=0.25, relaxation=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)
+SMALL = ChainPlan(h=0.25, relaxation_time=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)
 SMALL_PILOT = SMALL._replace(wide=8 * GROUPS)
 
 
@@ -116,7 +116,7 @@ def test_records_depend_on_the_seed_alone():
 @pytest.mark.parametrize(("relaxation", "looks"), [(1.0, 6), (10.0, 2), (1000.0, 1)])
 def test_plans_keep_to_what_is_affordable(relaxation, looks):
     """There are as many looks as the steps allow, and always one."""
-    plan = ChainPlan(h=0.25, relaxation=relaxation, seed=1).affordable
+    plan = ChainPlan(h=0.25, relaxation_time=relaxation, seed=1).affordable
     steps = plan.steps(BURN_IN)
 
     assert plan.looks == looks
@@ -165,12 +165,12 @@ def test_records_tell_whether_they_are_stationary():
 @pytest.mark.slow
 def test_burn_in_outlasts_a_relaxation_time_that_is_too_short():
     """From a far start with a declared relaxation time 20 times too short, the burn-in is doubled until it is not."""
-    plan = SMALL._replace(h=0.0125, relaxation=0.05, looks=1, paired=20 * GROUPS)
+    plan = SMALL._replace(h=0.0125, relaxation_time=0.05, looks=1, paired=20 * GROUPS)
 
     record = run_chains(Euler(), ou(start=[10.0]), plan, never)
 
     assert record.stationary == 1.0
-    assert record.burn_in >= 4.0 * BURN_IN * plan.relaxation
+    assert record.burn_in >= 4.0 * BURN_IN * plan.relaxation_time
     assert abs(record.levels[0, :, :, 0].mean()) < 0.1
 
 
@@ -195,13 +195,13 @@ def test_full_turns_are_no_distance():
     """Chains of an angle that settle in different turns have met: distances are those of the observables."""
     tilted = replace(rotation(), drift=lambda t, x: -3.0 * np.sin(x))
 
-    assert run_pilot(Euler(), tilted, SMALL_PILOT._replace(h=0.125, relaxation=4.0)).contraction < 1e-3
+    assert run_pilot(Euler(), tilted, SMALL_PILOT._replace(h=0.125, relaxation_time=4.0)).contraction < 1e-3
 
 
 def coverage(problem, observable, exact, repetitions):
     """Return how often 95 % intervals from 16 chains of 1000 steps contain a stationary mean at h = 0.1."""
     run = chains(problem, 0.1, 16 * repetitions)
-    run.advance(int(100.0 * problem.relaxation))
+    run.advance(int(100.0 * problem.relaxation_time))
     means = run.average(1000)[0, list(problem.observables).index(observable)].reshape(repetitions, 16)
     half = t.ppf(0.975, 15) * means.std(axis=1, ddof=1) / 4.0
     return float(np.mean(np.abs(means.mean(axis=1) - exact) <= half))
@@ -241,7 +241,7 @@ def test_pairing_gains_like_one_over_h_squared(capsys):
 @pytest.mark.slow
 def test_stationary_means_are_those_of_the_scheme():
     """On all levels the stationary variance of Euler-Maruyama is sigma^2/(2 - h), within four standard errors."""
-    record = run_chains(Euler(), ou(), ChainPlan(h=0.25, relaxation=1.0, seed=8, looks=3), never)
+    record = run_chains(Euler(), ou(), ChainPlan(h=0.25, relaxation_time=1.0, seed=8, looks=3), never)
     means = record.levels[-1, :, :, 1]
 
     error = (means.mean(axis=0) - euler_variance(record.h)) / (means.std(axis=0, ddof=1) / np.sqrt(GROUPS))
@@ -252,7 +252,7 @@ def test_stationary_means_are_those_of_the_scheme():
 
 def test_a_plan_whose_first_look_is_too_long_makes_no_step():
     """Neither a pilot run nor chains: a record without looks comes back at once, of the size that was asked for."""
-    plan = ChainPlan(h=0.1155, relaxation=104.0, seed=8)
+    plan = ChainPlan(h=0.1155, relaxation_time=104.0, seed=8)
     assert plan.first_look > MOST_FIRST
 
     record = run_chains(Scheme(), ou(), plan, never)
@@ -264,7 +264,7 @@ def test_a_plan_whose_first_look_is_too_long_makes_no_step():
 
 def test_step_sizes_are_halved_as_long_as_chains_can_begin():
     """Where every size blows up, the last one tried is the last whose burn-in and first record can be afforded."""
-    plan = ChainPlan(h=0.25, relaxation=8.0, seed=8, paired=GROUPS, wide=GROUPS)
+    plan = ChainPlan(h=0.25, relaxation_time=8.0, seed=8, paired=GROUPS, wide=GROUPS)
 
     record = run_chains(Exploding(), ou(), plan, never)
 

@@ -19,8 +19,8 @@ from sdaeverify import Settings, UsageError
         ({"coarsest": 0}, "coarsest number of steps must be at least 1"),
         ({"seed": -1}, "seed must be between 0"),
         ({"confidence": 1.5}, "confidence must be between 0.5 and 1"),
-        ({"looks": 0}, "looks must be between 1 and 20"),
-        ({"family": 0}, "family must be at least 1"),
+        ({"max_looks": 0}, "max_looks must be between 1 and 20"),
+        ({"tests_reserved": 0}, "tests_reserved must be at least 1"),
         ({"block": 1}, "block must be between 40 and 2\\^20"),
     ],
 )
@@ -48,7 +48,7 @@ def test_blocks_cover_all_paths():
 @given(paths=st.integers(40, 20_000), block=st.integers(40, 8192), looks=st.integers(1, 8))
 def test_looks_end_with_all_paths_and_at_least_double_them(paths, block, looks):
     """Each look has at least as many new paths as all before it, except that the last one takes what is left."""
-    settings = Settings(paths=paths, block=block, looks=looks)
+    settings = Settings(paths=paths, block=block, max_looks=looks)
     totals = [sum(used(settings)[:end]) for end in settings.ends]
 
     assert totals[-1] == paths
@@ -66,7 +66,7 @@ def test_more_paths_keep_the_blocks_there_are(paths, more):
 
 def test_the_level_is_shared_by_looks_and_tests():
     """Bonferroni: the error of a run over the tests of a family and the looks at each."""
-    settings = Settings(paths=8192, looks=5, family=100, confidence=0.99)
+    settings = Settings(paths=8192, max_looks=5, tests_reserved=100, confidence=0.99)
 
     assert settings.level == pytest.approx(0.01 / 500)
 

@@ -2,11 +2,11 @@
 A wrong coefficient, found by its tree
 ======================================
 
-Platen's explicit scheme of weak order 2 evaluates the drift at the end of the step, at time t + h. Here is the scheme with
-one slip: it evaluates the drift there at time t.
+Platen's explicit scheme of weak order 2 evaluates the drift at the end of the step, at time t + h. Here is the scheme
+with one slip: it evaluates the drift there at time t.
 
-On an equation that does not depend on time nobody can see the slip, and most test equations do not. The order conditions
-show it without any test equation: time is one of the leaves of the trees.
+On an equation that does not depend on time nobody can see the slip, and most test equations do not. The order
+conditions show it without any test equation: time is one of the leaves of the trees.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 from matplotlib import pyplot as plt
 
-from sdaeverify import THREE_POINT, SDE, Claim, Law, Scheme, Step, orders, verify
+from sdaeverify import SDE, THREE_POINT, Claim, Law, Scheme, Step, orders, verify
 
 
 class SlippedPlaten(Scheme):
@@ -48,15 +48,15 @@ result = verify([SlippedPlaten()], ["gbm", "double-well"], "weak")
 result
 
 # %%
-# For the class of all equations with scalar noise it is refuted. The tree ``f(t)`` is the derivative of the drift in time; its
-# weight has to be 1/2, and it is 0.
+# For the class of all equations with scalar noise it is refuted. The tree ``f(t)`` is the derivative of the drift in
+# time; its weight has to be 1/2, and it is 0.
 
 report = orders(SlippedPlaten(), "scalar")
 print(report.table[["class", "measure", "claim", "order", "first", "found", "wanted"]].to_string(index=False))
 
 # %%
-# The report writes the condition as an equation, a plugin file. The scheme misses its order there, in one step and along
-# paths.
+# The report writes the condition as an equation, a plugin file. The scheme misses its order there, in one step and
+# along paths.
 
 file = Path(mkdtemp()) / "counterexample.py"
 file.write_text(report.to_problem(report.failing[0]))

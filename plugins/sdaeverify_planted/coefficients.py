@@ -165,7 +165,7 @@ class JumpingEuler(ScaledEuler):
     """
 
     name: ClassVar[str] = "planted-em-jumps"
-    jumps: ClassVar[bool] = True
+    discontinuous_in_noise: ClassVar[bool] = True
 
 
 class AreaEuler(JumpingEuler):
@@ -173,7 +173,7 @@ class AreaEuler(JumpingEuler):
 
     name: ClassVar[str] = "planted-em-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "A"})
-    jumps: ClassVar[bool] = False
+    discontinuous_in_noise: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ class AcceptsAll(MALA):
     """Without rejection: Euler-Maruyama, smooth in its noise, whose bias on `ou` is 0.035 at h = 1/4."""
 
     name: ClassVar[str] = "planted-mala-accepts-all"
-    jumps: ClassVar[bool] = False
+    discontinuous_in_noise: ClassVar[bool] = False
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (1, P)."""

@@ -24,7 +24,7 @@ class MALA(Scheme):
     name: ClassVar[str] = "mala"
     form: ClassVar[type[SDE]] = SDE
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
-    jumps: ClassVar[bool] = True
+    discontinuous_in_noise: ClassVar[bool] = True
     claims: ClassVar[tuple[Claim, ...]] = (
         # Below the bias at h <= 1/4 of Euler-Maruyama, which rejects nothing (0.035 of x^2, 0.015 of cos x on `ou`,
         # 0.029 and 0.016 on `double-well`), and on `ou` of a proposal with a tenth too much variance (0.024, 0.0105).

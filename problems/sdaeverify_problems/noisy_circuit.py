@@ -79,7 +79,7 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
         observables=OBSERVABLES,
         truths=truths(ladder),
         chart=ladder.chart,
-        relaxation=ladder.relaxation,
+        relaxation_time=ladder.relaxation,
         units="voltages in mV, time in ns",
         source=SOURCE,
     )

@@ -55,7 +55,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
             MeanSquareStability(stable=a > 0.0 and sigma == 0.0, source="limit sigma^2/(2a) of the variance"),
         ),
         chart=Chart(axes=(Line(0.0, width),), embed=lambda z: z, read=lambda x: x) if settles else None,
-        relaxation=1.0 / a if settles else np.inf,
+        relaxation_time=1.0 / a if settles else np.inf,
         units="x in units of its choice, time in the unit of 1/a",
         source=source,
     )

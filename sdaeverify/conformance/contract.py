@@ -241,7 +241,7 @@ def hears_its_noise(trial: Trial) -> str:
     failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)
     listening = _is_kicked(trial) & ~failed
     deaf = int(np.count_nonzero(listening & ~changed))
-    if trial.scheme.jumps and deaf < np.count_nonzero(listening):
+    if trial.scheme.discontinuous_in_noise and deaf < np.count_nonzero(listening):
         return ""
     return f"noise of another sign or size changes nothing on {deaf} of {trial.paths} paths" if deaf else ""
 

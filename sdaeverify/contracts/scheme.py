@@ -172,7 +172,7 @@ class Scheme(_Frozen):
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
         decides nothing.
-    jumps : bool
+    discontinuous_in_noise : bool
         Whether a step jumps as a function of its noise, as one that accepts or rejects does. Cubature nodes tell no
         order of it then, which paths and chains judge; short steps follow the equation all the same.
     on_request : bool
@@ -185,7 +185,7 @@ class Scheme(_Frozen):
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
     local_order_is_global: ClassVar[bool] = True
-    jumps: ClassVar[bool] = False
+    discontinuous_in_noise: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
     source: ClassVar[str] = ""
 

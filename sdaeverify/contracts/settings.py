@@ -43,11 +43,11 @@ class Settings:
     block : int
         Most paths simulated together; part of what determines the noise. The first block has 256 of them, the second
         768, the next as many as all before it, until this size is reached.
-    looks : int
+    max_looks : int
         How often at most a cell is judged, with at least twice the paths each time, until it is decided.
-    family : int
+    tests_reserved : int
         Tests among which a run shares its error probability when it decides early: each look of each one-sided
-        test has level (1 - confidence)/(family looks).
+        test has level (1 - confidence)/(tests_reserved max_looks).
 
     Raises
     ------
@@ -62,8 +62,8 @@ class Settings:
     seed: int = 20170601
     confidence: float = 0.99
     block: int = 4096
-    looks: int = 6
-    family: int = 1000
+    max_looks: int = 6
+    tests_reserved: int = 1000
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -79,8 +79,8 @@ class Settings:
         require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
         require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
-        require(1 <= self.looks <= 20, "looks", "between 1 and 20", self.looks)
-        require(1 <= self.family <= 10**9, "family", "at least 1", self.family)
+        require(1 <= self.max_looks <= 20, "max_looks", "between 1 and 20", self.max_looks)
+        require(1 <= self.tests_reserved <= 10**9, "tests_reserved", "at least 1", self.tests_reserved)
         require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
 
     @cached_property
@@ -138,7 +138,7 @@ class Settings:
     def ends(self) -> tuple[int, ...]:
         """Number of blocks at the end of each look: all, before that at most half as many paths, and so on."""
         totals, ends = self.totals, [self.blocks]
-        while len(ends) < self.looks and 2 * totals[0] <= totals[ends[-1] - 1]:
+        while len(ends) < self.max_looks and 2 * totals[0] <= totals[ends[-1] - 1]:
             ends.append(bisect_right(totals, totals[ends[-1] - 1] / 2))
         return tuple(reversed(ends))
 
@@ -150,7 +150,7 @@ class Settings:
     @property
     def level(self) -> float:
         """Significance level of one one-sided test at one look."""
-        return (1.0 - self.confidence) / (self.family * len(self.ends))
+        return (1.0 - self.confidence) / (self.tests_reserved * len(self.ends))
 
     def paths_of(self, block: int) -> int:
         """Return the number of paths of a block that are used."""

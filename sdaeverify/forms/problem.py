@@ -68,10 +68,10 @@ class Problem:
         One for each order of a measure that may be gated on it.
     chart : Chart, optional
         One or two coordinates that all components but pure outputs are functions of.
-    relaxation : float
+    relaxation_time : float
         Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite where
         it has no invariant law, or none that is known.
-    fastest : float
+    fastest_time : float
         Time in which its fastest component relaxes, where that can be much shorter than all other times: steps that
         are no shorter do not follow it, and say nothing of an order as h tends to 0. Infinite where there is none.
     seen_as : str
@@ -91,8 +91,8 @@ class Problem:
     truths: tuple[Truth, ...] = ()
     controls: tuple[Control, ...] = ()
     chart: Chart | None = None
-    relaxation: float = np.inf
-    fastest: float = np.inf
+    relaxation_time: float = np.inf
+    fastest_time: float = np.inf
     seen_as: str = ""
 
     def __post_init__(self) -> None:

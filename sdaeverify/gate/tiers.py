@@ -33,8 +33,8 @@ class Tier:
 # From 800 paths on, paths may refute; most cells are decided after the first 256.
 TIERS: Mapping[str, Tier] = MappingProxyType(
     {
-        "smoke": Tier(Settings(paths=800, levels=5, looks=3), quick=True),  # in seconds
-        "ci": Tier(Settings(paths=1024, looks=3)),  # for each change
+        "smoke": Tier(Settings(paths=800, levels=5, max_looks=3), quick=True),  # in seconds
+        "ci": Tier(Settings(paths=1024, max_looks=3)),  # for each change
         "nightly": Tier(Settings(), fails_undecided=True),  # on a schedule
     }
 )

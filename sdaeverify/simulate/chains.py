@@ -42,7 +42,7 @@ class ChainPlan(NamedTuple):
     ----------
     h : float
         Coarsest step size; halved until no chain of a pilot run blows up.
-    relaxation : float
+    relaxation_time : float
         Time in which the solution forgets its start by a factor e.
     seed : int
     looks : int
@@ -52,7 +52,7 @@ class ChainPlan(NamedTuple):
     """
 
     h: float
-    relaxation: float
+    relaxation_time: float
     seed: int
     looks: int = 6
     paired: int = 32 * GROUPS
@@ -60,7 +60,7 @@ class ChainPlan(NamedTuple):
 
     def steps(self, times: float) -> int:
         """Return the coarsest steps of some relaxation times, a multiple of `SEGMENTS`."""
-        return SEGMENTS * int(np.ceil(times * self.relaxation / (SEGMENTS * self.h)))
+        return SEGMENTS * int(np.ceil(times * self.relaxation_time / (SEGMENTS * self.h)))
 
     def source(self, view: Any, purpose: str, chains: int) -> Source:
         """Return where the noise of some chains comes from.

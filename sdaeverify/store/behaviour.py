@@ -185,7 +185,7 @@ def _digest_step(before: State, result: Step) -> Iterator[Result]:
 
 def _of_equation(problem: Any, x: Array) -> Iterator[Result]:
     yield repr((sorted(problem.traits), sorted(problem.noise), problem.controls))
-    yield from (problem.horizon, problem.relaxation, problem.noise_dim, flatten(problem.initial(1)))
+    yield from (problem.horizon, problem.relaxation_time, problem.noise_dim, flatten(problem.initial(1)))
     for when in WHEN:
         yield from _try_evaluating(problem.coefficients, when * problem.horizon, x)
     yield from _try_evaluating(_read, problem, x)

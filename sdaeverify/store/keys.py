@@ -13,7 +13,7 @@ from .code import arithmetic, code_of, framework_code
 
 Ingredients = Mapping[str, str]
 # What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
-BUDGET = frozenset({"paths", "looks", "confidence", "family"})
+BUDGET = frozenset({"paths", "max_looks", "confidence", "tests_reserved"})
 # Which levels begin is no part of what they are.
 UNKEYED = BUDGET | {"first_levels"}
 MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (

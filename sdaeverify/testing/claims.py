@@ -61,7 +61,7 @@ class ClaimRun:
     def settings(self) -> Settings:
         """Those of the tier, the level being shared among all tests there may be."""
         settings = self.policy.settings
-        return replace(settings, family=max(settings.family, TESTS_OF_A_CELL * len(self.plan.cells)))
+        return replace(settings, tests_reserved=max(settings.tests_reserved, TESTS_OF_A_CELL * len(self.plan.cells)))
 
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""

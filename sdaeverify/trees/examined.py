@@ -34,7 +34,7 @@ class Examined:
         if scheme.view_of(problem) is not problem:
             forms = " or ".join(form.__name__ for form in scheme.forms)
             return f"solves the form {forms}"
-        if scheme.jumps:
+        if scheme.discontinuous_in_noise:
             return "a step jumps as a function of its noise: it has no expansion"
         return scheme.refuses(problem)
 

@@ -50,7 +50,7 @@ def ours(paths: int) -> Means:
         paths=paths,
         coarsest=COARSEST,
         levels=LEVELS,
-        looks=1,
+        max_looks=1,
     )
     table = result.levels.query("quantity == 'x'")
     return Means(table["estimate"].to_numpy(), table["std_error"].to_numpy())

@@ -11,8 +11,10 @@ from benchmarks.test_memory import LIMIT, peak_megabytes
 pytestmark = pytest.mark.benchmark
 
 # Laurent (2022), Figure 1: a cell that a cluster runs with 10^7 paths, block by block.
-TORUS = partial(sdaeverify.verify, "uniformly-accurate", "torus", "weak", looks=1, levels=3)
-STEPS = partial(sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum", "drift", looks=1, paths=4096)
+TORUS = partial(sdaeverify.verify, "uniformly-accurate", "torus", "weak", max_looks=1, levels=3)
+STEPS = partial(
+    sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum", "drift", max_looks=1, paths=4096
+)
 BLOCK, TIMES = 4096, 4
 
 
@@ -35,7 +37,7 @@ def test_cost_of_many_steps(benchmark, report, one_core):
 @pytest.mark.parametrize("paths", [10**4, 10**5, 10**6])
 def test_memory_of_a_cell_of_the_torus(paths, benchmark, report):
     """The peak is that of a block, for 10^4 paths as for 10^6: 10^7 take ten times as long and no more memory."""
-    arguments = f"'uniformly-accurate', 'torus', 'weak', paths={paths}, looks=1, levels=3, coarsest=2"
+    arguments = f"'uniformly-accurate', 'torus', 'weak', paths={paths}, max_looks=1, levels=3, coarsest=2"
     peak = benchmark.pedantic(peak_megabytes, args=(arguments,), rounds=1)
     report(f"torus, {paths} paths, peak in MB", peak, "below 500")
     assert peak < LIMIT

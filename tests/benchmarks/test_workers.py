@@ -13,7 +13,9 @@ from sdaeverify import Settings
 pytestmark = pytest.mark.benchmark
 
 SECONDS = 20.0
-STUDY = partial(sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum", ["strong", "drift"], looks=1)
+STUDY = partial(
+    sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum", ["strong", "drift"], max_looks=1
+)
 
 
 def test_two_workers_against_one(benchmark, report):

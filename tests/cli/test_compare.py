@@ -47,7 +47,7 @@ def measured(call_once):
 
     def run(folder, share=EULER, problems="gbm", **changes):
         Path(f"{folder}.py").write_text(SCHEME.replace("{share}", str(share)))
-        options = {"paths": 100, "levels": "8..32", "looks": 1, "jobs": 1, "progress": "none", **changes}
+        options = {"paths": 100, "levels": "8..32", "max_looks": 1, "jobs": 1, "progress": "none", **changes}
         words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
         chosen = ("-s", "mine", "-p", problems, "-m", "strong", "--plugin", f"{folder}.py")
         return call_once(folder, "matrix", *chosen, *words, also=share)
@@ -200,7 +200,7 @@ def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
     wrong = SCHEME.replace("h * problem.drift(t, state)", "2 * h * problem.drift(t, state)")
     plugin.write_text(wrong.replace("{share}", str(EULER)))
     run = ("-s", "mine", "-p", "gbm", "-m", "strong", "--plugin", str(plugin), "--out", "new")
-    budget = ("--paths", "100", "--levels", "8..32", "--looks", "1", "--jobs", "1", "--progress", "none")
+    budget = ("--paths", "100", "--levels", "8..32", "--max-looks", "1", "--jobs", "1", "--progress", "none")
     assert call("matrix", *run, *budget).code == 1
     outcome = call("compare", "old", "new", "--plugin", "old.py")
 

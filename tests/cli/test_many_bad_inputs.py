@@ -79,7 +79,10 @@ NO_POLICIES = {
 NO_LOCKS = ["", "x", "[]", "{}", "[" * 100_000, '{"schema_version": 9}', '{"schema_version": 1, "tiers": 3}']
 NO_RUNS = ["", "x", "[]", "{}", "[" * 100_000, '{"settings": 3}', '{"schema_version": 1, "settings": {}}', "null"]
 OPTIONS = {
-    "matrix": ("--paths", "--levels", "--first-levels", "--seed", "--confidence", "--block", "--looks", "--family"),
+    "matrix": (
+        *("--paths", "--levels", "--first-levels", "--seed"),
+        *("--confidence", "--block", "--max-looks", "--tests-reserved"),
+    ),
     "matrix --dry-run": ("-j", "--timeout", "--memory"),
     "gate": ("--alpha", "--seed", "--tier", "--timeout", "--memory", "-j", "--seed-from", "--progress"),
     "compare old new": ("--factor", "--alpha"),

@@ -140,14 +140,14 @@ def test_a_scheme_without_evidence_beside_others(made, merged, call, odd_scheme)
 
 
 @pytest.mark.parametrize(
-    "name", ["seed", "block", "levels", "first_levels", "confidence", "coarsest", "looks", "family"]
+    "name", ["seed", "block", "levels", "first_levels", "confidence", "coarsest", "max_looks", "tests_reserved"]
 )
 def test_other_settings_are_refused(made, merged, name):
     """Runs that cannot be one are refused in one line that names what differs."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
     two = Path(shutil.copytree(one, "two"))
-    other = {"seed": 1, "block": 80, "levels": 4, "first_levels": 5, "confidence": 0.9, "coarsest": 4, "looks": 2}
-    value = {**other, "family": 3}[name]
+    other = {"seed": 1, "block": 80, "levels": 4, "first_levels": 5, "confidence": 0.9, "coarsest": 4, "max_looks": 2}
+    value = {**other, "tests_reserved": 3}[name]
     changed(two, **{name: value})
 
     outcome = merged(one, two)
@@ -294,7 +294,7 @@ TWISTS = {
 @pytest.mark.parametrize("twist", TWISTS.values(), ids=TWISTS)
 def test_numbers_from_elsewhere(made, merged, twist, first):
     """Evidence that makes no sense has no traceback: it costs the cells it is about."""
-    one = made("one", "-s", "milstein", "-p", "gbm", *STRONG, "--looks", "1", paths=200)
+    one = made("one", "-s", "milstein", "-p", "gbm", *STRONG, "--max-looks", "1", paths=200)
     file, name, lane = sorted(lanes_in(one), key=lambda found: found[1])[0 if first else -1]
     write_lanes(file, {name: lambda _: twisted(lane, twist)})
 

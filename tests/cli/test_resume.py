@@ -13,7 +13,7 @@ import pytest
 from evidence import lanes_in, rows_of
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
-CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
+CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--max-looks", "3", "-j", "2")
 MOMENTS = 20
 PATIENCE = 600.0
 

@@ -153,7 +153,7 @@ def test_delay_equations_have_a_law_as_well() -> None:
 def test_what_is_right_in_law_is_verified_and_what_is_wrong_refuted() -> None:
     """On the Ornstein-Uhlenbeck process its weak order is found by moments, its memory being part of the state."""
     verdicts = verify(
-        [LeimkuhlerMatthews(), LeimkuhlerMatthews(1.005)], "ou", "weak", paths=200, block=200, looks=1
+        [LeimkuhlerMatthews(), LeimkuhlerMatthews(1.005)], "ou", "weak", paths=200, block=200, max_looks=1
     ).verdicts.set_index("scheme")
 
     right, wrong = verdicts.loc["leimkuhler-matthews"], verdicts.loc["leimkuhler-matthews[strength=1.005]"]

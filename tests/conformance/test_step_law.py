@@ -53,7 +53,7 @@ class SignOnly(EulerMaruyama):
     """Euler-Maruyama that is driven by sqrt(h) times the sign of the increment: right in law."""
 
     name: ClassVar[str] = "sign-only"
-    jumps: ClassVar[bool] = True
+    discontinuous_in_noise: ClassVar[bool] = True
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(h) * np.sign(noise.dW)))

@@ -36,7 +36,7 @@ def test_everything_known_is_passed_on():
     chart = Chart(axes=(Angle(), Line(0.0, 1.0)), embed=lambda z: z, read=lambda x: x)
     observables = {"p": lambda t, s: s["p"][0]}
     truths = (Moment(observable="p", value=lambda t: 0.0, source="made up"),)
-    given = {"observables": observables, "truths": truths, "chart": chart, "relaxation": 3.0, "units": "none"}
+    given = {"observables": observables, "truths": truths, "chart": chart, "relaxation_time": 3.0, "units": "none"}
     view = make(**given, noise=frozenset({"dW"})).view(SDE)
 
     assert {name: getattr(view, name) for name in given} == given

@@ -74,7 +74,7 @@ def test_a_view_resolves_what_its_problem_resolves():
     """The equation without constraint of a fibre has the fibre's fastest time."""
     fibre = fibre_clamped()
 
-    assert TamedEuler().view_of(fibre).fastest == fibre.fastest < np.inf
+    assert TamedEuler().view_of(fibre).fastest_time == fibre.fastest_time < np.inf
 
 
 def test_the_rounding_of_an_algorithm_is_no_dependence_on_the_place():

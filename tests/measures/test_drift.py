@@ -30,7 +30,7 @@ class Prescribed:
     """A problem whose only residual is what the parts say."""
 
     horizon = 1.0
-    fastest = np.inf
+    fastest_time = np.inf
     pathwise = None
     traits = frozenset()
 
@@ -131,7 +131,7 @@ def test_a_part_that_stays_is_refuted_on_the_same_steps():
 
 def test_steps_longer_than_the_fastest_time_refute_nothing(monkeypatch):
     """A residual of order 1/2 is not held against a claim of 1 where no step resolves it, nor asks for paths."""
-    monkeypatch.setattr(Prescribed, "fastest", 1e-3)
+    monkeypatch.setattr(Prescribed, "fastest_time", 1e-3)
     finding, _ = judge(lambda h, t: np.sqrt(h) * t, value=1.0)
 
     assert (finding.verdict, finding.settled) == (Verdict.INCONCLUSIVE, True)

@@ -85,7 +85,7 @@ def verdicts(chains, scheme=None, level=LEVEL):
 
 def probed(scheme, problem, seed=20170601):
     """Return what a probe found, and the findings."""
-    settings = Settings(seed=seed, family=1)
+    settings = Settings(seed=seed, tests_reserved=1)
     tally = Invariant().probe(scheme, problem, settings)
     judgement = Invariant().judge(Evidence(scheme, problem, problem, settings, tally, Tally(), level=settings.level))
     return tally, {finding.quantity: finding for finding in judgement.findings}
@@ -311,9 +311,9 @@ def test_the_operator_sees_small_errors_that_stay(excess):
 def test_nothing_is_run_without_a_claim_or_a_relaxation_time():
     """Chains are run only where something is claimed and it is known how long to run."""
     assert not Invariant().probe(Claimless(), ou(), Settings()).sums
-    assert not Invariant().probe(Euler(), ou(relaxation=np.inf), Settings()).sums
+    assert not Invariant().probe(Euler(), ou(relaxation_time=np.inf), Settings()).sums
     assert {f.verdict for f in probed(Claimless(), ou())[1].values()} == {Verdict.OUT_OF_SCOPE}
-    assert {f.verdict for f in probed(Euler(), ou(relaxation=np.inf))[1].values()} == {Verdict.INCONCLUSIVE}
+    assert {f.verdict for f in probed(Euler(), ou(relaxation_time=np.inf))[1].values()} == {Verdict.INCONCLUSIVE}
 
 
 def test_problems_without_invariant_means_are_refused():
@@ -379,8 +379,8 @@ def test_a_cell_that_costs_far_more_than_others_says_what_it_would_take():
         reason = str(found[name].reason)
         # 10 relaxation times of burn-in and as many of a record, on four levels, in steps of 2 x .462/8.
         steps = float(reason.split("chains would take ")[1].split(maxsplit=1)[0])
-        assert steps == pytest.approx(2 * 15 * 10 * problem.relaxation / 0.1155, rel=2e-3)
-        assert f"the relaxation time is {problem.relaxation:.3g}" in reason
+        assert steps == pytest.approx(2 * 15 * 10 * problem.relaxation_time / 0.1155, rel=2e-3)
+        assert f"the relaxation time is {problem.relaxation_time:.3g}" in reason
         assert "at most 40000 are made" in reason
 
 

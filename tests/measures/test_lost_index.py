@@ -61,7 +61,7 @@ def test_a_lost_index_is_the_reason_and_refutes_nothing(scheme: Scheme, tau: flo
     def lost() -> DelaySDAE:
         return turning(tau)
 
-    found = verify([scheme], [lost], "drift", paths=40, block=40, levels=3, looks=1).verdicts
+    found = verify([scheme], [lost], "drift", paths=40, block=40, levels=3, max_looks=1).verdicts
 
     assert set(found.verdict) == {"inconclusive"}
     assert found.reason.str.contains("du/dy is singular on 40 paths, at t = 0.719 in the mean").all()
@@ -74,7 +74,7 @@ def test_explicit_schemes_do_not_step_over_a_pole(pull: float) -> None:
     def lost() -> DelaySDAE:
         return turning(pull=pull)
 
-    found = verify([EulerMaruyama()], [lost], ["strong", "weak"], paths=256, looks=1).verdicts
+    found = verify([EulerMaruyama()], [lost], ["strong", "weak"], paths=256, max_looks=1).verdicts
     claimed = found[found.claim != ""]
 
     assert len(claimed) >= 3
@@ -88,14 +88,14 @@ def test_explicit_schemes_are_verified_before_the_pole() -> None:
     def early() -> DelaySDAE:
         return turning(pull=0.1, horizon=0.5)
 
-    found = verify([EulerMaruyama()], [early], "strong", paths=256, looks=1).verdicts
+    found = verify([EulerMaruyama()], [early], "strong", paths=256, max_looks=1).verdicts
 
     assert set(found.verdict) == {"verified"}
 
 
 def test_no_step_beyond_the_pole_refutes_a_right_scheme() -> None:
     """The local order of the theta scheme was 0, where its steps were probed at times without a solution."""
-    found = verify([StochasticTheta()], [turning], "strong", paths=40, block=40, levels=3, looks=1).verdicts
+    found = verify([StochasticTheta()], [turning], "strong", paths=40, block=40, levels=3, max_looks=1).verdicts
 
     assert set(found.verdict) == {"inconclusive"}
     assert found.reason.str.contains("du/dy is singular").all()
@@ -113,7 +113,7 @@ def test_the_index_is_that_of_the_start() -> None:
 
 def test_a_wrong_root_is_refuted_before_the_index_is_lost() -> None:
     """What a path violates while it has a root counts."""
-    found = verify([WrongRoot()], [turning], "drift", paths=40, block=40, levels=3, looks=1).verdicts
+    found = verify([WrongRoot()], [turning], "drift", paths=40, block=40, levels=3, max_looks=1).verdicts
 
     assert set(found.verdict) == {"refuted"}
 

@@ -61,7 +61,9 @@ def test_lower_order_is_refuted():
 @pytest.mark.parametrize("errors", [0.1 * H**0.5, 0.1 * H + 0.05], ids=["order", "limit"])
 def test_steps_that_do_not_resolve_the_fastest_time_refute_nothing(errors):
     """A low order and a wrong limit on steps above 1/64 of the fastest time, of pairs, stay suspicions."""
-    coarse, fine = (found(errors, seen=replace(problem(), fastest=times * H[-1])).tests for times in (127.0, 128.0))
+    coarse, fine = (
+        found(errors, seen=replace(problem(), fastest_time=times * H[-1])).tests for times in (127.0, 128.0)
+    )
     assert coarse.refuted == 1.0
     assert coarse.suspected <= fine.refuted < 1e-9
     assert coarse.growth == np.inf

@@ -62,7 +62,7 @@ class Loud(EulerMaruyama):
 
 def findings(scheme, problem) -> dict[str, Finding]:
     """Return what is found without sampling."""
-    settings, view = Settings(family=1), scheme.view_of(problem)
+    settings, view = Settings(tests_reserved=1), scheme.view_of(problem)
     evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
     record = stationary_record(evidence)
     assert record is not None

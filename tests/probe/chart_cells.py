@@ -33,7 +33,7 @@ OU = SDE(
     observables={"x": lambda t, s: s["x"][0], "square": lambda t, s: s["x"][0] ** 2},
     truths=means(square=0.5 * SIGMA**2),
     chart=identity(Line(0.0, SIGMA)),
-    relaxation=1.0,
+    relaxation_time=1.0,
 )
 ANGLE = SDE(
     drift=lambda t, x: np.stack([x[1], -np.sin(x[0]) - GAMMA * x[1]]),
@@ -51,7 +51,7 @@ ANGLE = SDE(
     },
     truths=means(cosine=float(ive(1, 1 / KT) / ive(0, 1 / KT)), p=0.0, square=KT),
     chart=identity(Angle(), Line(0.0, np.sqrt(KT))),
-    relaxation=4.0,
+    relaxation_time=4.0,
 )
 
 
@@ -141,7 +141,7 @@ def plane_pendulum(c_g=0.0, gamma=0.0, sigma=1.0, theta_0=0.5, scale=1.0, noises
         observables=OBSERVABLES,
         chart=Chart((Angle(), Line(0.0, scale)), embed, read),
     )
-    return replace(pendulum, truths=_limits(c_g, sigma**2 / (2 * gamma)), relaxation=3.0) if gamma else pendulum
+    return replace(pendulum, truths=_limits(c_g, sigma**2 / (2 * gamma)), relaxation_time=3.0) if gamma else pendulum
 
 
 def free_moments(t, theta_0=0.5, omega_0=0.5):

@@ -14,7 +14,7 @@ def normal(x, deviation):
 def test_the_density_of_a_linear_equation_and_of_euler():
     """Where dx = -k x dt + s dW, variances are s^2/(2 k), and s^2/(2 k - k^2 h) for Euler: both laws are normal."""
     problem, h = ou(), 0.0625
-    k, s = 1.0 / problem.relaxation, float(problem.diffusion(0.0, np.zeros((1, 1)))[0, 0, 0])
+    k, s = 1.0 / problem.relaxation_time, float(problem.diffusion(0.0, np.zeros((1, 1)))[0, 0, 0])
 
     found = stationary_densities(EulerMaruyama(), problem, h)
 

@@ -122,7 +122,7 @@ def test_no_law_is_declared_where_the_mean_grows() -> None:
     Two real roots of s = .6 - .5466 e^-s are positive, of s = 2 - 1.822 e^(-.3 s) the larger one.
     """
     for problem in (delay_ou(B=-4.0), delay_ou(A=0.6, B=-0.5466)):
-        assert problem.relaxation == np.inf
+        assert problem.relaxation_time == np.inf
         assert not any(isinstance(truth, InvariantMean) for truth in problem.truths)
     assert stable(delay_linear(A=2.0, B=-1.822, c=0.0, d=0.1, tau=0.3)) == [False]
 

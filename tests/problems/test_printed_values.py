@@ -137,7 +137,7 @@ def test_the_table_of_the_torus_is_known_for_its_stiffness_only(eps: float) -> N
     """Ten values of eps, with stiffness 25, and the limit for any."""
     assert known(torus(eps))["|x|^2"] == TABLE[eps][0]
     assert known(torus(eps, 26.0)) == {}
-    assert torus(eps, 26.0).relaxation == np.inf
+    assert torus(eps, 26.0).relaxation_time == np.inf
     assert known(torus(0.0)) == known(tube_torus(0.0))
 
 

@@ -66,7 +66,7 @@ def test_relaxation_is_the_gap_of_the_generator(name: str) -> None:
     images = np.stack([generator(problem, lambda x, k=k: basis(x)[k], x) for k in range(len(values))])
     L = np.linalg.solve((values * weights) @ values.T, (values * weights) @ images.T)
 
-    assert problem.relaxation == pytest.approx(1.0 / least(-np.linalg.eigvals(L)), rel=accuracy)
+    assert problem.relaxation_time == pytest.approx(1.0 / least(-np.linalg.eigvals(L)), rel=accuracy)
 
 
 def rotor_gap(c_g: float, gamma: float, kT: float, mass: float) -> float:
@@ -96,6 +96,6 @@ def test_relaxation_of_a_pendulum_is_estimated_to_its_size(gamma: float, c: floa
     """Estimates are 2/3, or without masses 3/4, to 5, or 3, times the reciprocal of the generator's gap."""
     gap = rotor_gap(c, gamma, 0.5, mass)
 
-    assert 2 / 3 <= damped_pendulum(c_g=c, gamma=gamma, mass=mass).relaxation * gap <= 5.0
+    assert 2 / 3 <= damped_pendulum(c_g=c, gamma=gamma, mass=mass).relaxation_time * gap <= 5.0
     if mass == 1.0:
-        assert 0.75 <= angle_pendulum(c=c, gamma=gamma, sigma=np.sqrt(gamma)).relaxation * gap <= 3.0
+        assert 0.75 <= angle_pendulum(c=c, gamma=gamma, sigma=np.sqrt(gamma)).relaxation_time * gap <= 3.0

@@ -39,4 +39,4 @@ def test_moments_are_those_of_finite_volumes() -> None:
 
 def test_the_relaxation_time_is_that_of_the_angle() -> None:
     """It is the reciprocal of the gap, and goes with 1/sigma^2."""
-    assert rigid_trimer(sigma=2.0).relaxation == pytest.approx(0.25 / angle_diffusion(1.0).gap, rel=1e-12)
+    assert rigid_trimer(sigma=2.0).relaxation_time == pytest.approx(0.25 / angle_diffusion(1.0).gap, rel=1e-12)

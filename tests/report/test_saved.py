@@ -89,7 +89,7 @@ BAD = {
     "no selection": {"settings": NUMBERS},
     "settings missing": {**SAVED, "settings": {}},
     "text": {**SAVED, "settings": {**NUMBERS, "paths": "8192"}},
-    "truth value": {**SAVED, "settings": {**NUMBERS, "looks": True}},
+    "truth value": {**SAVED, "settings": {**NUMBERS, "max_looks": True}},
     "nan": {**SAVED, "settings": {**NUMBERS, "paths": float("nan")}},
     "infinite": {**SAVED, "settings": {**NUMBERS, "paths": float("inf")}},
     "infinite level": {**SAVED, "settings": {**NUMBERS, "confidence": float("inf")}},

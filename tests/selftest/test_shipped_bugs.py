@@ -6,7 +6,7 @@ from facade import Study, kill_matrix, load_registry, selftest_trial
 from sdaeverify import Settings
 from sdaeverify.simulate import ensemble
 
-SETTINGS = Settings(paths=1024, looks=3)
+SETTINGS = Settings(paths=1024, max_looks=3)
 # Of these, only the contract and exactness tell.
 CONTRACT_ALONE = {
     "planted-em-batch-maximum on gbm",

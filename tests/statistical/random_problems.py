@@ -43,7 +43,7 @@ SCHEMES, DRAWS = 1, 100
 CELL = ["scheme", "problem", "measure"]
 WORDS = {"set": tuple(SETS), "shape": tuple(SHAPES), "measure": ("arc", "delta")}
 # One claim in ten million is refuted by chance; fewer than 800 paths decide nothing at such a level.
-SETTINGS = Settings(paths=1024, family=10**5)
+SETTINGS = Settings(paths=1024, tests_reserved=10**5)
 # Seconds of one scheme on one block.
 TIMEOUT = 30.0
 

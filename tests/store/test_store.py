@@ -215,7 +215,7 @@ def test_files_that_were_opened_hold_what_they_held(tmp_path):
     assert dict(found(tmp_path)[1].reasons) == {"with another other.txt": 1}
 
 
-BUDGETS = {"paths": 200, "looks": 2, "confidence": 0.9, "family": 7}
+BUDGETS = {"paths": 200, "max_looks": 2, "confidence": 0.9, "tests_reserved": 7}
 
 
 @pytest.mark.parametrize("name", BUDGETS)
@@ -454,5 +454,14 @@ def test_every_setting_is_an_ingredient_or_part_of_the_budget():
     lane = lane_ingredients(EulerMaruyama(), problem_spec(gbm), SETTINGS, 0)
     own = measure_ingredients(Probing(), SETTINGS)
 
-    assert {*lane, *own} >= {"paths", "coarsest", "levels", "seed", "confidence", "block", "looks", "family"}
+    assert {*lane, *own} >= {
+        "paths",
+        "coarsest",
+        "levels",
+        "seed",
+        "confidence",
+        "block",
+        "max_looks",
+        "tests_reserved",
+    }
     assert keys_module.BUDGET.isdisjoint(lane)

@@ -12,7 +12,7 @@ from sdaeverify import Claim, Settings, verify
 from sdaeverify.measuring import Finding, Judgement, Kind, LevelFinding, Measure, Reason, Tally, Verdict, group_sums
 from study.test_problem_run import Remembering, small_noise
 
-SETTINGS = Settings(paths=2048, looks=3)
+SETTINGS = Settings(paths=2048, max_looks=3)
 FEW, ALL = SETTINGS.first_levels, SETTINGS.levels
 ORDER, EXACT = (
     Claim(measure="told", value=1.0, source="test"),

@@ -83,7 +83,7 @@ def run(schemes, measures, settings=SETTINGS, family=gbm, resolve=None):
 )
 def test_a_cell_gets_paths_until_it_is_settled(wants, looks, taken):
     """After the second look paths double until the measure is satisfied, and end with the largest number."""
-    (result,), _ = run([EulerMaruyama()], [Patient(wants=wants)], replace(SETTINGS, looks=looks))
+    (result,), _ = run([EulerMaruyama()], [Patient(wants=wants)], replace(SETTINGS, max_looks=looks))
 
     assert result.paths == taken
     assert result.findings[0].verdict is (Verdict.VERIFIED if wants <= 8192 else Verdict.INCONCLUSIVE)
@@ -238,7 +238,7 @@ def test_a_wrong_truth_is_not_the_scheme_s_fault():
     uncontrolled = lambda: replace(noisier(), controls=())  # noqa: E731
     uncontrolled.__name__ = "uncontrolled"
 
-    settings = Settings(paths=1024, looks=3)
+    settings = Settings(paths=1024, max_looks=3)
 
     (blamed,), _ = run([explicit], [Strong()], settings, uncontrolled)
     (excused,), _ = run([explicit], [Strong()], settings, noisier, resolve)

@@ -123,5 +123,5 @@ def test_the_level_is_shared_among_all_cells():
     few = claim_run(load_plugins(), Policy(schemes=("milstein",), problems=("gbm",), tier="ci"))
     many = ClaimRun(Plan(200 * few.plan.problems), few.policy, few.registry)
 
-    assert few.settings.family == 1000
-    assert many.settings.family == 10 * len(many.plan.cells) > 1000
+    assert few.settings.tests_reserved == 1000
+    assert many.settings.tests_reserved == 10 * len(many.plan.cells) > 1000

@@ -171,7 +171,7 @@ FAULTS = {
     "docstring": (silent, "no docstring"),
     "source": (changed(gbm, source=" "), "source is empty"),
     "in-matrix": (marked, "N must be a whole number from 2"),
-    "relaxation": (changed(gbm, relaxation=1.0), "knows no invariant mean"),
+    "relaxation": (changed(gbm, relaxation_time=1.0), "knows no invariant mean"),
     "consistent-start": (changed(circle, start=circle().start * (1.0 + 1e-13), truths=()), "g at the start"),
     "observables": (changed(gbm, observables={"x": lambda t, s: np.ones(3)}, truths=()), "on 1 paths"),
     "path-by-path": (changed(gbm, drift=lambda t, x: x - x.mean()), "drift on one path"),
@@ -224,7 +224,7 @@ MORE = [
     ("constraints-kept", on_the_circle(second=lambda x, A: 1.0000001 * A[:, 0]), "lacks a part of Ito's term"),
     ("solution-simulated", solved(gbm, advance=lambda x, t, h, n: x * np.exp(0.32 * h + 0.63 * n.dW)), "it falls"),
     ("controls", changed(gbm, controls=(ABSENT,)), "unknown scheme"),
-    ("relaxation", changed(ou, relaxation=np.inf), "no relaxation time"),
+    ("relaxation", changed(ou, relaxation_time=np.inf), "no relaxation time"),
     ("source", changed(gbm, truths=(Moment(observable="x", value=mean, source=" "),)), "a Moment"),
 ]
 

@@ -136,7 +136,7 @@ class Rejecting(Silent):
 
     strength: float = 1.0
 
-    jumps: ClassVar[bool] = True
+    discontinuous_in_noise: ClassVar[bool] = True
 
     def step(self, problem, state, t, h, noise):
         return super().step(problem, state, t, h, noise._replace(dW=self.strength * noise.dW))

@@ -124,7 +124,7 @@ def faulty(base: Scheme, fault: Fault, name: str, **declared: Any) -> Scheme:
     fault : Fault
     name : str
     **declared : object
-        Class variables that it declares beside, ``jumps`` or ``noise``.
+        Class variables that it declares beside, ``discontinuous_in_noise`` or ``noise``.
     """
     original = type(base)
 

@@ -61,7 +61,7 @@ def judge_sequences(
     view = match(scheme, problem).problem
     assert view is not None
     # Only these looks and sides share the error probability: there is no family of further tests here.
-    settings = Settings(paths=UNIT * POOLED, block=UNIT, looks=len(LOOKS), family=1)
+    settings = Settings(paths=UNIT * POOLED, block=UNIT, max_looks=len(LOOKS), tests_reserved=1)
     probed = measure.probe(scheme, view, settings)
     evidence = Evidence(scheme, problem, view, settings, Tally(), health, level=settings.level)
     looks = [pool(strong, count, POOLED) for count in LOOKS]

@@ -174,7 +174,7 @@ class ChainJob:
         if view is None:
             raise SchemeError(f"calibration of {self.case.label}: the scheme does not solve the problem")
         source = Source(self.seed, f"{self.spec.label}|calibration", 0, CHAINS * self.repetitions)
-        chains = Chains(self.scheme, view, source, view.relaxation / STEPS_A_TIME)
+        chains = Chains(self.scheme, view, source, view.relaxation_time / STEPS_A_TIME)
         chains.advance(BURN_IN * STEPS_A_TIME)
         averages = chains.average(RECORD * STEPS_A_TIME)[0]
         rows = zip(view.observables, averages, strict=True)

@@ -29,7 +29,7 @@ from ..selftest import KillMatrix, kill_matrix, selftest_trial
 from ..selftest.kills import counts, in_words, kill_table, terminal_table
 
 # Most bugs are found out without sampling; a refutation on paths takes 800 of them at least.
-DEFAULTS = Settings(paths=1024, looks=3)
+DEFAULTS = Settings(paths=1024, max_looks=3)
 WORDS = {
     ExitCode.OK: "every planted bug is refuted, and nothing else",
     ExitCode.REFUTED: "a planted bug survives, or what is right is refuted",

@@ -59,7 +59,7 @@ def affine_constraint(
         observables=observables(given),
         truths=truths(given, start),
         chart=chart,
-        relaxation=1.0 / law.slowest(),
+        relaxation_time=1.0 / law.slowest(),
         units="x in units of its choice, time so that the drift without coupling has rate 1",
         source="Laurent 2022, (1.2) and (1.4), with an affine constraint",
     )

@@ -57,7 +57,7 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
             *limits({"x_1": 0.0, "x_2": 0.0, "x_1^2": 0.5, "x_1 x_2": 0.0}, "uniform law"),
         ),
         chart=Chart(axes=(Angle(),), embed=direction, read=lambda x: np.arctan2(x[1], x[0])[None]),
-        relaxation=2.0,
+        relaxation_time=2.0,
         units="radius 1, time so that the noise has unit strength",
         source="Oksendal 2003, chapter 5",
     )

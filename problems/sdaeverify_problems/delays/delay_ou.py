@@ -49,7 +49,7 @@ def delay_ou(
         horizon=horizon,
         truths=limits(means, source),
         traits=frozenset({"additive-noise"}),
-        relaxation=1.0 / decay if means else float("inf"),
+        relaxation_time=1.0 / decay if means else float("inf"),
         units="x in units of its choice, time in the unit of 1/|B|",
         source=source,
     )

@@ -66,7 +66,7 @@ def fibre_problem(
         position=r,
         velocity=v,
         horizon=horizon,
-        fastest=min(_stiffness(fibre) ** -0.5, fibre.Dr**2),
+        fastest_time=min(_stiffness(fibre) ** -0.5, fibre.Dr**2),
         noise_dim=len(r),
         traits=noise.traits,
         observables=observables(fibre),

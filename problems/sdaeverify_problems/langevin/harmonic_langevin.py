@@ -78,7 +78,7 @@ def harmonic_langevin(
             *normal_truths(normal_means(PRODUCTS), law, (np.zeros(2), still), SOURCE),
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),
-        relaxation=float(-1.0 / np.linalg.eigvals(M).real.max()),
+        relaxation_time=float(-1.0 / np.linalg.eigvals(M).real.max()),
         units="mass 1, time in its own unit",
         source="Pavliotis 2014, section 6.3",
     )

@@ -60,7 +60,7 @@ def stiefel(
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables=ENTRIES | SQUARES if eps else ENTRIES,
         truths=(*limits({"x_11": 0.0, "x_11^2": law.level / d}, SYMMETRY), *(radial(law, p) if eps else decay)),
-        relaxation=law.level / rate,
+        relaxation_time=law.level / rate,
         units="columns of length 1, time so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on orthonormal frames",
     )

@@ -66,7 +66,7 @@ def penalised_sphere(
         observables={name: lambda t, s, of=each.value: of(s["x"]) for name, each in known.items()},
         truths=truths(known, source),
         chart=polar_chart(law, square) if d == 2 else None,
-        relaxation=law.relaxation,
+        relaxation_time=law.relaxation,
         units="radius 1, time so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on the sphere",
     )

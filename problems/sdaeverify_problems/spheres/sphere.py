@@ -53,7 +53,7 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
             *moments(values, SOURCE),
             *limits({"x_1": 0.0, "x_2": 0.0, "x_3": 0.0, "x_3^2": 1 / 3, "x_1 x_3": 0.0}, "uniform law"),
         ),
-        relaxation=RELAXATION,
+        relaxation_time=RELAXATION,
         units="radius 1, time so that the noise has unit strength",
         source="Hsu 2002, chapter 3",
     )

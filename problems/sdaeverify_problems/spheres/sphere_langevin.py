@@ -72,7 +72,7 @@ def sphere_langevin(
         horizon=HORIZON,
         observables=observables,
         truths=(*moments(masses, c_g, gamma, kT), *invariant_means(law, sphere_nodes, observables)),
-        relaxation=2.0 * masses.max() / gamma + gamma / max(abs(c_g), 2.0 * kT),
+        relaxation_time=2.0 * masses.max() / gamma + gamma / max(abs(c_g), 2.0 * kT),
         units="radius of the sphere 1, mass and time in the units of the masses and of gamma",
         source="Lindner & Stroot 2017, section 5.2, on the unit sphere of R^3",
     )

@@ -61,7 +61,7 @@ def exponential_strip(
         truths=strip.truths(),
         chart=chart,
         traits=frozenset() if eps else frozenset({"normal-milstein-term"}),
-        relaxation=1.0 / kappa,
+        relaxation_time=1.0 / kappa,
         units="length and time so that alpha and kappa are what they are and the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on a strip around a line",
     )

@@ -54,7 +54,7 @@ def torus_problem(
         observables=observed,
         truths=limits({name: means[name] for name in observed if name in means}, source),
         chart=None if eps else surface_chart(),
-        relaxation=1.0 / stiffness if means else np.inf,
+        relaxation_time=1.0 / stiffness if means else np.inf,
         units="radius of the tube 1, time so that the noise has strength sqrt(2)",
         source="Laurent 2022, section 4.1",
     )

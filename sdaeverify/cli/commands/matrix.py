@@ -64,8 +64,18 @@ COUNT = re.compile("[0-9]{1,9}")
 @once(
     "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
 )
-@once("--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided.")
-@once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
+@once(
+    "--max-looks",
+    type=int,
+    default=DEFAULTS.max_looks,
+    help="How often a cell is judged at most, until it is decided.",
+)
+@once(
+    "--tests-reserved",
+    type=int,
+    default=DEFAULTS.tests_reserved,
+    help="Tests that early decisions share their error level among.",
+)
 @once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @jobs
 @once(

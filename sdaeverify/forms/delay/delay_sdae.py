@@ -99,7 +99,9 @@ class DelaySDAE(Delayed):
         The constants of condition (4.1) of mean-square stability.
     dissipation_without_y : Dissipation, optional
         Those of the equation with y eliminated, where better than `dissipation` implies: schemes that solve for y do.
-    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, noise_dim, source, units, traits, noise, observables, truths
+        As of any `Problem`.
+    controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

@@ -65,7 +65,9 @@ class IndexOneSDAE(DelaySDAE):
         The derivatives in x and y of f and of u; by complex step if left out.
     dissipation, dissipation_without_y : Dissipation, optional
         See `DelaySDAE`.
-    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, noise_dim, source, units, traits, noise, observables, truths
+        As of any `Problem`.
+    controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

@@ -40,7 +40,7 @@ class Langevin(Damped):
         q and p at time 0.
     noise_dim : int
         n, set by the form.
-    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

@@ -90,7 +90,9 @@ class HolonomicSDAE(Mechanics):
         Which positions couple with which; all of them if left out.
     constraint_bound : float, optional
         C_g of Lindner & Stroot (2.7), finite and at least 1.
-    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, noise_dim, source, units, traits, noise, observables, truths
+        As of any `Problem`.
+    controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

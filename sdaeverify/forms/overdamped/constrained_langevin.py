@@ -155,7 +155,7 @@ class ConstrainedLangevin(StiffnessFamily):
         The same problem, its truths included, with another eps.
     noise_dim : int
         d, set by the form.
-    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises
@@ -182,7 +182,7 @@ class ConstrainedLangevin(StiffnessFamily):
         object.__setattr__(self, "noise_dim", self.dimension)
         super().__post_init__()
         check_not_negative(self, "strength", "eps")
-        object.__setattr__(self, "fastest", self.eps or np.inf)
+        object.__setattr__(self, "fastest_time", self.eps or np.inf)
         self._check_functions()
         self._check_start()
         check_known(self, self.parts(self.initial(PROBES)))

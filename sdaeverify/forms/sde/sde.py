@@ -57,7 +57,9 @@ class SDE(Problem):
         g, which the solution keeps at zero: an invariant of the equation.
     jacobian : callable, x -> ndarray, shape (m, d, P), optional
         Dg; by complex step if left out, and g must then be analytic.
-    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+    horizon, noise_dim, source, units, traits, noise, observables, truths
+        As of any `Problem`.
+    controls, chart, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

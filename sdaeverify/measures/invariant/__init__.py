@@ -200,7 +200,7 @@ class Invariant(Measure):
         if operator is not None:
             evidence = replace(evidence, tally=packed(OPERATOR, operator).merge(_densities(evidence, operator)))
         left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
-        if not (left and np.isfinite(view.relaxation)):
+        if not (left and np.isfinite(view.relaxation_time)):
             return evidence.tally
         return evidence.tally.merge(packed(CHAINS, _chains(evidence, left)))
 
@@ -240,7 +240,7 @@ def coarsest_step(view: Problem, settings: Settings) -> float:
 
     Stationary biases at the step sizes of pathwise errors are often too small to be seen.
     """
-    return 2.0 * min(view.horizon, view.relaxation) / settings.coarsest
+    return 2.0 * min(view.horizon, view.relaxation_time) / settings.coarsest
 
 
 def stationary_record(evidence: Evidence) -> TransitionErrors | None:
@@ -277,7 +277,7 @@ def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
     """Run chains until enough is decided of some observables."""
     view, settings = evidence.view, evidence.settings
-    plan = ChainPlan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
+    plan = ChainPlan(coarsest_step(view, settings), view.relaxation_time, settings.seed, settings.max_looks)
 
     def enough(record: ChainRecord) -> bool:
         return is_decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)

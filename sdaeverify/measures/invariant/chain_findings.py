@@ -263,7 +263,7 @@ def _without_levels(evidence: Evidence, record: ChainRecord, name: str, remarks:
 
 def _too_dear(evidence: Evidence, record: ChainRecord) -> str:
     """Return what chains would take, at half the step size if they blew up, where it is too much."""
-    relaxation, h = evidence.view.relaxation, float(record.h[0]) * (0.5 if record.lost[0] > 0 else 1.0)
+    relaxation, h = evidence.view.relaxation_time, float(record.h[0]) * (0.5 if record.lost[0] > 0 else 1.0)
     if len(record.time) or (steps := ChainPlan(h, relaxation, 0).first_look) <= MOST_FIRST:
         return ""
     taken = f"{steps} steps of size {h:.2g} and below, as the relaxation time is {relaxation:.3g}"

@@ -182,7 +182,7 @@ def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = F
     if rounding.any():
         remarks = remarks.then(at_levels("rounding", rounding))
     # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
-    stiff = quantity.h > evidence.problem.fastest
+    stiff = quantity.h > evidence.problem.fastest_time
     if stiff.any():
         remarks = remarks.then(at_levels("steps longer than the fastest time", stiff))
     sound = sound[sound < len(known)]

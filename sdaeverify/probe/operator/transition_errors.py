@@ -170,7 +170,7 @@ def invariant_errors(
     names = invariant_observables(view)
     truths = {truth.observable: truth.value for truth in view.truths if isinstance(truth, InvariantMean)}
     h = np.array(step_sizes)
-    counts = (view.relaxation if np.isfinite(view.relaxation) else view.horizon) / h
+    counts = (view.relaxation_time if np.isfinite(view.relaxation_time) else view.horizon) / h
     return _answer(_Question(OneStep(scheme, view), names, h, counts, law, exact), bases)
 
 

@@ -28,9 +28,9 @@ def why_not_resolved(view: Problem, shortest: float) -> str:
     A scheme that is uniformly accurate does not follow the equation step by step where steps are longer than its
     stiffness parameter, and its errors go from one law to another across it, however accurate the scheme is.
     """
-    if view.fastest >= RESOLVED * shortest:
+    if view.fastest_time >= RESOLVED * shortest:
         return ""
-    return f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest:.2g}"
+    return f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest_time:.2g}"
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class OneStep:
         levy : bool
             Whether the nodes of the probe are those of Levy areas, too.
         """
-        if self.scheme.jumps:
+        if self.scheme.discontinuous_in_noise:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"

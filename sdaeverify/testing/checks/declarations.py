@@ -19,7 +19,7 @@ from ..check import Inapplicable, error_text
 from ..subjects import SchemeSubject
 
 # Names of quantities do not depend on the sample: the smallest there is.
-SMALLEST = Settings(paths=40, levels=3, looks=1)
+SMALLEST = Settings(paths=40, levels=3, max_looks=1)
 # Problems on which the quantities of a claim are looked for.
 FEW = 3
 

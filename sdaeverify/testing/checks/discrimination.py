@@ -13,7 +13,7 @@ from ..check import Inapplicable
 from ..subjects import ProblemSubject
 
 # Most orders are told by probing one step, and paths only have to agree; so few of them refute nothing alone.
-BUDGET = Settings(paths=256, looks=1)
+BUDGET = Settings(paths=256, max_looks=1)
 
 
 def check_controls(subject: ProblemSubject) -> str:

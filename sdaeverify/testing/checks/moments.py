@@ -77,7 +77,7 @@ def check_limit(subject: ProblemSubject) -> str:
     if not pairs:
         raise Inapplicable("it knows no observable both as a moment and as an invariant mean")
     for moment, mean in pairs:
-        late = moment.value(RELAXED * problem.relaxation)
+        late = moment.value(RELAXED * problem.relaxation_time)
         if not abs(late - mean.value) <= CLOSE * max(1.0, abs(mean.value)):
             text = f"after {RELAXED:.0f} relaxation times the moment of {mean.observable} is {late:.8g}"
             return f"{text}, its invariant mean {mean.value:.8g}"
@@ -88,7 +88,7 @@ def _pairs(subject: ProblemSubject) -> Iterator[tuple[Moment, InvariantMean]]:
     truths = subject.problem.truths
     for mean in (truth for truth in truths if isinstance(truth, InvariantMean)):
         for moment in (truth for truth in truths if isinstance(truth, Moment)):
-            if moment.observable == mean.observable and np.isfinite(subject.problem.relaxation):
+            if moment.observable == mean.observable and np.isfinite(subject.problem.relaxation_time):
                 yield moment, mean
 
 

@@ -79,11 +79,11 @@ def check_relaxation(subject: ProblemSubject) -> str:
     """Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says."""
     problem = subject.problem
     known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
-    if not problem.relaxation > 0.0:
-        return f"its relaxation time is {problem.relaxation!r}, expected a positive time"
-    if known and not np.isfinite(problem.relaxation):
+    if not problem.relaxation_time > 0.0:
+        return f"its relaxation time is {problem.relaxation_time!r}, expected a positive time"
+    if known and not np.isfinite(problem.relaxation_time):
         return "it knows invariant means, but no relaxation time"
-    if not known and np.isfinite(problem.relaxation):
+    if not known and np.isfinite(problem.relaxation_time):
         return "it has a relaxation time, but knows no invariant mean"
     return ""
 
