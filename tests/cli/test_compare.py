@@ -48,7 +48,7 @@ def measured(call_once):
     def run(folder, share=EULER, problems="gbm", **changes):
         Path(f"{folder}.py").write_text(SCHEME.replace("{share}", str(share)))
         options = {"paths": 100, "levels": "8..32", "max_looks": 1, "jobs": 1, "progress": "none", **changes}
-        words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
+        words = [word for key, value in options.items() for word in ("--" + key.replace("_", "-"), str(value))]
         chosen = ("-s", "mine", "-p", problems, "-m", "strong", "--plugin", f"{folder}.py")
         return call_once(folder, "matrix", *chosen, *words, also=share)
 
