@@ -50,7 +50,9 @@ def orders(
         print_json([_told(row) for row in rows])
         return code_of_rows(rows)
     console = output()
-    console.print(text_table(HEADINGS, map(_cells, rows)))
+    asked = [row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE]
+    if asked:
+        console.print(text_table(HEADINGS, map(_cells, asked)))
     print_texts(console, _lines(rows))
     return conclude(code_of_rows(rows), ABOUT)
 
