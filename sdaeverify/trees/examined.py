@@ -6,13 +6,16 @@ from functools import cached_property
 from math import nan
 
 from .asymptotic import SIZES, Rate, order_left, rates, slowest
-from .conditions import STRONG, WEAK, Condition, belongs, breaking, order_of
+from .conditions import STRONG, WEAK, Condition, Weighed, belongs, breaking, means_of_products, order_of
+from .nodes import FEWER, rule_nodes
 from .probes import Probe
 from .record import Record
 from .weights import H
 
 # Rates are compared with orders, which are multiples of 1/2.
 HALF = 0.25
+# A mean refutes only if two rules agree on it to this part of its defect.
+AGREEMENT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,31 @@ class Examined:
             return []
         slow = slowest(self.rates, measure)
         return [slow.condition._replace(power=slow.power)] if slow.order(measure) < 0.5 * (self.probe.top - 1) else []
+
+    def why_not_exact(self, measure: str) -> str:
+        """Return why the first failing mean is not known, or an empty text: two rules disagree on it.
+
+        Rules are exact for polynomials of the noise. A step that is none, as one with the modulus of dW, has means
+        that no rule gives exactly.
+
+        Parameters
+        ----------
+        measure : str
+        """
+        probe, first = self.probe, next(iter(self.breaking(measure)), None)
+        if first is None or first.on_paths or probe.kind.diagonal or probe.scheme.law.bounded or not probe.fixed:
+            return ""
+        other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
+        found = self._mean_at(first, other)
+        if abs(found - first.found) <= AGREEMENT * abs(first.found - float(first.wanted)):
+            return ""
+        return (
+            f"two rules give {first.found:.3g} and {found:.3g} for {first.name}: a step is no polynomial of its noise"
+        )
+
+    def _mean_at(self, condition: Condition, rule: Weighed) -> float:
+        places = tuple(self.probe.conditions.names.index(each) for each in condition.forest)
+        return float(means_of_products(rule.psi, rule.nodes.weights, [places])[0])
 
     @property
     def measures(self) -> tuple[str, ...]:

@@ -299,7 +299,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=_premise(of, claim),
+        premise=_premise(of, row.measure, order, claim),
     )
 
 
@@ -307,7 +307,8 @@ def _verdict(of: Examined, measure: str, order: float, claim: Order | None) -> C
     if claim is None:
         return ClassVerdict.NOT_CLAIMED
     if order < claim.floor and of.breaking(measure):
-        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
+        decided = of.probe.scheme.local_order_is_global and not of.why_not_exact(measure)
+        return ClassVerdict.REFUTED if decided else ClassVerdict.PREMISE
     return ClassVerdict.PREMISE if of.probe.why_not_every or of.probe.top < needed(claim) else ClassVerdict.VERIFIED
 
 
@@ -316,9 +317,11 @@ def needed(claim: Order) -> int:
     return ceil(2.0 * claim.least + 1.0)
 
 
-def _premise(of: Examined, claim: Order | None) -> str:
+def _premise(of: Examined, measure: str, order: float, claim: Order | None) -> str:
     if of.probe.why_not_every:
         return of.probe.why_not_every
+    if claim and order < claim.floor and (why := of.why_not_exact(measure)):
+        return why
     if claim and of.probe.top < needed(claim):
         return f"the order claimed needs trees up to the weight {needed(claim)}"
     return of.probe.premises

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 import pytest
 
-from sdaeverify import SDE, Claim, UsageError, orders
+from sdaeverify import SDE, Claim, Step, UsageError, orders
 from sdaeverify_planted._within import ScaledEuler
 from sdaeverify_planted.coefficients import WrongTimes
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -140,6 +141,27 @@ def test_a_trace_is_told_by_maps_that_are_not_invertible():
 def test_coefficients_at_wrong_places_are_never_verified(scheme):
     """The origin of trees is neither zero nor at time zero."""
     assert "verified" not in set(orders(scheme, "scalar").table.verdict)
+
+
+class ModulusEuler(EulerMaruyama):
+    """Euler-Maruyama with DB B sqrt(h) (abs dW - sqrt(2 h/pi))/5, whose mean is zero: the orders stay as they are."""
+
+    name: ClassVar[str] = "modulus-euler"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step for scalar noise."""
+        b = problem.diffusion(t, state)[:, 0]
+        excess = np.abs(noise.dW) - np.sqrt(2.0 * h / np.pi)
+        change = problem.derivative_of_diffusion(t, state, b)[:, 0]
+        return Step(super().step(problem, state, t, h, noise).state + 0.2 * np.sqrt(h) * excess * change)
+
+
+def test_means_that_no_rule_gives_exactly_refute_nothing():
+    """A right scheme that is no polynomial of its noise is not refuted by an error of a rule; the row says why."""
+    table = orders(ModulusEuler(), "scalar").table
+
+    assert set(table.verdict) == {"premise fails"}
+    assert all("a step is no polynomial of its noise" in premise for premise in table.premise)
 
 
 @dataclass(frozen=True)
