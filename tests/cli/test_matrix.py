@@ -10,7 +10,7 @@ import pytest
 from evidence import rows_of
 from facade import WORDS, ExitCode
 from sdaeverify import Settings
-from sdaeverify.report.tables.command import command_of
+from sdaeverify.report.tables.command import command_of, reproduce
 
 Rows = list[dict[str, str]]
 
@@ -226,3 +226,13 @@ def test_reproduce(call, odd_scheme):
     # Columns that only other measures fill are not there again.
     assert again == [{key: other[key] for key in again[0]} for other in same]
     assert rows("reports/latest") == before
+
+
+def test_a_command_that_computes_a_cell_again_is_understood(call):
+    """Whatever the settings of a run are, its command is one that matrix takes."""
+    settings = Settings(
+        paths=80, levels=4, first_levels=3, seed=1, confidence=0.9, block=80, max_looks=2, tests_reserved=7
+    )
+    _, _, *words = shlex.split(reproduce(("milstein", "gbm", "strong"), settings))
+
+    assert call(*words[1:], "--dry-run", "-j", "1").code == 0

@@ -37,7 +37,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     words += ["--seed", str(settings.seed)]
     for name in ("confidence", "block", "max_looks", "tests_reserved"):
         if getattr(settings, name) != getattr(default, name):
-            words += [f"--{name}", str(getattr(settings, name))]
+            words += [f"--{name.replace('_', '-')}", str(getattr(settings, name))]
     return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
 
 

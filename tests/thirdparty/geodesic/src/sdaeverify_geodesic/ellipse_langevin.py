@@ -67,7 +67,7 @@ def ellipse_langevin(
             embed=lambda z: np.concatenate([embedded(axes, z), 0.0 * z[:1]]),
             read=lambda x: coordinates(axes, x),
         ),
-        relaxation=2.0 / gamma + gamma / kT,
+        relaxation_time=2.0 / gamma + gamma / kT,
         units="the shorter half axis 1, time in the unit of 1/gamma",
         source="constrained Langevin dynamics as in Leimkuhler & Matthews 2016, on an ellipse",
     )
