@@ -30,14 +30,11 @@ class EquationClass:
         What a problem of the class states.
     motions : int or None
         Number of Brownian motions; None for any number.
-    told : str
-        What it is, behind "every smooth SDE".
     """
 
     name: str
     traits: frozenset[str] = frozenset()
     motions: int | None = None
-    told: str = ""
 
     @property
     def additive(self) -> bool:
@@ -71,15 +68,13 @@ class EquationClass:
 
 
 CLASSES = (
-    EquationClass("ode", frozenset({"additive-noise"}), 0, "without noise"),
-    EquationClass("scalar", frozenset(), 1, "with one Brownian motion"),
-    EquationClass("additive", frozenset({"additive-noise"}), None, "with additive noise"),
-    EquationClass("diagonal", frozenset({"diagonal-noise"}), 2, "with diagonal noise"),
-    EquationClass("commutative", frozenset({"commutative-noise"}), None, "with commutative noise"),
-    EquationClass(
-        "vanishing-milstein-term", frozenset({"vanishing-milstein-term"}), None, "whose Milstein term vanishes"
-    ),
-    EquationClass("general", frozenset(), None, "with any noise"),
+    EquationClass("ode", frozenset({"additive-noise"}), 0),
+    EquationClass("scalar", frozenset(), 1),
+    EquationClass("additive", frozenset({"additive-noise"})),
+    EquationClass("diagonal", frozenset({"diagonal-noise"}), 2),
+    EquationClass("commutative", frozenset({"commutative-noise"})),
+    EquationClass("vanishing-milstein-term", frozenset({"vanishing-milstein-term"})),
+    EquationClass("general"),
 )
 
 

@@ -18,7 +18,7 @@ from .. import SDE, Array, Scheme
 from ..numerics import largest
 from ..probing import Nodes, OneStep
 from .classes import EquationClass
-from .universal import CHECKED, NOISE
+from .universal import class_sde
 from .weights import stepped
 
 LOW, HIGH = 2, 5
@@ -152,15 +152,11 @@ def _equation(kind: EquationClass, f: Coefficient, B: Coefficient, start: Array,
         calls.extend([None] * np.iscomplexobj(x))
         return f(t, x)[:, 0]
 
-    sde = SDE(
+    return class_sde(
+        kind.traits,
         drift=drift,
         diffusion=B,
         start=start,
         noise_dim=B(0.0, start[:, None]).shape[1],
-        noise=NOISE,
-        traits=kind.traits & CHECKED,
-        horizon=1.0,
         source="random polynomials",
     )
-    object.__setattr__(sde, "traits", sde.traits | kind.traits)
-    return sde

@@ -66,8 +66,8 @@ class ClassRow:
     motions: int
     measure: str
     verdict: ClassVerdict
-    order: float = float("nan")
-    claim: float = float("nan")
+    order: float = nan
+    claim: float = nan
     held: int = 0
     of: int = 0
     first: Condition | None = None
@@ -107,6 +107,23 @@ class OrderReport:
 
     scheme: Scheme
     rows: tuple[ClassRow, ...]
+
+    @classmethod
+    def of(
+        cls, scheme: Scheme, classes: str | Sequence[str] | None = None, motions: int = 3, weight: int | None = None
+    ) -> "OrderReport":
+        """Return the report on a scheme.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        classes : str or sequence of str, optional
+        motions : int
+        weight : int, optional
+            As `orders` takes them, which raises what this does.
+        """
+        check_numbers(motions, weight)
+        return cls(scheme, tuple(rows_of(scheme, classes_named(classes), motions, weight)))
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -164,7 +181,7 @@ def orders(
     scheme : str or Scheme
         A name with parameters, or a scheme itself, as `verify` takes it.
     classes : str or sequence of str, optional
-        Out of ode, scalar, additive, commutative, vanishing-milstein-term, general; all if left out.
+        Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general; all if left out.
     motions : int
         Number of Brownian motions where a class has no number of its own: what holds holds for as many.
     weight : int, optional
@@ -182,11 +199,10 @@ def orders(
     UsageError
         If a name is unknown, means several schemes, or a number is out of its range.
     """
-    check_numbers(motions, weight)
     found = select_schemes(load_registry(plugins), scheme)
     if len(found) != 1:
         raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which means {len(found)}")
-    return OrderReport(found[0], tuple(rows_of(found[0], classes_named(classes), motions, weight)))
+    return OrderReport.of(found[0], classes, motions, weight)
 
 
 def check_numbers(motions: int, weight: int | None) -> None:
@@ -291,25 +307,27 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         return replace(row, claim=least, premise=why, verdict=verdict)
     order = of.order(row.measure)
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
+    falls_short = claim is not None and order < claim.floor and bool(of.breaking(row.measure))
+    inexact = of.why_not_exact(row.measure) if falls_short else ""
+    premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim)
     return replace(
         row,
-        verdict=_verdict(of, row.measure, order, claim),
+        verdict=_verdict(of, claim, refutes=falls_short and not inexact, premise_fails=bool(premise_fails)),
         order=order,
         claim=least,
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=_premise(of, row.measure, order, claim),
+        premise=premise_fails or of.probe.premises,
     )
 
 
-def _verdict(of: Examined, measure: str, order: float, claim: Order | None) -> ClassVerdict:
+def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> ClassVerdict:
     if claim is None:
         return ClassVerdict.NOT_CLAIMED
-    if order < claim.floor and of.breaking(measure):
-        decided = of.probe.scheme.local_order_is_global and not of.why_not_exact(measure)
-        return ClassVerdict.REFUTED if decided else ClassVerdict.PREMISE
-    return ClassVerdict.PREMISE if of.probe.why_not_every or of.probe.top < needed(claim) else ClassVerdict.VERIFIED
+    if refutes:
+        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
+    return ClassVerdict.PREMISE if premise_fails else ClassVerdict.VERIFIED
 
 
 def needed(claim: Order) -> int:
@@ -317,11 +335,8 @@ def needed(claim: Order) -> int:
     return ceil(2.0 * claim.least + 1.0)
 
 
-def _premise(of: Examined, measure: str, order: float, claim: Order | None) -> str:
-    if of.probe.why_not_every:
-        return of.probe.why_not_every
-    if claim and order < claim.floor and (why := of.why_not_exact(measure)):
-        return why
-    if claim and of.probe.top < needed(claim):
-        return f"the order claimed needs trees up to the weight {needed(claim)}"
-    return of.probe.premises
+def _why_not_enough(of: Examined, claim: Order | None) -> str:
+    """Return why the trees that were looked at are too few for the claim, or an empty text."""
+    if claim is None or of.probe.top >= needed(claim):
+        return ""
+    return f"the order claimed needs trees up to the weight {needed(claim)}"

@@ -10,6 +10,7 @@ point c and at a time t_0 that are not zero, as a step whose coefficients are ta
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -65,20 +66,15 @@ class Universal:
     def sde(self) -> SDE:
         """The problem."""
         is_constant = "additive-noise" in self.traits
-        sde = SDE(
+        return class_sde(
+            self.traits,
             drift=self.drift,
             diffusion=self.constant_diffusion if is_constant else self.diffusion,
             diffusion_derivative=None if is_constant else self.diffusion_derivative,
             start=self.origin[:, 0],
             noise_dim=self.motions,
-            noise=NOISE,
-            traits=self.traits & CHECKED,
-            horizon=1.0,
             source="universal SDE of rooted trees",
         )
-        # Other classes are quotients: their equation is any one, and what holds modulo the relations is asked of it.
-        object.__setattr__(sde, "traits", sde.traits | self.traits)
-        return sde
 
     def drift(self, t: float, x: Array) -> Array:
         """Return f, shape (N, P)."""
@@ -122,6 +118,24 @@ class Universal:
         rows = np.flatnonzero(self.colours > DRIFT)
         B[rows, self.colours[rows] - 1] = values[rows]
         return B
+
+
+def class_sde(traits: frozenset[str], **given: Any) -> SDE:
+    """Return an SDE that states the traits of a class, with all noise drawn.
+
+    A class that is a quotient has no equation of its own to be looked at: any one is taken, and what holds modulo the
+    relations is asked of it. So the traits that the coefficients do not have are stated without their checks.
+
+    Parameters
+    ----------
+    traits : frozenset of str
+        Of the class.
+    **given
+        What else an `SDE` takes.
+    """
+    sde = SDE(noise=NOISE, horizon=1.0, traits=traits & CHECKED, **given)
+    object.__setattr__(sde, "traits", sde.traits | traits)
+    return sde
 
 
 def _padded(x: Array, one: float, time: float) -> Array:

@@ -1,18 +1,18 @@
 """``orders``: the order conditions of a scheme for classes of SDEs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_schemes
 from ...report.files import write_text
 from ...report.plain import text_table, visible
 from ...trees.grow import picture
-from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport, check_numbers, classes_named, rows_of
+from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport
 from .. import options
 from ..console import conclude, output, print_json, print_texts
 from ..exit_codes import WORDS, ExitCode, codes_in_words
@@ -25,7 +25,7 @@ ABOUT = {code: WORDS[code] for code in CODES}
 
 @click.command(epilog=codes_in_words(ABOUT), short_help="Ask schemes for the order conditions of classes of SDEs.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
-@options.once("--class", "kinds", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
+@options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once("--motions", type=click.IntRange(1, MOST_MOTIONS), default=3, help="Number of Brownian motions.")
 @options.once("--weight", type=int, help="Largest weight of trees.  [default: 2 p + 1 for a claimed order p]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
@@ -34,7 +34,7 @@ ABOUT = {code: WORDS[code] for code in CODES}
 )
 @options.plugins
 def orders(
-    schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **numbers: object
+    schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **asked: Any
 ) -> ExitCode:
     """Ask schemes for the order conditions that hold for every smooth SDE of a class.
 
@@ -42,7 +42,7 @@ def orders(
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time.
     """
     registry = load_and_warn(plugins)
-    reports = [_report(scheme, numbers) for scheme in select_schemes(registry, schemes)]
+    reports = [OrderReport.of(scheme, **asked) for scheme in select_schemes(registry, schemes)]
     rows = [row for report in reports for row in report.rows]
     if problem is not None:
         _write_problem(reports, problem)
@@ -50,20 +50,11 @@ def orders(
         print_json([_told(row) for row in rows])
         return code_of_rows(rows)
     console = output()
-    asked = [row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE]
-    if asked:
-        console.print(text_table(HEADINGS, map(_cells, asked)))
+    shown = [row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE]
+    if shown:
+        console.print(text_table(HEADINGS, map(_cells, shown)))
     print_texts(console, _lines(rows))
     return conclude(code_of_rows(rows), ABOUT)
-
-
-def _report(scheme: Scheme, numbers: Mapping[str, object]) -> OrderReport:
-    motions, weight, kinds = (numbers[name] for name in ("motions", "weight", "kinds"))
-    assert isinstance(motions, int)
-    assert weight is None or isinstance(weight, int)
-    assert kinds is None or isinstance(kinds, str)
-    check_numbers(motions, weight)
-    return OrderReport(scheme, tuple(rows_of(scheme, classes_named(kinds), motions, weight)))
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
