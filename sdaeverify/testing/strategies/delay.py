@@ -1,6 +1,6 @@
 """Equations of index 1, without and with a delay."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -10,17 +10,19 @@ from .draws import (
     DISSIPATIVE,
     GROWING,
     LIPSCHITZ,
-    SMALL,
     SMALL_NOISE,
     WAVES,
+    choices,
+    constants,
     fields,
+    noise_of_group,
     numbers,
     of_group,
     starts,
     terms,
 )
 from .example import Example, matrix_text, vector_text
-from .terms import Field, Term, indexed, scaled, sum_text
+from .terms import Columns, Field, Term, indexed, scaled, scaled_columns, sum_text
 
 ADDITIVE, DELAYED, GENERAL = "additive", "delayed noise", "general"
 INDEX_ONE_KINDS, DELAY_KINDS = (GENERAL, ADDITIVE), (GENERAL, DELAYED, ADDITIVE)
@@ -49,16 +51,12 @@ class IndexOneExample(Example):
     """
 
     form: ClassVar[str] = "IndexOneSDAE"
+    traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
     given: ClassVar[str] = "t, x, y"
 
     drift: tuple[Field, ...]
-    columns: tuple[tuple[Field, ...], ...]
+    columns: Columns
     algebraic: tuple[Field, ...]
-
-    @property
-    def traits(self) -> tuple[str, ...]:
-        """Those of the noise."""
-        return TRAITS.get(self.kind, ())
 
     @property
     def fields(self) -> tuple[Field, ...]:
@@ -91,8 +89,7 @@ class IndexOneExample(Example):
 
     def doubled(self) -> "IndexOneExample":
         """Return the example with 2 f and 2 g."""
-        columns = tuple(scaled(column, 2.0) for column in self.columns)
-        return replace(self, drift=scaled(self.drift, 2.0), columns=columns)
+        return replace(self, drift=scaled(self.drift, 2.0), columns=scaled_columns(self.columns, 2.0))
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ class DelayExample(IndexOneExample):
 
 def _columns(kind: str, d: int, q: int, past: int) -> st.SearchStrategy[Any]:
     if kind == ADDITIVE:
-        one = st.tuples(*[st.lists(terms(0, timed=False), max_size=1).map(tuple)] * d)
+        one = constants(d)
     elif kind == DELAYED:
         one = fields(d, past).map(lambda found: tuple(_behind(field, d) for field in found))
     else:
@@ -195,10 +192,8 @@ def delays(
 
 @st.composite
 def _common(draw: Any, kinds: Sequence[str], groups: Sequence[str], largest: int, *, past: bool) -> Any:
-    kind, group, d = draw(st.sampled_from(kinds)), draw(st.sampled_from(groups)), draw(st.integers(1, largest))
+    kind, group, d = draw(choices(kinds, groups, largest))
     q, lagged = draw(st.integers(0, largest) if past else st.integers(1, largest)), d if past else 0
     drift = of_group(draw(fields(d, d + lagged + q)), group)
-    columns = draw(_columns(kind, d, q, lagged))
-    if group == SMALL_NOISE:
-        columns = tuple(scaled(column, SMALL) for column in columns)
+    columns = noise_of_group(draw(_columns(kind, d, q, lagged)), group)
     return kind, group, drift, columns, draw(_algebraic(d + lagged, q)), draw(starts(d))

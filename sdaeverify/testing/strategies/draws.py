@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from .terms import CUBE, KINK, LINE, Field, Term
+from .terms import CUBE, KINK, LINE, Columns, Field, Term, scaled_columns
 
 # Smaller examples come first: shrinking goes to the left.
 SIZES = (0.5, 1.0, -0.5, -1.0, 0.75, -0.75, 0.25, 1.25)
@@ -65,6 +65,26 @@ def fields(count: int, arguments: int, *, timed: bool = True) -> st.SearchStrate
     return st.tuples(*[one] * count)
 
 
+def constants(count: int) -> st.SearchStrategy[tuple[Field, ...]]:
+    """Draw so many coefficients that depend on nothing."""
+    return st.tuples(*[st.lists(terms(0, timed=False), max_size=1).map(tuple)] * count)
+
+
+def choices(
+    kinds: Sequence[str], groups: Sequence[str], largest: int, *, least: int = 1
+) -> st.SearchStrategy[tuple[str, str, int]]:
+    """Draw a kind, a class and a number of components.
+
+    Parameters
+    ----------
+    kinds, groups : sequence of str
+        Kinds and classes to draw from.
+    largest, least : int
+        Numbers of components; the least one where it is more than the largest.
+    """
+    return st.tuples(st.sampled_from(kinds), st.sampled_from(groups), st.integers(least, max(least, largest)))
+
+
 def starts(dimension: int) -> st.SearchStrategy[tuple[float, ...]]:
     """Draw initial states."""
     return numbers(STARTS, dimension)
@@ -93,6 +113,11 @@ def of_group(drift: Sequence[Field], group: str) -> tuple[Field, ...]:
     return (
         tuple((*field, term) for field, term in zip(drift, more[group], strict=True)) if group in more else (*drift,)
     )
+
+
+def noise_of_group(columns: Columns, group: str) -> Columns:
+    """Return the columns of a diffusion with what makes them those of a class."""
+    return scaled_columns(columns, SMALL) if group == SMALL_NOISE else columns
 
 
 def horizon_of(group: str) -> float:

@@ -1,8 +1,9 @@
 """Examples: records of all numbers of a problem, which write the problem as a plugin file and are built from it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from textwrap import indent
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from ...forms import Problem
@@ -58,6 +59,8 @@ class Example:
     form: ClassVar[str]
     # What is counted by `dimension`, as the source calls it, and the part of a state that is observed.
     state: ClassVar[str] = "x"
+    # The traits of each kind that hold by construction and are not set by the form.
+    traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
     kind: str
     group: str
@@ -77,7 +80,7 @@ class Example:
     @property
     def traits(self) -> tuple[str, ...]:
         """The traits that hold by construction and are not set by the form."""
-        return ()
+        return self.traits_of_kinds.get(self.kind, ())
 
     @property
     def fields(self) -> tuple[Field, ...]:

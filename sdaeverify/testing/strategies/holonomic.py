@@ -1,14 +1,14 @@
 """Mechanics with holonomic constraints: ellipsoids of fourth degree, planes through them, and masses that couple."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from hypothesis import strategies as st
 
-from .draws import DISSIPATIVE, LIPSCHITZ, SMALL, SMALL_NOISE, fields, starts, unit
+from .draws import DISSIPATIVE, LIPSCHITZ, SMALL_NOISE, choices, fields, noise_of_group, starts, unit
 from .example import Example, matrix_text, vector_text
-from .terms import FOURTH, LINE, SQUARE, Field, Term, indexed, scaled, sum_text
+from .terms import FOURTH, LINE, SQUARE, Columns, Field, Term, indexed, scaled, scaled_columns, sum_text
 
 POSITION, VELOCITY = KINDS = ("noise of positions", "noise of velocities")
 # Noise that no velocity changes stays so under a projection.
@@ -96,18 +96,14 @@ class HolonomicExample(Example):
 
     form: ClassVar[str] = "HolonomicSDAE"
     state: ClassVar[str] = "r"
+    traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
 
     force: tuple[Field, ...]
-    columns: tuple[tuple[Field, ...], ...]
+    columns: Columns
     surface: tuple[Field, ...]
     velocity: tuple[float, ...]
     masses: tuple[float, ...]
     coupling: float
-
-    @property
-    def traits(self) -> tuple[str, ...]:
-        """Those of the noise."""
-        return TRAITS.get(self.kind, ())
 
     @property
     def fields(self) -> tuple[Field, ...]:
@@ -139,8 +135,7 @@ class HolonomicExample(Example):
 
     def doubled(self) -> "HolonomicExample":
         """Return the example with 2 a and 2 B."""
-        columns = tuple(scaled(column, 2.0) for column in self.columns)
-        return replace(self, force=scaled(self.force, 2.0), columns=columns)
+        return replace(self, force=scaled(self.force, 2.0), columns=scaled_columns(self.columns, 2.0))
 
 
 @st.composite
@@ -158,18 +153,12 @@ def holonomics(
     largest : int
         Number of components of the state, and at least 2.
     """
-    kind, group, n = (
-        draw(st.sampled_from(kinds)),
-        draw(st.sampled_from(groups)),
-        draw(st.integers(2, max(largest, 2))),
-    )
+    kind, group, n = draw(choices(kinds, groups, largest, least=2))
     force = draw(fields(n, 2 * n))
     if group == DISSIPATIVE:
         force = tuple((*field, Term(-1.0, unit(n + row, 2 * n), shape=LINE)) for row, field in enumerate(force))
     one = fields(n, n if kind == POSITION else 2 * n)
-    columns = draw(st.integers(1, 2).flatmap(lambda l: st.tuples(*[one] * l)))
-    if group == SMALL_NOISE:
-        columns = tuple(scaled(column, SMALL) for column in columns)
+    columns = noise_of_group(draw(st.integers(1, 2).flatmap(lambda l: st.tuples(*[one] * l))), group)
     surface, start = draw(surfaces(n, planes=True)), draw(on_surface(n))
     masses, coupling = draw(st.tuples(*[st.sampled_from(MASSES)] * n)), draw(st.sampled_from(COUPLINGS))
     return HolonomicExample(kind, group, 1.0, start, force, columns, surface, draw(starts(n)), masses, coupling)

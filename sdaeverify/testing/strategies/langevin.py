@@ -6,13 +6,12 @@ from typing import Any, ClassVar
 
 from hypothesis import strategies as st
 
-from .draws import DISSIPATIVE, GROUPS, GROWING, LIPSCHITZ, LONG, fields, horizon_of, of_group, starts
+from .draws import DISSIPATIVE, GROWING, LIPSCHITZ, LONG, choices, fields, horizon_of, of_group, starts
 from .example import Example, vector_text
 from .terms import Field, indexed, scaled
 
 KINDS = ("additive",)
 SUITABLE = (LIPSCHITZ, DISSIPATIVE, GROWING, LONG)
-assert set(SUITABLE) <= set(GROUPS)
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def langevins(
     largest : int
         Number of components of the state.
     """
-    kind, group, n = draw(st.sampled_from(kinds)), draw(st.sampled_from(groups)), draw(st.integers(1, largest))
+    kind, group, n = draw(choices(kinds, groups, largest))
     force = of_group(draw(fields(n, n, timed=False)), group)
     friction, strength = draw(st.sampled_from((1.0, 0.5, 2.0, 0.0))), draw(st.sampled_from((0.5, 1.0, 0.25)))
     start = draw(starts(n))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from hypothesis import strategies as st
 
-from .draws import DISSIPATIVE, LIPSCHITZ, fields, of_group
+from .draws import DISSIPATIVE, LIPSCHITZ, choices, fields, of_group
 from .example import Example, vector_text
 from .holonomic import on_surface, surface_text, surfaces
 from .terms import Field, indexed, scaled
@@ -72,11 +72,7 @@ def overdamped(
     largest : int
         Number of components of the state, and at least 2.
     """
-    kind, group, d = (
-        draw(st.sampled_from(kinds)),
-        draw(st.sampled_from(groups)),
-        draw(st.integers(2, max(largest, 2))),
-    )
+    kind, group, d = draw(choices(kinds, groups, largest, least=2))
     drift = of_group(draw(fields(d, d, timed=False)), group)
     eps = 0.0 if kind == CONSTRAINED else draw(st.sampled_from(EPS))
     surface, strength = draw(surfaces(d, planes=False)), draw(st.sampled_from((0.5, 1.0, 0.25)))

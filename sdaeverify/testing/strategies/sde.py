@@ -1,14 +1,25 @@
 """Ito equations: scalar, diagonal, commutative, additive and general noise."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from hypothesis import strategies as st
 
-from .draws import GROUPS, SIZES, SMALL, SMALL_NOISE, fields, horizon_of, of_group, starts, terms, unit
+from .draws import (
+    GROUPS,
+    SIZES,
+    choices,
+    constants,
+    fields,
+    horizon_of,
+    noise_of_group,
+    of_group,
+    starts,
+    unit,
+)
 from .example import Example, matrix_text, vector_text
-from .terms import Field, indexed, scaled
+from .terms import Columns, Field, indexed, scaled, scaled_columns
 
 SCALAR, DIAGONAL, COMMUTATIVE, ADDITIVE, GENERAL = KINDS = (
     "scalar",
@@ -33,14 +44,10 @@ class SDEExample(Example):
     """
 
     form: ClassVar[str] = "SDE"
+    traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
 
     drift: tuple[Field, ...]
-    columns: tuple[tuple[Field, ...], ...]
-
-    @property
-    def traits(self) -> tuple[str, ...]:
-        """Those of the noise."""
-        return TRAITS.get(self.kind, ())
+    columns: Columns
 
     @property
     def fields(self) -> tuple[Field, ...]:
@@ -61,8 +68,7 @@ class SDEExample(Example):
 
     def doubled(self) -> "SDEExample":
         """Return the example with 2 f and 2 B."""
-        columns = tuple(scaled(column, 2.0) for column in self.columns)
-        return replace(self, drift=scaled(self.drift, 2.0), columns=columns)
+        return replace(self, drift=scaled(self.drift, 2.0), columns=scaled_columns(self.columns, 2.0))
 
 
 @st.composite
@@ -78,11 +84,9 @@ def sdes(draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = GR
     largest : int
         Number of components, and of Brownian motions.
     """
-    kind, group, d = draw(st.sampled_from(kinds)), draw(st.sampled_from(groups)), draw(st.integers(1, largest))
+    kind, group, d = draw(choices(kinds, groups, largest))
     drift = of_group(draw(fields(d, d)), group)
-    columns = draw(_columns(kind, d, largest))
-    if group == SMALL_NOISE:
-        columns = tuple(scaled(column, SMALL) for column in columns)
+    columns = noise_of_group(draw(_columns(kind, d, largest)), group)
     return SDEExample(kind, group, horizon_of(group), draw(starts(d)), drift, columns)
 
 
@@ -96,13 +100,11 @@ def _columns(kind: str, d: int, largest: int) -> st.SearchStrategy[Any]:
         # B_j = c_j b: columns along one field commute.
         factors = motions.flatmap(lambda l: st.tuples(*[st.sampled_from(SIZES)] * l))
         return st.builds(lambda b, c: tuple(scaled(b, factor) for factor in c), fields(d, d), factors)
-    one = (
-        st.tuples(*[st.lists(terms(0, timed=False), max_size=1).map(tuple)] * d) if kind == ADDITIVE else fields(d, d)
-    )
+    one = constants(d) if kind == ADDITIVE else fields(d, d)
     return motions.flatmap(lambda l: st.tuples(*[one] * l))
 
 
-def _diagonal(entries: tuple[Field, ...]) -> tuple[tuple[Field, ...], ...]:
+def _diagonal(entries: tuple[Field, ...]) -> Columns:
     """Return the columns of a diagonal matrix, each entry a function of its own component."""
     d = len(entries)
 

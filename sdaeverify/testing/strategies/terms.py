@@ -55,13 +55,19 @@ class Term(NamedTuple):
         return f"{self.size} * {self.shape.format(' + '.join(words))}"
 
 
-# A scalar coefficient: the sum of its terms.
+# A scalar coefficient: the sum of its terms; and a matrix of them, column by column.
 Field = tuple[Term, ...]
+Columns = tuple[tuple[Field, ...], ...]
 
 
 def scaled(fields: Sequence[Field], factor: float) -> tuple[Field, ...]:
     """Return the multiples of some coefficients."""
     return tuple(tuple(term.times(factor) for term in field) for field in fields)
+
+
+def scaled_columns(columns: Columns, factor: float) -> Columns:
+    """Return the multiples of the columns of a matrix."""
+    return tuple(scaled(column, factor) for column in columns)
 
 
 def sum_text(field: Field, names: Sequence[str]) -> str:
