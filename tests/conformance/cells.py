@@ -124,7 +124,7 @@ def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
 
 def breaches(registry: Registry) -> list[Planted]:
     """Return the planted bugs that break a contract or are inexact."""
-    modules = {"contract", "exactness"}
+    modules = {"contracts"}
     entries = registry.entries["sdaeverify_planted"].values()
     return [entry.thing for entry in entries if entry.origin.module.split(".")[-1] in modules]
 
