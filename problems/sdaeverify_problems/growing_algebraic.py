@@ -6,6 +6,7 @@ import numpy as np
 
 from sdaeverify import Array, Increment, IndexOneSDAE, Parts, hookimpl
 
+from ._growing import GrowingVolatility
 from ._known import moments, monomials, solution
 
 SOURCE = "Kloeden & Platen 1992, (4.2.12), with y = b(t) x"
@@ -39,26 +40,17 @@ def growing_algebraic(
     ------
     Kloeden & Platen (1992), section 4.2, (2.12), with an algebraic component.
     """
+    volatility = GrowingVolatility(b, growth)
 
-    def volatility(t: float) -> float:
-        return b * (1.0 + growth * t)
-
-    def integrals(t: float, h: float) -> tuple[float, float]:
-        """Return int_t^{t+h} (a + q b) ds and int_t^{t+h} b^2 ds, by Simpson's rule: exact for squares."""
-        begin, middle, end = (volatility(t + part * h) for part in (0.0, 0.5, 1.0))
-        return h * (a + q * middle), h * (begin**2 + 4.0 * middle**2 + end**2) / 6.0
+    def rate(t: float, h: float) -> float:
+        """Return int_t^{t+h} (a + q b) ds, by the midpoint rule: exact for lines."""
+        return h * (a + q * volatility(t + 0.5 * h))
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        rate, variance = integrals(t, h)
-        integral = volatility(t + h) * noise.dW - b * growth * noise.time_integral(h)
-        return x * np.exp(rate - 0.5 * variance + integral)
+        return x * np.exp(rate(t, h) - 0.5 * volatility.variance(t, h) + volatility.integral(t, h, noise))
 
     def power(n: int) -> Callable[[float], float]:
-        def value(t: float) -> float:
-            rate, variance = integrals(0.0, t)
-            return float(x_0**n * np.exp(n * rate + 0.5 * n * (n - 1) * variance))
-
-        return value
+        return lambda t: float(x_0**n * np.exp(n * rate(0.0, t) + 0.5 * n * (n - 1) * volatility.variance(0.0, t)))
 
     def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": volatility(t) * x}

@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import SDE, Array, Increment, hookimpl
 
 from . import _controls as controls
+from ._growing import GrowingVolatility
 from ._known import moments, monomials, solution
 
 SOURCE = "Kloeden & Platen 1992, (4.2.12): linear equations with coefficients that depend on time"
@@ -36,21 +37,13 @@ def growing_volatility(
     ------
     Kloeden & Platen (1992), section 4.2, (2.12).
     """
-
-    def volatility(t: float) -> float:
-        return b * (1.0 + growth * t)
-
-    def variance(t: float, h: float) -> float:
-        """Return int_t^{t+h} b(s)^2 ds, by Simpson's rule: exact for squares."""
-        begin, middle, end = (volatility(t + part * h) ** 2 for part in (0.0, 0.5, 1.0))
-        return h * (begin + 4.0 * middle + end) / 6.0
+    volatility = GrowingVolatility(b, growth)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        integral = volatility(t + h) * noise.dW - b * growth * noise.time_integral(h)
-        return x * np.exp(a * h - 0.5 * variance(t, h) + integral)
+        return x * np.exp(a * h - 0.5 * volatility.variance(t, h) + volatility.integral(t, h, noise))
 
     def power(n: int) -> Callable[[float], float]:
-        return lambda t: float(x_0**n * np.exp(n * a * t + 0.5 * n * (n - 1) * variance(0.0, t)))
+        return lambda t: float(x_0**n * np.exp(n * a * t + 0.5 * n * (n - 1) * volatility.variance(0.0, t)))
 
     return SDE(
         controls=controls.WITH_AREAS,
