@@ -127,7 +127,7 @@ class FewSigns(PlatenWeak2General):
         """Make one step."""
         assert noise.H is not None
         signs = noise.H.copy()
-        signs[3:] = signs[0] * signs[1] * signs[2] * (12.0 / h)
+        signs[3:] = signs[:3].prod(axis=0) * (12.0 / h)
         return super().step(problem, state, t, h, noise._replace(H=signs))
 
 

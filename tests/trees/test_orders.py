@@ -12,7 +12,8 @@ from sdaeverify_planted.coefficients import WrongTimes
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import HeunAdditive
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from trees.wrong import FORTY, SIX, AromaticEuler, FewSigns, OtherTimes, SignedHeun
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
+from trees.wrong import FORTY, SIX, AromaticEuler, FewSigns, SignedHeun
 
 # Orders (strong, weak) that are found, None where nothing is said of paths, by scheme and class.
 FOUND = [
@@ -99,7 +100,7 @@ def test_errors_that_vanish_on_linear_and_autonomous_problems_are_told(scheme, m
 
 
 def test_signs_that_serve_three_motions_may_not_serve_four():
-    """V of the motions 3 and 4 is that of 1 and 2, which two trees of a forest with four noises tell."""
+    """The fourth sign is the product of the first three, which two trees of a forest with four noises tell."""
     (row,) = orders(FewSigns(), "general", 4, 4).rows
 
     assert (row.verdict, row.order) == ("refuted", 1.0)
@@ -108,14 +109,14 @@ def test_signs_that_serve_three_motions_may_not_serve_four():
 
 def test_too_few_trees_neither_verify_nor_refute():
     """Weak order 2 needs the weight 5."""
-    (row,) = orders(OtherTimes(), "general", 2, 4).rows
+    (row,) = orders(PlatenWeak2General(), "general", 2, 4).rows
 
     assert (row.verdict, row.premise) == ("premise fails", "the order claimed needs trees up to the weight 5")
 
 
 def test_their_right_counterparts_are_verified():
     """The same schemes with what is right."""
-    for scheme, kind in ((OtherTimes(), "general"), (SignedHeun(), "additive"), (FewSigns(), "general")):
+    for scheme, kind in ((PlatenWeak2General(), "general"), (SignedHeun(), "additive"), (FewSigns(), "general")):
         assert list(orders(scheme, kind, 2).table.verdict) == ["verified"]
 
 

@@ -4,9 +4,10 @@ import pytest
 
 from sdaeverify import UsageError, orders, verify
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
-from trees.wrong import SIX, OtherTimes, SignedHeun
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
+from trees.wrong import SIX, SignedHeun
 
-RIGHT = [OtherTimes(), OtherTimes(), OtherTimes(), SignedHeun(), MilsteinAreas()]
+RIGHT = [PlatenWeak2General(), PlatenWeak2General(), PlatenWeak2General(), SignedHeun(), MilsteinAreas()]
 
 
 def judged(scheme, file, measure):
@@ -32,7 +33,7 @@ def test_the_file_says_what_it_is_about(tmp_path):
     report = orders(SIX[1], "general", 2)
     text = report.to_problem(report.failing[0])
 
-    assert "an order condition of wrong-times[of_later=0] fails" in text
+    assert "an order condition of planted-platen-general-old-noise fails" in text
     assert "The condition b1 . b1(t): found 0, wanted 1/2, in units of h^(4/2)." in text
     assert "    x[0]  b1\n    x[1]  b1(t)\n" in text
 

@@ -8,65 +8,16 @@ import numpy as np
 
 from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
+from sdaeverify_planted.higher_orders import FewSigns, NewNoise, OldDrift, OldNoise
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun, HeunAdditive
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
-from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General, antisymmetric_noise
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1
-
-
-@dataclass(frozen=True)
-class OtherTimes(PlatenWeak2General):
-    """Platen's general scheme with stages at t + a h: 1, 1 and 0 are right.
-
-    Attributes
-    ----------
-    of_drift, of_later, of_beside : float
-        a of f', of B'(y_j+-) and of B(u_r+-).
-    """
-
-    of_drift: float = 1.0
-    of_later: float = 1.0
-    of_beside: float = 0.0
-
-    name: ClassVar[str] = "wrong-times"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        x, dW, s, l = state, noise.dW, np.sqrt(h), problem.noise_dim
-        f, B, V = problem.drift(t, x), problem.diffusion(t, x), self.signs(noise, h)
-        y = x + h * f
-        new = x + 0.5 * h * (f + problem.drift(t + self.of_drift * h, y + apply(B, dW)))
-        for j in range(l):
-            move = s * B[:, j]
-            up, down = (problem.diffusion(t + self.of_later * h, y + sign * move)[:, j] for sign in (1.0, -1.0))
-            new = new + (up + down + 2.0 * B[:, j]) * (0.25 * dW[j]) + (up - down) * (0.25 / s * (dW[j] ** 2 - h))
-            above, below = (problem.diffusion(t + self.of_beside * h, x + sign * move) for sign in (1.0, -1.0))
-            for k in (k for k in range(l) if k != j):
-                up, down, product = above[:, k], below[:, k], dW[k] * dW[j] + V[j, k]
-                new = new + (up + down - 2.0 * B[:, k]) * (0.25 * dW[k]) + (up - down) * (0.25 / s * product)
-        return Step(new)
-
-    def signs(self, noise: Increment, h: float) -> Array:
-        """Return V, shape (l, l, P)."""
-        return antisymmetric_noise(noise, h)
-
-
-class FewSigns(OtherTimes):
-    """V of the motions 3 and 4 is that of 1 and 2: right for three motions."""
-
-    name: ClassVar[str] = "wrong-few-signs"
-
-    def signs(self, noise: Increment, h: float) -> Array:
-        """Return V, shape (l, l, P)."""
-        V = super().signs(noise, h)
-        if len(V) > 3:
-            V[2, 3], V[3, 2] = V[0, 1], V[1, 0]
-        return V
 
 
 @dataclass(frozen=True)
@@ -171,9 +122,9 @@ def mixed(share: float) -> Change:
 
 
 SIX = [
-    OtherTimes(of_drift=0.0),
-    OtherTimes(of_later=0.0),
-    OtherTimes(of_beside=1.0),
+    OldDrift(),
+    OldNoise(),
+    NewNoise(),
     SignedHeun(own=False),
     noisy(
         MilsteinAreas(),
