@@ -9,6 +9,7 @@ import click
 
 from ...errors import UsageError
 from ...registry.selection import select_schemes
+from ...report.cells import grouped
 from ...report.files import write_text
 from ...report.plain import text_table, visible
 from ...trees.grow import picture
@@ -88,11 +89,9 @@ def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
         if row.verdict is ClassVerdict.REFUTED and row.first:
             yield ""
             yield from _failing(row)
-    notes: dict[str, list[str]] = {}
-    for row in rows:
-        notes.setdefault(f"{row.scheme}: {row.premise}", []).append(row.kind)
     yield ""
-    yield from (f"{visible(note)} ({', '.join(dict.fromkeys(kinds))})" for note, kinds in notes.items())
+    for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
+        yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
 
 
 def _cells(row: ClassRow) -> tuple[str, ...]:
