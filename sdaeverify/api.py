@@ -19,7 +19,7 @@ from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
 from .report.files import require_writable
-from .report.folders import LEVELS, NOT_APPLICABLE, VERDICTS, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, VERDICTS, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
@@ -27,12 +27,14 @@ from .report.plots import Plots
 from .report.progress import KINDS
 from .report.progress import progress as shown_progress
 from .report.provenance import provenance
-from .report.tables.columns import details_file
+from .report.tables.columns import CLASS_COLUMNS, details_file
 from .report.tables.command import command_of
-from .report.tables.rows import Rows, rows_of, tables_of
+from .report.tables.rows import Rows, rows_of, table_of, tables_of
 from .store.store import Store
 from .study import CellResult, Plan, Study, plan
+from .study.class_rows import class_rows
 from .study.trial import trial_of
+from .trees.report import ClassRow
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits, read_limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
@@ -66,11 +68,14 @@ class Result:
     settings : Settings
     run : dict
         Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
+    class_rows : tuple of ClassRow or None
+        What order conditions say of the schemes; None if they were not asked for them.
     """
 
     results: tuple[CellResult, ...]
     settings: Settings
     run: dict[str, Any]
+    class_rows: tuple[ClassRow, ...] | None = None
 
     @cached_property
     def rows(self) -> Rows:
@@ -120,6 +125,15 @@ class Result:
         """One row for each quantity of each cell at each step size."""
         return self.tables[LEVELS]
 
+    @cached_property
+    def classes(self) -> pd.DataFrame:
+        """One row for each order that a scheme claims for a class of SDEs: what its order conditions say.
+
+        They are asked for when this is read first, if they were not in the run.
+        """
+        rows = class_rows(self.results) if self.class_rows is None else self.class_rows
+        return table_of([row.cells for row in rows], CLASS_COLUMNS)
+
     @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
@@ -152,7 +166,7 @@ class Result:
         """
         target = Path(folder)
         require_writable(target)
-        save_tables(target, self.tables, self.run)
+        save_tables(target, {**self.tables, CLASSES: self.classes}, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):
@@ -228,7 +242,7 @@ def verify(
         require_writable(folder, "out")
     with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)
-        study = Study(todo, settings, None if folder is None else Store(folder))
+        study = Study(todo, settings, None if folder is None else Store(folder), orders=folder is not None)
         with shown_progress(asked["progress"] or "none") as show:
             for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
                 show(event)
@@ -357,4 +371,4 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     results = tuple(study.results())
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
-    return Result(results, study.settings, run)
+    return Result(results, study.settings, run, study.class_rows)

@@ -10,7 +10,7 @@ What is no study of measures follows a scheme by itself: a `Track` is one step s
 the pieces of noise that `follow` gives in their order, which a `Source` determines by seed, label and block.
 """
 
-from .contracts.finding import UNMEASURED
+from .contracts.finding import UNMEASURED, tier_name
 from .contracts.labels import parse_label
 from .contracts.matching import match
 from .contracts.specs import ProblemSpec, check_scheme, unknown
@@ -21,6 +21,7 @@ from .simulate.chains import Chains
 from .simulate.ensemble import Entry, SchemeEvidence, Task, one_thread, run_block
 from .simulate.tracks import Track, follow
 from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
+from .study.class_results import class_results, is_of_class
 from .study.holm import holm
 from .verdicts.path_tests import DEEP_PATHS, RESOLVED
 from .workers.pool import in_turn
@@ -47,9 +48,11 @@ __all__ = [
     "Task",
     "Track",
     "check_scheme",
+    "class_results",
     "follow",
     "holm",
     "in_turn",
+    "is_of_class",
     "match",
     "one_thread",
     "only",
@@ -59,5 +62,6 @@ __all__ = [
     "select_measures",
     "select_problems",
     "select_schemes",
+    "tier_name",
     "unknown",
 ]

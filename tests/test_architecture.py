@@ -40,6 +40,7 @@ LAYERS = {
     "path_errors": 5,
     "store": 4,
     "workers": 5,
+    "trees": 5,  # on the public face of probing
     "study": 5,
     "report": 6,
     "gate": 6,
@@ -47,7 +48,6 @@ LAYERS = {
     "api": 7,
     "cli": 8,
     "commands": 8,
-    "trees": 8,  # written with the public names, as a plugin would be
     "studying": 7,
     "__main__": 8,
     "__init__": 8,

@@ -303,6 +303,9 @@ BUGS = [
     Planted("Platen-2, general: one sign for all", OtherSigns(H="first"), "noncommuting"),
     Planted("Platen-2, general: three signs for four motions", FewSigns(), "four-motions"),
     Planted("Platen-2, general: drift at the old time", OldDrift(), "turning-frame"),
+    # No elementary differential that shows the error is there on these: order conditions alone refute it.
+    Planted("Platen-2, general: drift at the old time, unseen", OldDrift(), "noncommuting"),
+    Planted("Platen-2, general: noise at the old time, unseen", OldNoise(), "levy-area"),
     Planted("Platen-2, general: noise of y at the old time", OldNoise(), "turning-frame"),
     Planted("Platen-2, general: noise of u at the new time", NewNoise(), "turning-frame"),
     Planted("Milstein with areas: areas of other pairs", SwappedPairs(), "three-motions"),

@@ -8,6 +8,7 @@ from ..errors import PluginError, SdaeverifyError, UsageError
 from ..gate.outcomes import Outcome, Status, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
+from ..trees.report import ClassRow, ClassVerdict
 
 
 class ExitCode(IntEnum):
@@ -47,10 +48,10 @@ def code_of_error(error: SdaeverifyError) -> ExitCode:
     return ExitCode.USAGE if isinstance(error, UsageError) else ExitCode.NOT_MEASURED
 
 
-def code_of_results(results: Iterable[CellResult]) -> ExitCode:
-    """Return the code of a run that came to its end."""
+def code_of_results(results: Iterable[CellResult], class_rows: Iterable[ClassRow] = ()) -> ExitCode:
+    """Return the code of a run that came to its end, by what is found of cells and of classes of equations."""
     verdicts = {finding.verdict for result in results for finding in result.findings}
-    if Verdict.REFUTED in verdicts:
+    if Verdict.REFUTED in verdicts or any(row.verdict is ClassVerdict.REFUTED for row in class_rows):
         return ExitCode.REFUTED
     if verdicts & UNMEASURED:
         return ExitCode.NOT_MEASURED

@@ -17,6 +17,7 @@ from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
+from ..study.class_results import class_results
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
@@ -70,7 +71,8 @@ def carry_out_gate(
     with workers(*held_to, registry) as crew:
         with output_to_stderr():
             plan = gate_plan(registry, policy, crew.executor)
-        run = Run(plan, policy.settings, registry, arguments, options["out"], not options["reuse"])
+        given = policy.settings, registry, arguments, options["out"], not options["reuse"]
+        run = Run(plan, *given, orders=policy.asks_classes)
         result, code = _run_to_its_end(run, crew, options["progress"])
     if result is None:
         return None, code
@@ -100,7 +102,8 @@ def _judge(
 ) -> Gated:
     registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
-    found = tuple(outcomes(result.results, policy))
+    results = [*result.results, *class_results(result.class_rows or (), run.plan.cells)]
+    found = tuple(outcomes(results, policy))
     if tiers and policy.tier in tiers:
         violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
     untested = find_untested(registry, policy, run.plan, result.results)

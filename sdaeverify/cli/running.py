@@ -15,8 +15,9 @@ from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import one_line
 from ..registry.load import Registry
+from ..report.class_words import class_notes
 from ..report.files import require_writable
-from ..report.folders import LEVELS, VERDICTS
+from ..report.folders import CLASSES, LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.progress import progress
@@ -59,6 +60,8 @@ class Run:
         Whether JSON, or the counts, are all that is said in the end.
     first_only : bool
         Whether the run ends with the first claim that is refuted.
+    orders : bool
+        Whether schemes are asked for their order conditions.
     study : Study
     home : Path
         Folder of the process that `folder` is relative to.
@@ -75,13 +78,14 @@ class Run:
     as_json: bool = False
     quiet: bool = False
     first_only: bool = False
+    orders: bool = True
     study: Study = field(init=False)
     home: Path = field(init=False)
 
     def __post_init__(self) -> None:
         # The code of a plugin that runs in this process may change its folder at any time.
         self.home, store = Path.cwd(), Store(self.folder.absolute(), self.fresh)
-        self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only)
+        self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only, orders=self.orders)
 
     @property
     def result(self) -> Result:
@@ -250,7 +254,7 @@ def call_report_hooks(run: Run, result: Result) -> None:
 def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
-    code = code_of_results(result.results)
+    code = code_of_results(result.results, result.class_rows or ())
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"
@@ -276,6 +280,7 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
 def _notes(run: Run) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
+    yield from class_notes([row.cells for row in run.study.class_rows or ()])
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
-    yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
+    yield f"{page}{VERDICTS}, {CLASSES}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"

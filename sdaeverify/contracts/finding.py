@@ -161,8 +161,15 @@ class Opinion(NamedTuple):
         return self._replace(reason=self.reason.then(further)) if further else self
 
 
-# Tiers of methods: the contract of a step, one step, all steps at once, paths that are drawn.
+# Tiers of methods: the contract of a step, one step, all steps at once, paths that are drawn; beside them, the order
+# conditions of a class of equations, which override none.
 CONTRACT, ONE_STEP, AT_ONCE, SAMPLED = 0, 1, 2, 3
+CONDITIONS = -1
+
+
+def tier_name(tier: int) -> str:
+    """Return how a tier is written."""
+    return "TA" if tier == CONDITIONS else f"T{tier}"
 
 
 class Method(NamedTuple):
@@ -191,7 +198,7 @@ class Method(NamedTuple):
         return _joined(self.guard, self.reference) if self.guard else ""
 
     def __str__(self) -> str:
-        tier = "" if self.tier is None else f" (T{self.tier})"
+        tier = "" if self.tier is None else f" ({tier_name(self.tier)})"
         if self.guard:
             return f"{self.what}{tier}, guarded by {self.guarded_by}"
         return f"{_joined(self.what, self.reference)}{tier}"

@@ -58,6 +58,9 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     resolution : float
         What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
         to ask for none.
+    orders : bool
+        Whether claims of strong and weak orders are put to the order conditions of classes of SDEs, too, where no
+        problems are named.
     expected_failures : tuple of FailingClaim
     """
 
@@ -74,6 +77,7 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     memory: Text = ""
     level: int | None = None
     resolution: float = inf
+    orders: bool = True
     expected_failures: tuple[FailingClaim, ...] = ()
 
 
@@ -129,6 +133,11 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
     def fails_undecided(self) -> bool:
         """Whether a claim that stays undecided fails the gate."""
         return self.inconclusive == FAIL if self.inconclusive else self.budget.fails_undecided
+
+    @property
+    def asks_classes(self) -> bool:
+        """Whether claims are put to the order conditions of classes, too; not where problems are named."""
+        return self.orders and not self.problems
 
     @property
     def lock_file(self) -> Path:

@@ -7,8 +7,9 @@ from textwrap import shorten
 from ..contracts.finding import SAMPLED, Finding
 from ..contracts.settings import Settings
 from ..report.plain import visible
-from ..report.tables.command import reproduce
+from ..report.tables.command import orders_command, reproduce
 from ..report.verdict_row import VerdictRow
+from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
 from .outcomes import Outcome, Status
 
@@ -35,6 +36,8 @@ def command_of(outcome: Outcome, settings: Settings, plugins: Sequence[str] = ()
     plugins : sequence of str
         Plugin files named by path.
     """
+    if is_of_class(outcome.cell):
+        return orders_command(outcome.cell.scheme.label, class_of(outcome.cell), plugins=plugins)
     return reproduce(outcome.key[:3], settings, plugins)
 
 

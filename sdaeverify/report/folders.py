@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
+CLASSES = "classes.csv"
 DETAILS = "details"
 TextRow = Mapping[str, str]
 
@@ -34,6 +35,7 @@ class Key(NamedTuple):
 
 
 NAMES = Key._fields
+CLASS_NAMES = ("scheme", "class", "measure", "verdict")
 
 
 class SavedTables(NamedTuple):
@@ -48,6 +50,8 @@ class SavedTables(NamedTuple):
         The contents of ``run.json``.
     levels, details : sequence of mapping of str to str
         Empty where they were not asked for.
+    classes : sequence of mapping of str to str
+        What order conditions say; empty in a folder of an earlier version.
     """
 
     folder: Path
@@ -56,6 +60,7 @@ class SavedTables(NamedTuple):
     run: dict[str, Any]
     levels: Sequence[TextRow] = ()
     details: Sequence[TextRow] = ()
+    classes: Sequence[TextRow] = ()
 
 
 def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[str, object]) -> None:
@@ -98,7 +103,8 @@ def read_verdicts(folder: Path) -> SavedTables:
         raise UsageError(
             f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
         )
-    return SavedTables(folder, verdicts, _rows(folder / NOT_APPLICABLE), run)
+    classes = _rows(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
+    return SavedTables(folder, verdicts, _rows(folder / NOT_APPLICABLE), run, classes=classes)
 
 
 def key_of(row: Mapping[str, Any]) -> Key:
@@ -111,14 +117,14 @@ def key_in(cell: "Cell", quantity: str) -> Key:
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, quantity)
 
 
-def _rows(file: Path) -> Sequence[TextRow]:
+def _rows(file: Path, needed: Sequence[str] = NAMES) -> Sequence[TextRow]:
     try:
         rows = read_rows(file)
     except (OSError, UnicodeError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}") from error
-    if rows and not {*NAMES} <= {*rows[0]}:
-        raise UsageError(f"{file} is no table of this program: it lacks {', '.join(sorted({*NAMES} - {*rows[0]}))}")
+    if rows and (lacking := {*needed} - {*rows[0]}):
+        raise UsageError(f"{file} is no table of this program: it lacks {', '.join(sorted(lacking))}")
     return rows
 
 

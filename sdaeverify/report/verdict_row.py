@@ -11,7 +11,7 @@ from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.claimed import Order
-from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding
+from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, tier_name
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 from .folders import Key, key_in
@@ -183,7 +183,7 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
         **dict(zip(("value", "value_low", "value_high"), value, strict=True)),
         "value_of": told,
         "verdict": str(found.verdict),
-        "decided_by": f"T{found.tier}" if method and (decided or found.tier == CONTRACT) else "",
+        "decided_by": tier_name(found.tier) if method and (decided or found.tier == CONTRACT) else "",
         "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
         "reason": str(reason),

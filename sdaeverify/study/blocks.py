@@ -22,7 +22,7 @@ from ..simulate.ensemble import (
 from ..store.behaviour import behaviours, run_observed
 from ..store.lanes import join_parts
 from ..store.store import Places, Recalled, Store, keep, with_opened
-from ..workers.batches import Batch
+from ..workers.batches import Asked, Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
@@ -179,7 +179,7 @@ def _ask(sent: SentBlock) -> list[Part]:
     return [(e, _without(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
 
 
-def _without(entry: Entry, lost: Lost, task: Task) -> SchemeEvidence:
+def _without(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
     where = f"problem {task.label}: " if lost.mark.scheme == PROBLEM else ""
     return without_evidence(entry, f"{where}{lost.why}")
 

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
 from ..store.store import Store
+from ..trees.report import ClassRow
 from ..workers.executors import Workers
 from .blocks import Blocks, Job
+from .class_rows import class_rows
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -54,7 +56,9 @@ class Study:
     store : Store, optional
         Evidence that is there already is not computed again; what is computed goes there as soon as it is.
     stored_only : bool
-        Whether nothing is computed at all: a problem is judged as far as there is evidence on all its cells.
+        Whether no evidence is computed at all: a problem is judged as far as there is some on all its cells.
+    orders : bool
+        Whether the schemes are asked for their order conditions, too.
 
     Attributes
     ----------
@@ -62,12 +66,21 @@ class Study:
         By the label of the problem.
     stopped : str
         Why the other cells were not run.
+    class_rows : tuple of ClassRow or None
+        What order conditions say; empty before the end of the run, None if nobody asks for them.
     """
 
     def __init__(
-        self, plan: Plan, settings: Settings, store: Store | None = None, *, stored_only: bool = False
+        self,
+        plan: Plan,
+        settings: Settings,
+        store: Store | None = None,
+        *,
+        stored_only: bool = False,
+        orders: bool = False,
     ) -> None:
         self.plan, self.settings, self.store, self.stored_only = plan, settings, store, stored_only
+        self.class_rows: tuple[ClassRow, ...] | None = () if orders else None
         self.problems = [ProblemRun(problem, settings) for problem in plan.problems]
         self.finished: dict[str, tuple[CellResult, ...]] = {}
         self.stopped = "not reached"
@@ -98,6 +111,9 @@ class Study:
         waiting = [problem for problem in waiting if problem.open]
         yield from self._screen(waiting, blocks, window)
         yield from self._look(waiting, blocks, window)
+        if self.class_rows is not None:
+            results = [result for results in self.finished.values() for result in results]
+            self.class_rows = class_rows(results, blocks.workers)
 
     def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Find what needs no paths, of the problems with the most of it first."""

@@ -25,7 +25,8 @@ from ..gate.words import command_of, message
 from ..registry.load import Registry
 from ..report.folders import key_in
 from ..report.plain import visible
-from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
+from ..study import Cell, CellResult, Finished, Plan, Study
+from ..study.class_results import class_cells, is_of_class, results_of_class
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
@@ -63,20 +64,29 @@ class ClaimRun:
         settings = self.policy.settings
         return replace(settings, tests_reserved=max(settings.tests_reserved, TESTS_OF_A_CELL * len(self.plan.cells)))
 
+    @property
+    def cells(self) -> list[Cell]:
+        """The claimed cells, those about classes of equations behind the others."""
+        return [*self.plan.cells, *(class_cells(self.plan.cells) if self.policy.asks_classes else ())]
+
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
+        results = results_of_class(cell) if is_of_class(cell) else self._results(cell)
+        return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
+
+    def _results(self, cell: Cell) -> list[CellResult]:
         label = cell.spec.label
         if label not in self._known:
             (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
             # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
             events = Study(Plan((made,)), self.settings).run()
             self._known[label] = [r for event in events if isinstance(event, Finished) for r in event.results]
-        results = [result for result in self._known[label] if result.cell == cell]
-        return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
+        return [result for result in self._known[label] if result.cell == cell]
 
     def words(self, outcome: Outcome) -> str:
         """Return an outcome in words, with the command that computes it again where its names are registered."""
-        named = self.registry.names(outcome.cell.scheme) and self.registry.names(outcome.cell.spec)
+        cell = outcome.cell
+        named = self.registry.names(cell.scheme) and (is_of_class(cell) or self.registry.names(cell.spec))
         command = command_of(outcome, self.settings) if named else ""
         return message(outcome, self.settings, command)
 
@@ -131,6 +141,8 @@ def parametrize_with_claims(
 ) -> "pytest.MarkDecorator":
     """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
 
+    Where no problems are named, claims of strong and weak orders are put to order conditions of classes of SDEs, too.
+
     ::
 
         @parametrize_with_claims([MyScheme()], problems=["gbm"])
@@ -174,9 +186,8 @@ def parametrize_with_claims(
         seed=Settings().seed if seed is None else whole("seed", seed), expected_failures=expected,
     )  # fmt: skip
     run = claim_run(load_plugins(), policy)
-    _require_cells(run.plan, expected)
-    cells = [(problem, cell) for problem in run.plan.problems for cell in problem.cells]
-    return pytest.mark.parametrize(("subject", "check"), [_parameters(run, *pair) for pair in cells])
+    _require_cells(run.cells, expected)
+    return pytest.mark.parametrize(("subject", "check"), [_parameters(run, cell) for cell in run.cells])
 
 
 def describe_undecided(found: Sequence[Outcome]) -> str:
@@ -198,10 +209,10 @@ def _skip_or_xfail(found: Sequence[Outcome]) -> None:
         raise pytest.xfail.Exception(visible("; ".join(dict.fromkeys(o.expected for o in found if o.expected))))
 
 
-def _parameters(run: ClaimRun, problem: ProblemPlan, cell: Cell) -> Any:
+def _parameters(run: ClaimRun, cell: Cell) -> Any:
     import pytest  # noqa: PLC0415
 
-    name = f"{problem.spec.label}-{cell.scheme.label}-{cell.measure.name}"
+    name = f"{cell.spec.label}-{cell.scheme.label}-{cell.measure.name}"
     return pytest.param(cell.scheme, ClaimCheck(run, cell), id=visible(name), marks=())
 
 
@@ -209,8 +220,8 @@ def _sequence(given: Any) -> tuple[Any, ...]:
     return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
 
 
-def _require_cells(plan: Plan, expected: Iterable[FailingClaim]) -> None:
-    if not plan.cells:
+def _require_cells(claimed: Sequence[Cell], expected: Iterable[FailingClaim]) -> None:
+    if not claimed:
         raise UsageError("none of these schemes claims anything of these measures on these problems")
-    cells = [key_in(cell, "")._asdict() for cell in plan.cells]
+    cells = [key_in(cell, "")._asdict() for cell in claimed]
     require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import Array
+from ..arrays import Array
 from .conditions import WEAK, Condition
 
 # Step sizes, and what is rounding in a component of the step.

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import Array
+from ..arrays import Array
 from ..probing import Nodes
 from .grow import Forest, Tree, formula, multisets
 from .moments import Combination, ExactMoments

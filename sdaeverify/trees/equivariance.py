@@ -14,7 +14,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import SDE, Array, Scheme
+from ..arrays import Array
+from ..contracts.scheme import Scheme
+from ..forms import SDE
 from ..numerics import largest
 from ..probing import Nodes, OneStep
 from .classes import EquationClass

@@ -10,7 +10,8 @@ from math import sqrt
 import numpy as np
 import scipy
 
-from .. import Array, Law
+from ..arrays import Array
+from ..noise.laws import Law
 from ..probing import Nodes, step_nodes
 
 SEED = 20260101

@@ -1,10 +1,11 @@
 """Where the weights of a class are found: on the universal SDE, or on one rich equation with diagonal noise."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
-from .. import SDE, Scheme
+from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
+from ..forms import SDE
 from ..probing import Nodes, OneStep
 from .asymptotic import largest_change
 from .classes import EquationClass
@@ -19,6 +20,8 @@ from .weights import OTHERS, H, NoStepError, Weighing
 SAME = 1e-8
 # Of weights from a Taylor series: those of weight 4 have errors of 1e-6, those of weight 5 of 1e-4.
 TAYLOR, SERIES = 1e-3, 1e-7
+# Conditions that are kept: of the classes that one scheme is asked about.
+SHARED = 16
 # Random points of a series are no farther out than so many standard deviations of a normal variable.
 NEARER = 0.7
 
@@ -67,11 +70,10 @@ class Probe:
         """Random noise."""
         return random_points(self.noises, self.scheme.law)
 
-    @cached_property
+    @property
     def conditions(self) -> Conditions:
         """The conditions of the class."""
-        trees = self.kind.trees(self.motions, self.top)
-        return Conditions(trees, self.kind.basis(trees, self.motions), ExactMoments(), self.tolerance)
+        return conditions_of(self.kind, self.motions, self.top, self.tolerance)
 
     @property
     def tolerance(self) -> float:
@@ -241,6 +243,24 @@ class DiagonalProbe(Probe):
         """The premises in words, where they hold."""
         found = self.series
         return f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
+
+
+@lru_cache(maxsize=SHARED)
+def conditions_of(kind: EquationClass, motions: int, top: int, tolerance: float) -> Conditions:
+    """Return the conditions of a class, which many schemes share.
+
+    Parameters
+    ----------
+    kind : EquationClass
+        The class.
+    motions : int
+    top : int
+        Largest weight of trees and forests.
+    tolerance : float
+        What is rounding in a condition.
+    """
+    trees = kind.trees(motions, top)
+    return Conditions(trees, kind.basis(trees, motions), ExactMoments(), tolerance)
 
 
 def probe_of(scheme: Scheme, kind: EquationClass, motions: int, top: int) -> Probe:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import Array
+from ..arrays import Array
 from ..probing import Nodes
 from .grow import DRIFT, TIME_LEAF, Forest, Tree, multisets, tree
 from .moments import Combination, ExactMoments

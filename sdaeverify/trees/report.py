@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from .. import Scheme, UsageError
-from ..measuring import Order
+from ..contracts.claimed import Order
+from ..contracts.scheme import Claim, Scheme
+from ..errors import UsageError
+from ..forms import SDE
 from ..registry.load import load_registry
 from ..registry.selection import select_schemes
 from .classes import CLASSES, EquationClass
@@ -18,6 +20,7 @@ from .conditions import STRONG, WEAK, Condition
 from .examined import Examined
 from .probes import Probe, probe_of
 from .problem_file import problem_file
+from .universal import Universal
 
 
 class ClassVerdict(StrEnum):
@@ -34,6 +37,8 @@ class ClassVerdict(StrEnum):
 # Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
 # weight brings a multiple of those before.
 LEAST, CHEAP, GROWTH = 3, 500, 4
+# Motions where nobody says how many: many up to a weight, few above.
+FEW, MANY, QUICK = 2, 3, 4
 MEASURES = (STRONG, WEAK)
 MOST_MOTIONS, MOST_WEIGHT = 4, 8
 
@@ -59,6 +64,8 @@ class ClassRow:
         The first one that does not hold.
     premise : str
         The premises, or why one fails, or why nothing applies.
+    promise : Claim or None
+        What is claimed.
     """
 
     scheme: str
@@ -72,6 +79,17 @@ class ClassRow:
     of: int = 0
     first: Condition | None = None
     premise: str = ""
+    promise: Claim | None = None
+
+    @property
+    def why(self) -> str:
+        """Why the verdict is what it is, in a sentence."""
+        if self.verdict is ClassVerdict.REFUTED and self.first:
+            found, wanted = self.first.texts
+            return f"order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
+        if self.verdict is ClassVerdict.VERIFIED:
+            return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
+        return self.premise
 
     @property
     def cells(self) -> dict[str, object]:
@@ -246,8 +264,22 @@ def class_named(name: str) -> EquationClass:
     return known[name]
 
 
+def every_sde(of: str = "general", motions: int = 2) -> SDE:
+    """Return the universal SDE of a class, which stands for all smooth SDEs of it.
+
+    Parameters
+    ----------
+    of : str
+        Name of the class.
+    motions : int
+        Number of Brownian motions.
+    """
+    kind = class_named(of)
+    return Universal(kind.trees(motions, LEAST), max(1, motions), kind.traits).sde
+
+
 def rows_of(
-    scheme: Scheme, kinds: Iterable[EquationClass], motions: int = 3, weight: int | None = None
+    scheme: Scheme, kinds: Iterable[EquationClass], motions: int | None = 3, weight: int | None = None
 ) -> Iterator[ClassRow]:
     """Yield what is found of a scheme for some classes; see `orders` for the numbers.
 
@@ -256,24 +288,32 @@ def rows_of(
     scheme : Scheme
     kinds : iterable of EquationClass
         The classes.
-    motions : int
+    motions : int or None
+        None for 3 where trees of few weights are asked for, else 2: what takes little time.
     weight : int or None
     """
     for kind in kinds:
-        probe = probe_of(scheme, kind, motions if kind.motions is None else kind.motions, LEAST)
-        yield from _rows(Examined(probe_of(scheme, kind, probe.motions, weight or _top(probe))))
+        probe = probe_of(scheme, kind, _motions_of(kind, motions or FEW), LEAST)
+        top = weight or _top(probe)
+        if motions is None:
+            probe = probe_of(scheme, kind, _motions_of(kind, FEW if top > QUICK else MANY), LEAST)
+        yield from _rows(Examined(probe_of(scheme, kind, probe.motions, top)))
+
+
+def _motions_of(kind: EquationClass, motions: int) -> int:
+    return motions if kind.motions is None else kind.motions
 
 
 def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
-    claimed = [needed(claim) for name in MEASURES if (claim := claimed_order(probe, name))]
+    claimed = [needed(found[1]) for name in MEASURES if (found := claimed_order(probe, name))]
     top = max([LEAST, *claimed])
     cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
     return top + 1 if cheap else top
 
 
-def claimed_order(probe: Probe, measure: str) -> Order | None:
-    """Return the largest order that a scheme claims for a class.
+def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
+    """Return the claim of the largest order of a scheme for a class, and this order.
 
     Parameters
     ----------
@@ -283,8 +323,21 @@ def claimed_order(probe: Probe, measure: str) -> Order | None:
     """
     traits = probe.problem.traits
     claims = (each for each in probe.scheme.promises if each.when <= traits and each.covers(measure, "x"))
-    orders = [each.value for each in claims if isinstance(each.value, Order)]
-    return max(orders, key=lambda order: order.least, default=None)
+    orders = [(each, each.value) for each in claims if isinstance(each.value, Order)]
+    return max(orders, key=lambda found: found[1].least, default=None)
+
+
+def claimed_measures(scheme: Scheme, kind: EquationClass) -> list[str]:
+    """Return of which measures a scheme claims an order for a class; nothing is run.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass
+        The class.
+    """
+    probe = probe_of(scheme, kind, _motions_of(kind, FEW), LEAST)
+    return [] if Examined(probe).why_not else [measure for measure in MEASURES if claimed_order(probe, measure)]
 
 
 def _rows(of: Examined) -> Iterator[ClassRow]:
@@ -294,9 +347,9 @@ def _rows(of: Examined) -> Iterator[ClassRow]:
         yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=of.why_not)
         return
     for measure in MEASURES:
-        claim = claimed_order(probe, measure)
+        promise, claim = claimed_order(probe, measure) or (None, None)
         if claim or measure in of.measures:
-            yield _told(of, replace(row, measure=measure), claim)
+            yield _told(of, replace(row, measure=measure, promise=promise), claim)
 
 
 def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:

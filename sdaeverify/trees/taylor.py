@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import SDE, Array, Scheme
+from ..arrays import Array
+from ..contracts.scheme import Scheme
+from ..forms import SDE
 from ..probing import Nodes, OneStep
 from .grow import DRIFT, TIME, Tree, closure
 from .universal import NOISE, TIME_0

@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import SDE, Array
+from ..arrays import Array
+from ..forms import SDE
 from .grow import DRIFT, TIME_LEAF, Tree
 
 # Where the trees begin; the horizon of the problem is 1.
 TIME_0 = 0.34375
-# Traits that the coefficients have themselves.
-CHECKED = frozenset({"additive-noise"})
 NOISE = frozenset({"dW", "H", "K", "A"})
 
 
@@ -120,11 +119,20 @@ class Universal:
         return B
 
 
-def class_sde(traits: frozenset[str], **given: Any) -> SDE:
-    """Return an SDE that states the traits of a class, with all noise drawn.
+@dataclass(frozen=True)
+class ClassSDE(SDE):
+    """An SDE that states the traits of a class, and so does what a scheme makes of it: none of them is checked.
 
     A class that is a quotient has no equation of its own to be looked at: any one is taken, and what holds modulo the
-    relations is asked of it. So the traits that the coefficients do not have are stated without their checks.
+    relations is asked of it.
+    """
+
+    def _check_traits(self, x: Array) -> None:
+        pass
+
+
+def class_sde(traits: frozenset[str], **given: Any) -> SDE:
+    """Return an SDE that states the traits of a class, with all noise drawn.
 
     Parameters
     ----------
@@ -133,9 +141,7 @@ def class_sde(traits: frozenset[str], **given: Any) -> SDE:
     **given
         What else an `SDE` takes.
     """
-    sde = SDE(noise=NOISE, horizon=1.0, traits=traits & CHECKED, **given)
-    object.__setattr__(sde, "traits", sde.traits | traits)
-    return sde
+    return ClassSDE(noise=NOISE, horizon=1.0, traits=traits, **given)
 
 
 def _padded(x: Array, one: float, time: float) -> Array:

@@ -6,7 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import SDE, Array, Scheme
+from ..arrays import Array
+from ..contracts.scheme import Scheme
+from ..forms import SDE
 from ..probing import Nodes, OneStep
 from .grow import Tree, closed_sets
 from .universal import TIME_0, Universal

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
-from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker, Task
+from ..simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Marker
 from .calls import Call, Function, Lost, RemoteCall, pickle_argument
 from .executors import Workers
 from .marks import NOBODY, Mark
@@ -14,6 +14,21 @@ Answer = TypeVar("Answer")
 AGAIN = ", twice"
 
 
+class Asked(Protocol):
+    """What schemes are asked: it can be pickled, and divided among them."""
+
+    @property
+    def label(self) -> str:
+        """The problem, or what else they are asked about."""
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """The schemes, perhaps with some of their measures only."""
+
+    def only(self, entries: Sequence[Entry]) -> Any:
+        """Return the same for some of the schemes."""
+
+
 @dataclass(frozen=True)
 class Batch(Generic[Answer]):
     """Schemes on a problem that are sent to a worker.
@@ -21,8 +36,8 @@ class Batch(Generic[Answer]):
     Parameters
     ----------
     workers : Workers
-    task : Task
-    function : callable, (Task, Marker) -> sequence of Answer
+    task : Asked
+    function : callable, (Asked, Marker) -> sequence of Answer
         Answers for each entry; at the top level of a module of the framework.
     late : str
         What is said of who takes too long, with a place for the seconds.
@@ -36,7 +51,7 @@ class Batch(Generic[Answer]):
     """
 
     workers: Workers
-    task: Task
+    task: Asked
     function: Function[Sequence[Answer]]
     late: str
     again: bool = False

@@ -319,3 +319,24 @@ def test_one_job_is_isolated_too(call, odd_scheme, tmp_path):
 
     assert outcome.code == 3
     assert "its worker process died" in outcome.out
+
+
+def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_path):
+    """A claim that an order condition refutes fails the gate, with tree and command; a policy may leave it out."""
+    everything = POLICY.replace('problems = ["gbm"]\n', "")
+    (tmp_path / "pyproject.toml").write_text(everything)
+    outcome = project("-s", "wrong", "-m", "strong")
+    found = json.loads(Path("reports/gate/gate.json").read_text())["outcomes"]
+    by_class = {row["problem"]: row for row in found if row["problem"].startswith("every-sde")}
+
+    assert outcome.code == ExitCode.REFUTED
+    wrong = by_class["every-sde[of=scalar]"]
+    assert (wrong["status"], wrong["decided_by"]) == ("failed", "TA")
+    assert wrong["reason"] == "order 0.5: the condition b1(b1) fails, found 0, wanted I"
+    assert wrong["reproduce"].startswith("python -m sdaeverify orders wrong --class scalar --plugin")
+    assert by_class["every-sde[of=additive]"]["status"] == "passed"
+
+    (tmp_path / "pyproject.toml").write_text(everything + "orders = false\n")
+    project("-s", "wrong", "-m", "strong")
+    found = json.loads(Path("reports/gate/gate.json").read_text())["outcomes"]
+    assert not any(row["problem"].startswith("every-sde") for row in found)

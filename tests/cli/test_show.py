@@ -22,9 +22,15 @@ def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
     assert lines[0].startswith("15 quantities: ")
     assert len(lines) <= 40
     assert any(line.startswith("euler-maruyama") for line in lines)
-    assert "the page is out/report.html; verdicts.csv, levels.csv, columns.csv and" in finished.out
+    assert "the page is out/report.html; verdicts.csv, classes.csv, levels.csv, columns.csv" in finished.out
     assert "sdaeverify show out [SCHEME] [PROBLEM] tells why" in lines
     assert lines[-1].startswith("exit code ")
+
+
+def test_a_scheme_is_shown_with_its_classes(finished, call):
+    """What order conditions say of each claim stands below the cells, a line a verdict."""
+    shown = " ".join(call("show", "out", "milstein").out.split())
+    assert "milstein: order conditions strong order 1 verified for smooth SDEs of the class ode, scalar, diagonal" in shown
 
 
 def test_quiet_is_the_sentence_alone(quick):

@@ -5,6 +5,7 @@ import pytest
 from facade import Study, kill_matrix, load_registry, selftest_trial
 from sdaeverify import Settings
 from sdaeverify.simulate import ensemble
+from sdaeverify.studying import class_results
 
 SETTINGS = Settings(paths=1024, max_looks=3)
 # Of these, only the contract and exactness tell.
@@ -27,12 +28,19 @@ LAW_ALONE = {
 }
 
 
-def matrix_of(only):
+# Of these, order conditions alone tell.
+TREES_ALONE = {
+    "planted-platen-general-old-drift on noncommuting",
+    "planted-platen-general-old-noise on levy-area",
+}
+
+
+def matrix_of(only, *, orders=True):
     trial = selftest_trial(load_registry(environ={}, lab=True), only)
-    study = Study(trial.plan, SETTINGS)
+    study = Study(trial.plan, SETTINGS, orders=orders)
     for _ in study.run():
         pass
-    return kill_matrix(trial, study.results())
+    return kill_matrix(trial, [*study.results(), *class_results(study.class_rows or (), trial.plan.cells)])
 
 
 @pytest.mark.slow
@@ -51,10 +59,18 @@ def test_without_the_contract_the_measures_refute_what_they_can_see(monkeypatch)
     """Where contract and exactness are not checked, the measures refute every bug whose step is a pure function."""
     monkeypatch.setattr(ensemble, "violation", lambda scheme, view: "")
 
-    matrix = matrix_of("planted-*")
+    matrix = matrix_of("planted-*", orders=False)
 
-    assert {bug.planted.label for bug in matrix.survivors} == CONTRACT_ALONE | LAW_ALONE
+    assert {bug.planted.label for bug in matrix.survivors} == CONTRACT_ALONE | LAW_ALONE | TREES_ALONE
     assert [bug.planted.label for bug in matrix.equivalents if bug.kills] == []
+
+
+def test_order_conditions_refute_what_a_problem_cannot_show():
+    """Two wrong stages of Platen's scheme leave no trace on their problem: a tree alone tells."""
+    unseen = [bug for bug in matrix_of("planted-platen-general-old-*").bugs if bug.planted.label in TREES_ALONE]
+
+    assert len(unseen) == len(TREES_ALONE)
+    assert {str(kill) for bug in unseen for kill in bug.kills} == {"weak TA"}
 
 
 def test_table_of_planted_bugs_is_complete():

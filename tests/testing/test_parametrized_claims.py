@@ -41,6 +41,16 @@ def test_a_test_for_each_claimed_cell():
     assert repr(made["gbm-mine-strong"][1]) == "strong on gbm"
 
 
+def test_a_test_for_each_claim_about_a_class():
+    """Where no problems are named, a claim is put to the order conditions of each class, and a tree refutes it."""
+    made = parameters(parametrize_with_claims([Mine()], measures=["weak"]))
+    subject, check = made["every-sde[of=additive]-mine-weak"]
+
+    assert "every-sde[of=scalar]-mine-weak" in made
+    with pytest.raises(AssertionError, match=r"the condition f\(t\) fails, found 0, wanted 1/2"):
+        check(subject)
+
+
 def test_a_check_raises_what_became_of_its_claim():
     """Nothing if it holds, an AssertionError if not; there is no command for a scheme that nobody can name."""
     made = parameters(parametrize_with_claims([Mine()], problems=["gbm"]))

@@ -23,7 +23,7 @@ from sdaeverify.commands import (
     write_table,
     write_tables,
 )
-from sdaeverify.studying import Study
+from sdaeverify.studying import Study, class_results
 
 from ..selftest import KillMatrix, kill_matrix, selftest_trial
 from ..selftest.kills import counts, in_words, kill_table, terminal_table
@@ -60,9 +60,12 @@ def selftest(**asked: Any) -> ExitCode:
     trial = selftest_trial(registry, asked["only"])
     if folder is not None:
         require_writable(folder)
-    study = Study(trial.plan, settings)
+    study = Study(trial.plan, settings, orders=True)
     code = run_on_workers(study, asked["jobs"], registry, asked["progress"])
-    return code if code is not ExitCode.OK else _show(kill_matrix(trial, study.results()), folder, begun)
+    if code is not ExitCode.OK:
+        return code
+    results = [*study.results(), *class_results(study.class_rows or (), trial.plan.cells)]
+    return _show(kill_matrix(trial, results), folder, begun)
 
 
 def _show(matrix: KillMatrix, folder: Path | None, begun: float) -> ExitCode:

@@ -8,9 +8,10 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
+from sdaeverify import Scheme
 from sdaeverify.commands import empty_table, visible
 from sdaeverify.measuring import Finding, Verdict
-from sdaeverify.studying import UNMEASURED, Cell, CellResult
+from sdaeverify.studying import UNMEASURED, Cell, CellResult, is_of_class, tier_name
 
 from ..cases import Planted
 from .trial import SelfTest
@@ -26,7 +27,7 @@ class Refuter(NamedTuple):
     measure: str
 
     def __str__(self) -> str:
-        return f"{self.measure} T{self.tier}"
+        return f"{self.measure} {tier_name(self.tier)}"
 
 
 @dataclass(frozen=True)
@@ -118,14 +119,17 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     -------
     KillMatrix
     """
-    places = {(bug.scheme, spec.label): bug for bug, spec in trial.placed.items()}
     found: dict[Planted, list[CellResult]] = {bug: [] for bug in trial.placed}
     correct: list[JudgedCell] = []
+    bugs_of: dict[Scheme, list[Planted]] = {}
+    for bug in found:
+        bugs_of.setdefault(bug.scheme, []).append(bug)
     for result in results:
-        bug = places.get((result.cell.scheme, result.cell.spec.label))
-        if bug is not None:
-            found[bug].append(result)
-        else:
+        planted = bugs_of.get(result.cell.scheme, [])
+        for bug in planted:
+            if is_of_class(result.cell) or trial.placed[bug].label == result.cell.spec.label:
+                found[bug].append(result)
+        if not planted:
             correct += (JudgedCell(result.cell, finding) for finding in result.findings if _counts(finding))
     bugs = [_result(bug, own) for bug, own in found.items()]
     bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
@@ -195,7 +199,7 @@ def terminal_table(matrix: KillMatrix, *, plain: bool = False) -> Table:
     """
     table = empty_table("bug", "scheme", "problem")
     for check in matrix.checks:
-        table.add_column(f"{check.measure}\nT{check.tier}", no_wrap=True, justify="center")
+        table.add_column(f"{check.measure}\n{tier_name(check.tier)}", no_wrap=True, justify="center")
     for bug in matrix.bugs:
         planted, style = bug.planted, "" if bug.as_expected else "bold red"
         names = (planted.bug, planted.scheme.label, planted.problem)

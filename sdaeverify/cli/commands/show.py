@@ -9,6 +9,7 @@ from rich.text import Text
 
 from ...errors import UsageError
 from ...report.cells import grouped
+from ...report.class_words import class_lines, class_notes, hint
 from ...report.folders import RUN, SavedTables, TextRow, read_verdicts
 from ...report.plain import visible
 from ...report.sentences import ATTENTION, counts_of, ending, lines_of, overview, quantity_lines
@@ -54,8 +55,11 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     elif scheme:
         print_texts(console, lines_of(sentence, width))
         console.print(*overview(shown, plain=plain))
+        print_texts(console, _classes(tables, scheme, measures, width))
     else:
-        print_texts(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
+        print_texts(
+            console, ending(sentence, rows, [*class_notes(tables.classes), *_notes(folder)], width, plain=plain)
+        )
     return ExitCode.OK
 
 
@@ -106,9 +110,20 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
         yield Text(visible(f"{scheme} on {problem}, {measure}"))
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
+            told = hint(tables.classes, scheme, measure) if row.verdict == "refuted" else ""
+            yield from lines_of(f"    {told}", width, INDENT) if told else ()
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()
+
+
+def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: int) -> Iterator[Text]:
+    """Yield what order conditions say of schemes, each by itself."""
+    rows = [row for row in tables.classes if _fits({**row, "problem": ""}, scheme, "", measures)]
+    for label, own in grouped(rows, lambda row: row["scheme"]).items():
+        yield Text()
+        yield Text(visible(f"{label}: order conditions"))
+        yield from class_lines(own, width)
 
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:

@@ -38,7 +38,7 @@ VERIFIER = {"kills": Path("selftest", "kill.csv"), "calibration": Path("calibrat
 MEANING = "What the columns of the tables beside this page mean."
 # What a page without addresses of its own needs least: neither a base for them nor anywhere to send a form.
 NOWHERE = "base-uri 'none'; form-action 'none'"
-SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
+SCRIPTS = ("plots.js", "data.js", "pages.js", "classes.js", "passports.js", "start.js")
 
 
 class TablePage(NamedTuple):

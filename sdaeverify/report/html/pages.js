@@ -53,7 +53,7 @@ function schemesByMeasures() {
 
 function meanings() {
   const tiers = [["T0", "contract of a step and exactness on trivial equations"], ["T1", "one step, at cubature nodes, without sampling"],
-    ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"]];
+    ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"], ["TA", "order conditions: one step tells what holds for every smooth SDE of a class; it stands beside the others and overrides none"]];
   const verdicts = [["verified", "the cheapest tier that decides says so, and the next one, which guards it, does not contradict: an order of at least claim − margin along paths, or a local order of about the claim"],
     ["refuted", "a contract is broken, a step does not follow the equation, or an order is too low, significantly"],
     ["inconclusive", "anything else, with what would decide"], ["out_of_scope", "measured, and nothing is claimed of it"]];
@@ -153,7 +153,7 @@ function card(finding) {
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L1/2", "L2", "L4"].map((norm) => [`the same in ${norm}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
-      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason]]),
+      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["order conditions", finding.conditions]]),
     cardPicture(finding));
 }
 

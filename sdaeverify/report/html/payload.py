@@ -6,12 +6,13 @@ from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
+from ..class_words import LOOKS, hint
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import counts_of
-from ..tables.columns import MEAN
-from ..tables.command import CELL, commands_of
+from ..tables.columns import CLASS_COLUMNS, MEAN
+from ..tables.command import CELL, commands_of, orders_command
 from ..verdict_row import LABELLED, VERDICTS, Interval, VerdictRow
 
 # Of a level: what is always told, what is told where it is not 0 throughout, and what is a text.
@@ -51,6 +52,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "run": {name: tables.run[name] for name in RUN if name in tables.run},
         "findings": {**_findings(rows, tables), **_drawn(rows)},
         "levels": [_level_columns(levels.get(key_of(row), ())) for row in tables.verdicts],
+        "classes": _classes(tables),
         "costs": list(_costs(tables.levels)),
         "densities": list(_densities(tables.levels)),
         "absent": _texts(tables.absent, (*CELL, "reason")),
@@ -80,7 +82,33 @@ def _findings(rows: Sequence[VerdictRow], tables: SavedTables) -> dict[str, Any]
         **_texts(details, DETAILS),
         **_numbers(details, MEASURED),
         **_texts(commands, ("reproduce",)),
+        **_texts([{"conditions": _hint(row, tables)} for row in rows], ("conditions",)),
     }
+
+
+def _hint(row: VerdictRow, tables: SavedTables) -> str:
+    return hint(tables.classes, row.scheme, row.measure) if row.verdict == "refuted" else ""
+
+
+def _classes(tables: SavedTables) -> dict[str, Any]:
+    """Return what order conditions say, with the command that asks for it again and the look of the verdict."""
+    plugins, unnamed = tables.run.get("files", ()), {*tables.run.get("unnamed", ())}
+    told = [
+        {
+            **row,
+            "look": LOOKS.get(row["verdict"], "error"),
+            "reproduce": "" if row["scheme"] in unnamed else _command(row, plugins),
+        }
+        for row in tables.classes
+    ]
+    texts = [column.name for column in CLASS_COLUMNS if column.kind == TEXT]
+    numbers = [column.name for column in CLASS_COLUMNS if column.kind != TEXT]
+    return {**_texts(told, [*texts, "look", "reproduce"]), **_numbers(told, numbers)}
+
+
+def _command(row: TextRow, plugins: Sequence[str]) -> str:
+    motions = number(row, "motions")
+    return orders_command(row["scheme"], row["class"], 1 if isnan(motions) else int(motions), plugins)
 
 
 def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:

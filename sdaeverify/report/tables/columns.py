@@ -33,7 +33,27 @@ DETAILS = (
     number_column("seconds", "time of the scheme on the problem, all its measures together", "s"),
     number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
-FILES = {folders.VERDICTS: VERDICTS, folders.NOT_APPLICABLE: NOT_APPLICABLE, folders.LEVELS: LEVELS}
+CLASS_COLUMNS = (
+    Column("scheme", "label of the scheme, with the parameters that are not the defaults"),
+    Column("class", "class of SDEs: what is said holds for every smooth one of it"),
+    Column("motions", "largest number of Brownian motions that was looked at", WHOLE),
+    Column("measure", "strong or weak"),
+    number_column("order", "largest order whose conditions hold, as far as they were looked at"),
+    number_column("claim", "least order that is claimed for the class; empty where none is"),
+    Column("verdict", "verified, refuted, premise fails, not claimed or error"),
+    Column("held", "order conditions of the claim that hold; without a claim of all that were looked at", WHOLE),
+    Column("of", "number of these conditions", WHOLE),
+    Column("first", "first condition that does not hold, as a formula of trees"),
+    Column("found", "what the scheme has in the place of the integral or mean of the condition"),
+    Column("wanted", "what the exact solution has there; I is the integral itself"),
+    Column("premise", "premises of the conditions and how far they hold, or why one fails"),
+)
+FILES = {
+    folders.VERDICTS: VERDICTS,
+    folders.NOT_APPLICABLE: NOT_APPLICABLE,
+    folders.LEVELS: LEVELS,
+    folders.CLASSES: CLASS_COLUMNS,
+}
 
 
 def details_file(measure: str) -> str:

@@ -41,6 +41,23 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
 
 
+def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[str] = ()) -> str:
+    """Return the command that asks a scheme for the order conditions of a class again.
+
+    Parameters
+    ----------
+    scheme, kind : str
+        Label of the scheme, name of the class.
+    motions : int
+        Number of Brownian motions; 0 for that of the command itself.
+    plugins : sequence of str
+        Plugin files named by path.
+    """
+    words = ["python", "-m", "sdaeverify", "orders", scheme, "--class", kind]
+    words += ["--motions", str(motions)] if motions > 1 else []
+    return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
+
+
 def command_of(row: Row, run: Mapping[str, Any]) -> str:
     """Return the command for the cell of a row; see `commands_of`."""
     return commands_of([row], run)[0]
