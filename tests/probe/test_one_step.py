@@ -8,8 +8,10 @@ import pytest
 from facade import EulerMaruyama, HalfExplicitEuler, gbm, pendulum
 from probe import strong_cells as s
 from probe.weak_cells import constant, equation
-from sdaeverify import SDE, Array, Increment, Problem, Scheme, SchemeError, Step
+from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Problem, Scheme, SchemeError, Step
 from sdaeverify.probing import OneStep, cloud, step_nodes
+from sdaeverify_planted.projections import WrongExplicit
+from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
 
 H, T = 0.01, 0.1
 
@@ -77,6 +79,26 @@ def test_memory_is_kept_between_steps_and_left_out_of_what_is_read() -> None:
     assert "steps of a run differ" in step.why_not_probed()
     assert step.read(kept).shape == x.shape
     assert np.abs(step.read(kept) - anew).max() > 0.1 * np.sqrt(H)
+
+
+def on_ellipse() -> HolonomicSDAE:
+    """Return a point on an ellipse whose velocity grows from 0 by noise: later steps have larger errors."""
+    return HolonomicSDAE(
+        force=lambda t, r, v: 0.0 * r,
+        diffusion=lambda t, r, v: np.broadcast_to(np.eye(2)[..., None], (2, 2, r.shape[1])),
+        constraint=lambda r: 0.25 * r[:1] ** 2 + r[1:] ** 2 - 1.0,
+        position=np.array([0.0, 1.0]),
+        velocity=np.array([0.0, 0.0]),
+        noise_dim=2,
+        horizon=1.0,
+        source="test",
+    )
+
+
+def test_an_error_that_a_later_step_takes_back_is_no_error_of_one_step() -> None:
+    """Velocities that are off by O(h) until they are projected are memory, also where those of a run grow."""
+    assert "steps of a run differ" in OneStep(WrongExplicit(3, coriolis=-1.0), on_ellipse()).why_not_entered()
+    assert not OneStep(ExplicitProjectionEuler(3), on_ellipse()).why_not_entered()
 
 
 def test_memory_that_entering_does_not_set_is_refused() -> None:

@@ -230,22 +230,38 @@ class OneStep:
 def _depends_on_run(step: OneStep) -> bool:
     """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`.
 
-    What they differ by may vanish with h like an error of a single step: it then costs the scheme no order.
+    What they differ by may vanish with h like an error of a single step: it then costs the scheme no order. Finer
+    steps begin where the coarse ones did and where those differed most: of other states it is not known what is due
+    to h.
     """
-    h = RUN_H * step.view.time_unit
+    h, x = RUN_H * step.view.time_unit, cloud(step.view, step.equation)[:, ::4]
     with np.errstate(all="ignore"):
-        off = _distance_from_run(step, h)
-        return off > MOVED and not _distance_from_run(step, h / FINER) * FINER**VANISHING < off
+        off, worst = _distance_from_run(step, x, h)
+        if off <= MOVED:
+            return False
+        if step.view.has_constraints:
+            worst = step.view.admissible(worst)
+        begins = x, np.where(np.isfinite(worst).all(axis=0), worst, x)
+        fine = max(_distance_from_run(step, begin, h / FINER)[0] for begin in begins)
+        return not fine * FINER**VANISHING < off
 
 
-def _distance_from_run(step: OneStep, h: float) -> float:
-    """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
-    x, t = cloud(step.view, step.equation)[:, ::4], step.time
-    rng = np.random.Generator(np.random.Philox(key=SEED + 9))
-    state, make, off = step.enter(x, t, h), step.scheme.prepare(step.view, h), 0.0
+def _distance_from_run(step: OneStep, x: Array, h: float) -> tuple[float, Array]:
+    """Return how far steps of a run from x are from those that `enter` begins at most, and where each path is then.
+
+    Parameters
+    ----------
+    step : OneStep
+    x : ndarray, shape (d, P)
+    h : float
+        Step size.
+    """
+    t, rng = step.time, np.random.Generator(np.random.Philox(key=SEED + 9))
+    state, make = step.enter(x, t, h), step.scheme.prepare(step.view, h)
+    most, worst = np.zeros(x.shape[1]), x
     for n in range(RUN):
-        noise = step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
-        entered = step(step.read(state), t + n * h, h, noise)
-        state = make(state, t + n * h, noise).state
-        off = max(off, float(np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), initial=0.0)))
-    return off
+        before, noise = step.read(state), step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
+        entered, state = step(before, t + n * h, h, noise), make(state, t + n * h, noise).state
+        off = np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), axis=0, initial=0.0)
+        worst, most = np.where(off > most, before, worst), np.maximum(most, off)
+    return float(most.max(initial=0.0)), worst
