@@ -31,8 +31,8 @@ ORDERS: dict[str, Orders] = {
 }
 ITO = frozenset({"Euler", "ItoMilstein"})
 WITH_AREAS = frozenset({"ShARK", "SRA1", "SEA", "SPaRK", "GeneralShARK", "SlowRK"})
-# A problem has one of these traits, or noise that need not commute.
-TRAITS = ((), ("scalar-noise", "diagonal-noise"), ("additive-noise",))
+# Of a problem: none, for noise that need not commute, or one of these.
+TRAITS = ("", "commutative-noise", "additive-noise")
 LANGEVIN = {"ALIGN": 2.0, "ShOULD": 3.0, "QUICSORT": 3.0}
 
 
@@ -138,11 +138,11 @@ class DiffraxLangevin(Bridge):
         return langevin_step(self.solver, problem)
 
 
-def claims(orders: tuple[float, ...], traits: tuple[str, ...]) -> list[Claim]:
-    """Return the claims of a strong and a weak order for each trait, or for all noise."""
-    where = [frozenset({trait}) for trait in traits] or [frozenset[str]()]
+def claims(orders: tuple[float, ...], trait: str) -> list[Claim]:
+    """Return the claims of a strong and a weak order where noise has a trait, or for all noise."""
+    when = frozenset({trait}) if trait else frozenset[str]()
     named: Any = zip(("strong", "weak"), orders, strict=False)
-    return [Claim(measure=m, value=v, when=when, source=TABLE) for m, v in named for when in where]
+    return [Claim(measure=measure, value=value, when=when, source=TABLE) for measure, value in named]
 
 
 @hookimpl

@@ -20,7 +20,7 @@ from ..forms import SDE
 from ..numerics import largest
 from ..probing import Nodes, OneStep
 from .classes import EquationClass
-from .universal import class_sde
+from .universal import class_sde, with_rows
 from .weights import stepped
 
 LOW, HIGH = 2, 5
@@ -52,9 +52,10 @@ class Fields:
 
     def __call__(self, t: float, x: Array) -> Array:
         """Return all fields, shape (d, n, P)."""
-        z = np.concatenate([x, np.full((1, x.shape[1]), t)])
-        bent = np.einsum("dnij,ip,jp->dnp", self.quadratic, z, z)
-        return np.asarray(self.constant[..., None] + np.einsum("dni,ip->dnp", self.linear, z) + bent)
+        z = with_rows(x, t)
+        bent: Array = np.einsum("dnij,ip,jp->dnp", self.quadratic, z, z)
+        straight: Array = np.einsum("dni,ip->dnp", self.linear, z)
+        return self.constant[..., None] + straight + bent
 
     def frozen(self) -> "Fields":
         """Return the constant parts."""
@@ -145,13 +146,15 @@ def related_equations(kind: EquationClass, motions: int) -> Related:
 
 
 def _times(matrix: Array, fields: Array) -> Array:
-    return np.asarray(np.einsum("ij,jnp->inp", matrix, fields))
+    product: Array = np.einsum("ij,jnp->inp", matrix, fields)
+    return product
 
 
 def _equation(kind: EquationClass, f: Coefficient, B: Coefficient, start: Array, calls: list[None]) -> SDE:
     def drift(t: float, x: Array) -> Array:
         # A derivative by complex steps.
-        calls.extend([None] * np.iscomplexobj(x))
+        if isinstance(x, np.ndarray) and np.iscomplexobj(x):
+            calls.append(None)
         return f(t, x)[:, 0]
 
     return class_sde(

@@ -22,7 +22,7 @@ from ..contracts.scheme import Scheme
 from ..forms import SDE
 from ..probing import Nodes, OneStep
 from .grow import DRIFT, TIME, Tree, closure
-from .universal import NOISE, TIME_0
+from .universal import NOISE, TIME_0, with_rows
 from .weights import stepped
 
 SEED = 20260103
@@ -53,7 +53,8 @@ class Sines(NamedTuple):
         product = np.sin(phase)
         for each in directions:
             product = product * (self.rates @ each)
-        return np.asarray((self.sizes[:, None] @ product)[:, 0])
+        summed: Array = (self.sizes[:, None] @ product)[:, 0]
+        return summed
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +94,11 @@ class RichEquation:
         return rng.uniform(-1.0, 1.0, (self.dimension, self.states))
 
     def _all(self, t: float, x: Array) -> Array:
-        z = np.concatenate([x, np.full((1, x.shape[1]), t)])
-        return np.asarray(np.broadcast_to(z, (self.motions, *z.shape)))
+        return with_rows(x, t)[None]
 
     def _own(self, t: float, x: Array) -> Array:
         """Return x_j, p and t for each j, shape (M, k, P)."""
-        beside = np.concatenate([x[self.motions :], np.full((1, x.shape[1]), t)])
+        beside = with_rows(x[self.motions :], t)
         own = np.broadcast_to(beside, (self.motions, *beside.shape))
         return np.concatenate([x[: self.motions, None], own], axis=1)
 
@@ -122,12 +122,11 @@ class RichEquation:
         return self._on_diagonal(self._still(self._sines[1].derivative(self._own(t, x), (self._own(0.0, y),))))
 
     def _still(self, moving: Array) -> Array:
-        return np.concatenate([moving, np.zeros((STILL, moving.shape[1]), dtype=moving.dtype)])
+        return with_rows(moving, *[0.0] * STILL)
 
     def _on_diagonal(self, entries: Array) -> Array:
-        B = np.zeros((self.dimension, *entries.shape), dtype=entries.dtype)
-        B[np.arange(self.dimension), np.arange(self.dimension)] = entries
-        return B
+        columns: Array = np.eye(self.dimension)[..., None] * entries
+        return columns
 
     @cached_property
     def sde(self) -> SDE:

@@ -5,6 +5,8 @@
 has F(tau)(0) = sigma(tau) e_tau at the origin: component tau of the solution is the iterated integral I(tau), and
 component tau of a step that is a B-series x + sum phi(tau)/sigma(tau) F(tau)(x) is phi(tau). The origin lies at a
 point c and at a time t_0 that are not zero, as a step whose coefficients are taken at 0.98 x is right at zero.
+
+Coefficients are made of NumPy's functions without assignment, so that solvers of other libraries can run them.
 """
 
 from collections.abc import Sequence
@@ -77,7 +79,8 @@ class Universal:
 
     def drift(self, t: float, x: Array) -> Array:
         """Return f, shape (N, P)."""
-        return np.where((self.colours == DRIFT)[:, None], self._products(t, x), 0.0)
+        moved: Array = (self.colours == DRIFT)[:, None] * self._products(t, x)
+        return moved
 
     def diffusion(self, t: float, x: Array) -> Array:
         """Return B, shape (N, M, P)."""
@@ -96,27 +99,25 @@ class Universal:
         x, y : ndarray, shape (N, P)
             The state and the direction.
         """
-        moved = _padded(y, 0.0, 0.0)
-        terms = [part * moved[kids] for kids, part in self._cofactors(t, x)]
-        return self._in_columns(np.sum(terms, axis=0))
+        moved = with_rows(y, 0.0, 0.0)
+        first, *others = (part * moved[kids] for kids, part in self._cofactors(t, x))
+        return self._in_columns(sum(others, first))
 
     def _products(self, t: float, x: Array) -> Array:
-        return np.asarray(np.prod(self._factors(t, x), axis=0))
+        product: Array = np.prod(self._factors(t, x), axis=0)
+        return product
 
     def _cofactors(self, t: float, x: Array) -> list[tuple[Array, Array]]:
         """Return for each place of a factor which component it is, and the product of the others."""
-        factors = self._factors(t, x)
-        others = (np.delete(factors, k, axis=0) for k in range(len(factors)))
-        return [(kids, np.prod(rest, axis=0)) for kids, rest in zip(self.kids.T, others, strict=True)]
+        factors, places = self._factors(t, x), np.arange(self.kids.shape[1])
+        return [(kids, np.prod(factors[np.delete(places, k)], axis=0)) for k, kids in enumerate(self.kids.T)]
 
     def _factors(self, t: float, x: Array) -> Array:
-        return _padded(x - self.origin, 1.0, t - TIME_0)[self.kids.T]
+        return with_rows(x - self.origin, 1.0, t - TIME_0)[self.kids.T]
 
     def _in_columns(self, values: Array) -> Array:
-        B = np.zeros((len(self.trees), self.motions, values.shape[1]), dtype=values.dtype)
-        rows = np.flatnonzero(self.colours > DRIFT)
-        B[rows, self.colours[rows] - 1] = values[rows]
-        return B
+        columns: Array = (self.colours[:, None] == np.arange(1, self.motions + 1))[..., None] * values[:, None]
+        return columns
 
 
 @dataclass(frozen=True)
@@ -144,5 +145,12 @@ def class_sde(traits: frozenset[str], **given: Any) -> SDE:
     return ClassSDE(noise=NOISE, horizon=1.0, traits=traits, **given)
 
 
-def _padded(x: Array, one: float, time: float) -> Array:
-    return np.concatenate([x, np.full((1, x.shape[1]), one), np.full((1, x.shape[1]), time)])
+def with_rows(x: Array, *values: float) -> Array:
+    """Return an array with a row of each value below it, shape (d + k, P).
+
+    Parameters
+    ----------
+    x : ndarray, shape (d, P)
+    *values : float
+    """
+    return np.concatenate([x, *(value + 0.0 * x[:1] for value in values)])

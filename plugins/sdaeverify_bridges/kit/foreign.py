@@ -16,6 +16,8 @@ from sdaeverify.errors import FAULTS, one_line
 Namespace = Any
 # Where the names of PyTorch's functions differ from NumPy's.
 ALIASES = {"absolute": "abs", "concatenate": "cat", "conjugate": "conj", "power": "pow", "invert": "bitwise_not"}
+# Of PyTorch, with factors of one type.
+PRODUCTS = frozenset({"einsum", "matmul"})
 
 
 class Foreign(NDArrayOperatorsMixin):
@@ -115,11 +117,22 @@ class TorchFunctions:
         function = getattr(self.module, ALIASES.get(name, name))
         # PyTorch's elementwise functions want tensors where NumPy's also take numbers.
         numbers = isinstance(getattr(np, name, None), np.ufunc)
-        return lambda *args, **given: function(*(self._tensor(value, numbers=numbers) for value in args), **given)
+
+        def call(*args: Any, **given: Any) -> Any:
+            tensors = [self._tensor(value, numbers=numbers) for value in args]
+            return function(*(self._of_one_type(tensors) if name in PRODUCTS else tensors), **given)
+
+        return call
 
     def asarray(self, value: Any) -> Any:
         """Return a tensor in double precision."""
         return self.torch.tensor(np.asarray(value, dtype=float))
+
+    def _of_one_type(self, values: list[Any]) -> list[Any]:
+        """Return factors, complex if one of them is."""
+        if not any(self.torch.is_tensor(value) and value.is_complex() for value in values):
+            return values
+        return [value.to(self.torch.complex128) if self.torch.is_tensor(value) else value for value in values]
 
     def _tensor(self, value: Any, *, numbers: bool) -> Any:
         """Return arguments with tensors in place of NumPy's arrays and, where they are wanted, of numbers."""
