@@ -209,15 +209,15 @@ def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) ->
 
 def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
     several = trivial.problem.noise_dim
-    hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
-    where = f" on {trivial.name}{hint}"
+    where = f"on {trivial.name}" + (f" with {several} Brownian motions" if several > 1 else "")
+    hint = "; if the scheme does not support several, say so in refuses" if several > 1 else ""
     try:
         text = _miss(scheme, trivial, followed)
     except SdaeverifyError:
         return None
     except FAULTS as fault:
-        return _Try(several, f"a step raises {one_line(fault)}{where}", fault)
-    return _Try(several, text and text + where)
+        return _Try(several, f"a step raises {one_line(fault)} {where}", fault)
+    return _Try(several, text and f"not exact {where}: {text}{hint}")
 
 
 def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
@@ -229,14 +229,14 @@ def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
         return ""
     if trivial.noisy and followed.paths.isdisjoint(claim.measure for claim in scheme.promises):
         return _miss_in_law(scheme, trivial)
-    return f"{STEPS} steps are off by {error:.2g}, of {moved:.2g} that the solution moves,"
+    return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}"
 
 
 def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
     coarse, fine = law_error(scheme, trivial, H), law_error(scheme, *trivial.short_run)
     if coarse is None or fine is None or fine.share <= max(fine.rounding, trivial.shorter**VANISHING * coarse.share):
         return ""
-    return f"{fine.quantity} of many steps is off by {fine.share:.2g} of what the solution's grows by,"
+    return f"{fine.quantity} after many steps is off by {fine.share:.2g} of what the exact one grows by"
 
 
 def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:
