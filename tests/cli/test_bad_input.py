@@ -181,7 +181,7 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
 
 MUTE = "class Mute(Exception):", "    def __str__(self):", "        raise GeneratorExit", "raise Mute"
 MISBEHAVING = {
-    "return Step(state * np.nan)": ("refuted", "8 steps are off by nan"),
+    "return Step(state * np.nan)": ("refuted", "after 8 steps nan"),
     "raise ValueError('two\\nlines \\x1b[31m')": ("error", "ValueError: two lines \\x1b[31m"),
     "state += 1.0; return Step(state)": ("refuted", "writes into its state"),
     "noise.dW[:] = 0.0; return Step(state)": ("refuted", "writes into its state or its noise"),

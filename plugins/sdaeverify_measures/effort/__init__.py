@@ -170,7 +170,7 @@ def _opinion(evidence: Evidence, claim: Bound, counted: _Counter) -> Opinion:
     if failed > FAILED or not np.isfinite(counted.mean).all():
         return Opinion(
             Verdict.INCONCLUSIVE,
-            Reason(f"{100.0 * failed:.2g} % of the steps have no root, at most {100.0 * FAILED:.2g} % are allowed"),
+            Reason(f"{100.0 * failed:.3g} % of the steps have no root, at most {100.0 * FAILED:.2g} % are allowed"),
         )
     if always:
         return Opinion(Verdict.VERIFIED, figures)
@@ -183,8 +183,8 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
     p = chernoff(shares, allowed, paths)
     worst = np.unravel_index(shares.argmax(), shares.shape)
     where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
-    share = f"{100.0 * shares[worst]:.2g} % of the steps take more than {most} iterations ({where})"
-    reason = Reason.of(f"{share}, {100.0 * allowed:.2g} % are claimed", _figures(counted))
+    share = f"{100.0 * shares[worst]:.3g} % of the steps take more than {most} iterations ({where})"
+    reason = Reason.of(f"{share}, {100.0 * allowed:.3g} % are claimed", _figures(counted))
     if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
         return Opinion(Verdict.REFUTED, reason)
     if np.all((shares < allowed) & (p <= level)):

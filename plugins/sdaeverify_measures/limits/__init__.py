@@ -91,7 +91,7 @@ def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope
 
 def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Opinion:
     if record.failed > FAILED:
-        share = f"a step has no root on {100.0 * float(record.failed):.2g} % of the paths, {100.0 * FAILED:g} % may"
+        share = f"a step has no root on {100.0 * float(record.failed):.3g} % of the paths, {100.0 * FAILED:g} % may"
         return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
         return Opinion(Verdict.INCONCLUSIVE, Reason("no slope: distances are not finite, or round-off, for most eps"))
