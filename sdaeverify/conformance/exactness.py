@@ -137,6 +137,8 @@ def _stack_parts(parts: Parts, known: list[str]) -> Array:
     return np.concatenate([parts[name] for name in known])
 
 
+# Behind a miss on more Brownian motions than the problem has.
+SEVERAL = "; if the scheme does not support several, say so in refuses"
 STEPS, PATHS = 8, 3
 # A relative error of order 1/2 or more in h falls below this power of the factor that steps are shortened by.
 VANISHING = 0.4
@@ -196,7 +198,7 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
         found = next((other for other in tries if other.motions <= motions), found)
     if found.error is not None:
         raise SchemeError(found.text) from found.error
-    return found.text
+    return found.text + (SEVERAL if found.motions > motions else "")
 
 
 def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
@@ -210,14 +212,13 @@ def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) ->
 def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
     several = trivial.problem.noise_dim
     where = f"on {trivial.name}" + (f" with {several} Brownian motions" if several > 1 else "")
-    hint = "; if the scheme does not support several, say so in refuses" if several > 1 else ""
     try:
         text = _miss(scheme, trivial, followed)
     except SdaeverifyError:
         return None
     except FAULTS as fault:
         return _Try(several, f"a step raises {one_line(fault)} {where}", fault)
-    return _Try(several, text and f"not exact {where}: {text}{hint}")
+    return _Try(several, text and f"not exact {where}: {text}")
 
 
 def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:

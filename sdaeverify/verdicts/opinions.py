@@ -189,7 +189,9 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
         # What is sure and does not refute is held back: more paths leave it so.
         held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
         more = (
-            Reason("pre-asymptotic or wrong, finer steps decide", Kind.FINER) if held else Reason("more paths decide")
+            Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
+            if held
+            else Reason("more paths would decide")
         )
         return unlike.then(more), False
     if tests.blind <= 1.0:

@@ -109,7 +109,9 @@ def test_a_coarse_tolerance_for_all_paths_together_is_told_with_its_size(toleran
     def together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return iterated(problem, x, h, noise, tolerance)
 
-    found = re.search(r"in another batch ends elsewhere, by ([0-9.e-]+) of", contract_violation(Ruled(together), double_well()))
+    found = re.search(
+        r"in another batch ends elsewhere, by ([0-9.e-]+) of", contract_violation(Ruled(together), double_well())
+    )
     assert found is not None
     assert 0.01 * tolerance < float(found[1]) < tolerance
 

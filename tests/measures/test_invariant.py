@@ -125,7 +125,12 @@ CASES = {
     "no claim": (record(linear), Claimless(), Verdict.OUT_OF_SCOPE, ""),
     "a coarse level blew up": (record(linear, spread=1e-5, lost=FIRST), Euler(), RIGHT, "diverged at h = 0.25"),
     "the finest level blew up": (record(linear, lost=LAST), Euler(), Verdict.DIVERGED, ""),
-    "one level is left": (record(linear, truncated=9.0 - 9.0 * LAST), Euler(), OPEN, "truncated steps at 3 step sizes"),
+    "one level is left": (
+        record(linear, truncated=9.0 - 9.0 * LAST),
+        Euler(),
+        OPEN,
+        "truncated steps at 3 step sizes",
+    ),
     "means that still move": (record(linear, stationary=0.0), Euler(), OPEN, ""),
     "means that still move, of a claim of 2": (record(linear, stationary=0.0), Euler(order=2.0), OPEN, ""),
     "chains that stay apart": (record(linear, contraction=0.9), Euler(), RIGHT, "do not approach each other"),

@@ -255,7 +255,7 @@ def test_a_scheme_with_a_reversible_memory_is_unstable_at_every_step_size(claims
 def test_dear_second_moments_are_measured_for_a_claim_alone() -> None:
     """Thirty components have a matrix of 465 rows: not one of the small ones that every cell is given."""
     problem = c.linear(-np.eye(30), [0.1 * np.eye(30)], np.ones(30))
-    for claims, reason in (((), "no claim is about them"), ((CONDITIONAL,), "")):
+    for claims, reason in (((), "whose matrix has 465 rows here"), ((CONDITIONAL,), "")):
         assert Stability().refuses(c.Formula(c.euler, claims), problem).endswith(reason)
 
 

@@ -111,7 +111,12 @@ CASES = {
     "one that stays off": (off_by(STAYS_OFF), {}, WRONG, ""),
     "local orders on their way to the claim": (scattered(ON_THEIR_WAY, 800, 9), {}, OPEN, "the order rises"),
     "local orders that are not": (scattered(0.1 * H**0.45, 800, 9), {}, WRONG, ""),
-    "too few levels": (errors(1.0), FEW, OPEN, "fewer than 3 step sizes can be fitted: truncated steps at 4 step sizes"),
+    "too few levels": (
+        errors(1.0),
+        FEW,
+        OPEN,
+        "fewer than 3 step sizes can be fitted: truncated steps at 4 step sizes",
+    ),
     "paths that are lost at every level": (errors(1.0), LOST, Verdict.DIVERGED, ""),
     "rounding": (errors(0.0, sizes=np.full(4000, 1e-15)), {}, RIGHT, "exact to round-off"),
     "nothing, of its own reference": (errors(0.0, sizes=np.zeros(4000)), {"problem": blind()}, OPEN, ""),

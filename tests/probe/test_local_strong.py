@@ -328,7 +328,9 @@ def test_an_order_within_the_margin_of_its_claim_is_not_refuted() -> None:
     assert judge_strong(order, 1.0, margin=0.6).verdict is Verdict.INCONCLUSIVE
 
 
-@pytest.mark.parametrize(("known", "told"), [({"p2": 1.5, "q2": 2.0}, "the mean error is not resolved"), ({}, "hides its error")])
+@pytest.mark.parametrize(
+    ("known", "told"), [({"p2": 1.5, "q2": 2.0}, "the mean error is not resolved"), ({}, "hides its error")]
+)
 def test_orders_that_are_not_known_are_not_told(known: dict[str, float], told: str) -> None:
     """A reason names the orders of the defects that are numbers."""
     orders = dict.fromkeys(("order", "p1", "p2", "q1", "q2"), float("nan")) | known
