@@ -28,7 +28,7 @@ its words. Verdicts of paths are corrected for all tests of a run by their p-val
 problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
-from .contracts.claimed import Bound, Order, Word, bar
+from .contracts.claimed import Bound, Order, Word
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
@@ -70,7 +70,6 @@ __all__ = [
     "Tally",
     "Verdict",
     "Word",
-    "bar",
     "claim_for",
     "coverage",
     "decide",

@@ -11,7 +11,7 @@ from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.claimed import Order
-from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, Kind
+from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, Kind, Verdict
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 from .folders import Key, key_in
@@ -186,7 +186,7 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
         "decided_by": f"T{found.tier}" if method and (decided or found.tier == CONTRACT) else "",
         "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
-        "reason": reason.sentence,
+        "reason": str(reason) if found.verdict in {Verdict.ERROR, Verdict.NOT_RUN} else reason.sentence,
         "reason_kind": ", ".join(found.reason.kinds),
         "p_verified": found.p_verified,
         "p_refuted": found.p_refuted,

@@ -28,7 +28,7 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
-from ..errors import FAULTS, one_line
+from ..errors import FAULTS, with_traceback
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
@@ -245,10 +245,13 @@ def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
     verdict : Verdict
         Of the whole cell; the finding has the claim that it leaves open.
     reason : str
-        Why there is none, in a line.
+        Why there is none, in a line; below it the traceback, if something was raised.
     """
     claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
-    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason), claim=claim),))
+    line, _, traceback = reason.partition("\n")
+    details = {"traceback": traceback} if traceback else {}
+    finding = Finding(quantity="", verdict=verdict, reason=Reason(line), claim=claim, details=details)
+    return CellResult(cell, (finding,))
 
 
 def excluded_cells(plan: ProblemPlan) -> list[CellResult]:
@@ -287,7 +290,7 @@ def judge_cell(
             found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
             findings = tuple(send(finding, case._replace(end=end, looks=looks)) for finding, case in found)
     except FAULTS as error:
-        return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
+        return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
@@ -318,7 +321,8 @@ def control_verdicts(
 
 def _of_control(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence | Objection:
     if known.error:
-        return Objection(f"was not measured: {known.error}", known.lack)
+        line = known.error.partition("\n")[0]
+        return Objection(f"was not measured: {line}", known.lack)
     if known.violation:
         return Objection(f"breaks a contract: {known.violation}")
     return _evidence(plan, cell, settings, known)
