@@ -172,7 +172,7 @@ def _nonlinear(record: StabilityRecord) -> str:
     worst = int(np.argmax(defect))
     if defect[worst] <= AFFINE:
         return ""
-    return f"the step is not linear in the state: relative defect {defect[worst]:.2g} at h = {h[worst]:.3g}"
+    return f"the step is not linear in the state: relative deviation {defect[worst]:.2g} at h = {h[worst]:.3g}"
 
 
 def _problem_doubt(record: StabilityRecord, evidence: Evidence) -> str:

@@ -15,8 +15,6 @@ from .path_tests import CALIBRATED_PATHS, SUSPECT, PathTests, unknown_value
 
 # For which no coefficient needs derivatives.
 LIPSCHITZ_ORDER = 0.5
-# From this p-value on, paths lean towards a claim rather than against it.
-DOUBTFUL = 0.5
 
 
 def judge_claim(
@@ -170,11 +168,9 @@ def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
     if opinion.verdict is Verdict.VERIFIED:
         reason = local.reason.then(opinion.reason, ", although ")
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
-    elif not opinion.p_refuted < DOUBTFUL:
-        # More paths could only verify it.
-        opinion = opinion._replace(reason=opinion.reason.without(Kind.MORE_PATHS).then(local.reason))
     else:
-        opinion = opinion.plus(local.reason)
+        # More paths do not verify it either.
+        opinion = opinion._replace(reason=opinion.reason.without(Kind.MORE_PATHS).then(local.reason))
     return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
 
 

@@ -159,7 +159,8 @@ def test_a_step_that_raises_is_an_error_of_its_claim(quick, odd_scheme, tmp_path
     outcome = quick("--plugin", odd_scheme(narrow), "-p", "gbm", "-s", "odd", "-m", "strong")
 
     line = (tmp_path / "odd_plugin.py").read_text().splitlines().index(f"        {narrow}") + 1
-    told = f"order >= 1.0 (margin 0.2) not tested: a step of few paths raises AssertionError: no message (odd_plugin.py:{line})"
+    raised = f"a step of few paths raises AssertionError: no message (odd_plugin.py:{line})"
+    told = f"order >= 1.0 (margin 0.2) not tested: {raised}"
     assert (outcome.code, outcome.err) == (3, "")
     assert f"! in error: odd on gbm, strong: {told}" in in_one_line(outcome.out)
 
@@ -230,7 +231,9 @@ def test_wrong_scheme(call, odd_scheme):
     )
 
     assert outcome.code == 1
-    assert "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2); Not exact on dx = S dW" in in_one_line(outcome.out)
+    assert "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2); Not exact on dx = S dW" in in_one_line(
+        outcome.out
+    )
     assert outcome.out.endswith("exit code 1: a claim is refuted\n")
 
 

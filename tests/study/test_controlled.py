@@ -144,7 +144,9 @@ def test_paths_refute_nothing_where_a_control_is_refuted():
     found = controlled(replace(REFUTED, tier=3, p_refuted=1e-9), TESTED, controls_of(SUSPECT))
 
     assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
-    assert "exact solution of the problem is in doubt: good, known to have order 1.0, is refuted here as well" in str(found.reason)
+    assert "exact solution of the problem is in doubt: good, known to have order 1.0, is refuted here as well" in str(
+        found.reason
+    )
 
 
 @pytest.mark.parametrize("lost", ["good", "bad"])

@@ -214,7 +214,12 @@ FAULTS = {
     "paths-in-any-order": [
         (ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-12 * np.arange(x.shape[1])), "another order")
     ],
-    "paths-alone": [(ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean())), "each path must be stepped by itself")],
+    "paths-alone": [
+        (
+            ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean())),
+            "each path must be stepped by itself",
+        )
+    ],
     "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
     "noise-is-used": [
         (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "changes nothing on"),

@@ -183,7 +183,7 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
     p = chernoff(shares, allowed, paths)
     worst = np.unravel_index(shares.argmax(), shares.shape)
     where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
-    share = f"{100.0 * shares[worst]:.3g} % of the steps take more than {most} iterations ({where})"
+    share = f"more than {most} iterations in {100.0 * shares[worst]:.3g} % of the steps ({where})"
     reason = Reason.of(f"{share}, {100.0 * allowed:.3g} % are claimed", _figures(counted))
     if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
         return Opinion(Verdict.REFUTED, reason)
@@ -213,7 +213,7 @@ def chernoff(mean: Array, bound: float, count: Array) -> Array:
 
 def _figures(counted: _Counter) -> str:
     sizes = len(counted.along.h[counted.sound])
-    runs = f" there and in runs at {sizes} step sizes" if sizes else ""
+    runs = f" there and at {sizes} step sizes of runs" if sizes else ""
     return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {counted.most:.0f} at most{runs}"
 
 

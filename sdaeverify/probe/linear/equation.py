@@ -91,7 +91,7 @@ def why_not_linear_equation(view: Problem) -> str:
             if not np.isfinite(values).all():
                 return f"the {name} is not linear in the state: it is not finite everywhere"
             if (found := defect(values, at_corners(values[:, : ito.dimension + 1]))) > AFFINE:
-                return f"the {name} is not linear in the state (relative defect {found:.1g})"
+                return f"the {name} is not linear in the state (relative deviation {found:.1g})"
             if not all(np.array_equal(values, other) for other in later):
                 return f"the {name} depends on time"
     return ""
