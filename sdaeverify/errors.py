@@ -14,7 +14,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from traceback import walk_tb
+from traceback import format_tb, walk_tb
 
 
 class SdaeverifyError(Exception):
@@ -86,6 +86,16 @@ def one_line(error: BaseException) -> str:
         return text
     place = _line_of_plugin(error)
     return f"{type(error).__name__}: {text}{f' ({place})' if place else ''}"
+
+
+def with_traceback(error: BaseException) -> str:
+    """Return `one_line` of an error, and below it the calls that it has passed.
+
+    Parameters
+    ----------
+    error : BaseException
+    """
+    return "\n".join([one_line(error), *(line.rstrip() for line in format_tb(error.__traceback__))])
 
 
 def _text(error: BaseException) -> str:

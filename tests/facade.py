@@ -75,7 +75,7 @@ from sdaeverify.measures.resolution import (
 from sdaeverify.measures.stability import Stability
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
-from sdaeverify.measures.weak import ROUNDING, TOO_FEW, Weak, mean_order
+from sdaeverify.measures.weak import CHANGES_SIGN, ROUNDING, TOO_FEW, Weak, mean_order
 from sdaeverify.measures.weak.probe import judge_probe, judge_weak, probe_weak
 from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
 from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine

@@ -45,7 +45,7 @@ def test_a_claimed_quantity_that_is_not_there_is_a_row(result):
     rows = result.verdicts.set_index(["scheme", "quantity"])
 
     assert rows.loc[("mine", "y"), "verdict"] == "out_of_scope"
-    assert "there is no y here; there are x" in rows.loc[("mine", "y"), "reason"]
+    assert "there is no y here, only x" in rows.loc[("mine", "y"), "reason"]
 
 
 class AtTheEnd(Mine):
@@ -68,7 +68,7 @@ def test_a_claim_in_words_unknown_to_the_measure_is_inconclusive(result):
     rows = result.verdicts.set_index(["scheme", "quantity"])
 
     assert rows.loc[("mine", "x"), "verdict"] == "inconclusive"
-    assert "does not know what 'converges' means" in rows.loc[("mine", "x"), "reason"]
+    assert "no test of the claim 'converges'" in rows.loc[("mine", "x"), "reason"]
 
 
 def test_costs_are_columns_of_the_levels(result):

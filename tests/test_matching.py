@@ -53,12 +53,12 @@ def test_a_constrained_problem_is_seen_as_its_inherent_sde():
 
 def test_a_form_without_the_view_is_refused():
     """An SDE is no constrained problem, and the reason names both forms."""
-    assert match(Mechanical(), gbm()).reason == "solves the form HolonomicSDAE; a SDE has no such view"
+    assert match(Mechanical(), gbm()).reason == "needs a HolonomicSDAE; this problem is an SDE"
 
 
 def test_noise_that_is_not_drawn_is_refused():
     """A scheme that declares other noise is refused with its name."""
-    assert match(Bounded(), gbm()).reason == "needs noise that is not drawn for the problem: three-point"
+    assert match(Bounded(), gbm()).reason == "needs noise three-point, which the problem does not declare"
 
 
 def test_a_scheme_may_refuse():

@@ -76,7 +76,7 @@ def test_wrong_arguments(arguments, options, message):
 
 def test_what_does_not_fit():
     """A scheme that cannot solve the problem, and a component that is not there, say so."""
-    with pytest.raises(SchemeError, match="half-explicit-euler on gbm: solves the form"):
+    with pytest.raises(SchemeError, match="half-explicit-euler on gbm: needs a HolonomicSDAE"):
         sample("half-explicit-euler", "gbm")
     paths = sample("milstein", "gbm", steps=8, paths=1)
     with pytest.raises(UsageError, match="no component 'v'; there are x"):

@@ -88,4 +88,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["full-truncation"]
 assert "refuted" not in verdicts["full-truncation"]
-assert "refuted" in verdicts["anticipating"]
+wrong = result.verdicts.query("scheme == 'anticipating' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T0"}
+assert wrong.reason.str.startswith("The mean of one step").all()

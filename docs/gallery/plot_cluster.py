@@ -139,4 +139,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["bridged-heun"]
 assert "refuted" not in verdicts["bridged-heun"]
-assert "refuted" in verdicts["mistaken-heun"]
+wrong = result.verdicts.query("scheme == 'mistaken-heun' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T0"}
+assert wrong.reason.str.startswith("The mean of one step").all()

@@ -79,4 +79,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["half-explicit-euler[truncation=none]"]
 assert "refuted" not in verdicts["half-explicit-euler[truncation=none]"]
-assert "refuted" in verdicts["cold"]
+wrong = result.verdicts.query("scheme == 'cold' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T0"}
+assert wrong.reason.str.startswith("Not exact on dv = c dt + S dW").all()

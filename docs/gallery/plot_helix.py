@@ -86,4 +86,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["half-explicit-euler[truncation=none]"]
 assert "refuted" not in verdicts["half-explicit-euler[truncation=none]"]
-assert "refuted" in verdicts["unprojected"]
+wrong = result.verdicts.query("scheme == 'unprojected' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T3"}
+assert wrong.reason.str.startswith("Residual").all()

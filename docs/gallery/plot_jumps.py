@@ -47,4 +47,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["jump-euler"]
 assert "refuted" not in verdicts["jump-euler"]
-assert "refuted" in verdicts["marcus-jump-euler"]
+wrong = result.verdicts.query("scheme == 'marcus-jump-euler' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T1", "T3"}
+assert set(wrong.reason_kind) == {"one step does not follow the equation", "order"}

@@ -41,3 +41,4 @@ assert dict(zip(result.verdicts.scheme, result.verdicts.verdict, strict=True)) =
     "kubo-milstein": "verified",
     "kubo-forgetful": "refuted",
 }
+assert set(result.verdicts.query("verdict == 'refuted'").reason_kind) == {"order"}

@@ -100,4 +100,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["trapezoidal"]
 assert "refuted" not in verdicts["trapezoidal"]
-assert "refuted" in verdicts["implicit"]
+wrong = result.verdicts.query("scheme == 'implicit' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T1"}
+assert wrong.reason.str.startswith("One-step weak order 1.00").all()

@@ -130,4 +130,6 @@ verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["half-explicit-euler[truncation=none]"]
 assert "refuted" not in verdicts["half-explicit-euler[truncation=none]"]
-assert "refuted" in verdicts["boastful"]
+wrong = result.verdicts.query("scheme == 'boastful' and verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T1"}
+assert wrong.reason.str.startswith("Strong order 1.00 from one step").all()

@@ -71,4 +71,6 @@ missed.plot.convergence("slipped-platen", "counterexample", "weak", ax=axes[1])
 
 assert set(result.verdicts.verdict[result.verdicts.claim.notna()]) == {"verified"}
 assert report.failing[0].name == "f(t)"
-assert "refuted" in set(missed.verdicts.verdict)
+wrong = missed.verdicts.query("verdict == 'refuted'")
+assert set(wrong.decided_by) == {"T1"}
+assert wrong.reason.str.startswith("One-step weak order 1.00").all()

@@ -152,8 +152,6 @@ def _save(
     experiment, picture = plan.experiment, f"{FIGURE}.{suffix}"
     table = pd.DataFrame([entry.record() for entry in exhibit.entries])
     write_table(table, folder / CSV)
-    title = f"{plan.experiment.source}: {plan.experiment.title}"
-    write_tables(folder / PAGE, title, [TablePage.of("Table", table)])
     about = {"experiment": experiment.name, "source": experiment.source, "budget": plan.budget, "paths": plan.paths}
     about |= {"remarks": exhibit.remarks, "errors": exhibit.errors}
     write_json({**describe_making(plan.registry, plan.seed, arguments), **about}, folder / JSON)
@@ -165,4 +163,8 @@ def _save(
             yield MISSING
         else:
             files.append(picture)
+    title = f"{plan.experiment.source}: {plan.experiment.title}"
+    notes = (*exhibit.remarks, *experiment.notes, *exhibit.errors)
+    drawn = folder / picture if picture in files else None
+    write_tables(folder / PAGE, title, [TablePage.of("Table", table, notes, drawn)])
     yield f"{', '.join(files)} are in {folder}"

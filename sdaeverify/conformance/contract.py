@@ -102,9 +102,13 @@ def returns_its_kind(trial: Trial) -> str:
         return str(error)
     masks = [mask for mask in (result.failed, result.truncated) if mask is not None]
     if not all(mask.shape == (paths,) and mask.dtype == np.bool_ for mask in masks):
-        return f"failed or truncated is no boolean array of shape (P,) on P = {paths} paths"
+        return f"failed and truncated must be boolean arrays of shape (P,), P = {paths} paths"
     rows = (*result.outputs.values(), *result.costs.values())
-    return "" if all(np.shape(row)[-1:] == (paths,) for row in rows) else "an output or cost is not one value a path"
+    return (
+        ""
+        if all(np.shape(row)[-1:] == (paths,) for row in rows)
+        else f"an output or cost must have one value a path, P = {paths}"
+    )
 
 
 def stays_finite(trial: Trial) -> str:
@@ -115,7 +119,7 @@ def stays_finite(trial: Trial) -> str:
     before, after = all_finite(flatten(trial.state)), all_finite(flatten(trial.first.state))
     failed = np.zeros(trial.paths, dtype=bool) if trial.first.failed is None else trial.first.failed
     lost = int(np.count_nonzero(before & ~after & ~failed))
-    return f"a step is not finite on {lost} of {trial.paths} paths, and does not say that it failed" if lost else ""
+    return f"a step is not finite on {lost} of {trial.paths} paths, which it does not mark as failed" if lost else ""
 
 
 def repeats_itself(trial: Trial) -> str:
@@ -128,7 +132,7 @@ def repeats_itself(trial: Trial) -> str:
     trial.step(take_paths(trial.state, backwards), take_paths(trial.noise, backwards))
     again = trial.step(trial.state, trial.noise)
     if not same_step(first, again):
-        return "the same step made again gives other numbers: it depends on something beside its arguments"
+        return "the same step made twice gives two results: it must depend on its arguments alone"
     anew = trial.scheme.prepare(trial.view, trial.h)(trial.state, WHEN * trial.view.horizon, trial.noise)
     return _counts_calls(trial) if same_step(again, anew) else "a step prepared anew gives other numbers"
 
@@ -139,7 +143,11 @@ def _counts_calls(trial: Trial) -> str:
     first = trial.step(state, noise)
     calls = range(1, 2 if _same_in_a_row(trial) else in_a_row(trial.view))
     found = next((call for call in calls if not same_step(first, trial.step(state, noise))), 0)
-    return f"the same step gives other numbers when it is made for the {found + 1}th time" if found else ""
+    return (
+        f"the same step gives another result at call {found + 1}: it must depend on its arguments alone"
+        if found
+        else ""
+    )
 
 
 def _same_in_a_row(trial: Trial) -> bool:
@@ -157,7 +165,7 @@ def follows_the_paths(trial: Trial) -> str:
     Make the step of the same paths in another order.
     """
     order = np.roll(np.arange(trial.paths)[::-1], 4)
-    return "in another order, paths go elsewhere" if trial.apart(order) else ""
+    return "paths in another order end elsewhere: each must be stepped by itself" if trial.apart(order) else ""
 
 
 def takes_paths_alone(trial: Trial) -> str:
@@ -166,8 +174,8 @@ def takes_paths_alone(trial: Trial) -> str:
     What is no more than `JOINT` is let pass: see `ends_together`.
     """
     apart = apart_in_batches(trial)
-    text = f"a path goes elsewhere in another batch, by {apart:.2g} of the state's size"
-    return f"{text}: it sees its neighbours, or the step remembers" if apart > JOINT else ""
+    text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
+    return f"{text}: each path must be stepped by itself, without memory" if apart > JOINT else ""
 
 
 def apart_in_batches(trial: Trial) -> float:
@@ -185,8 +193,8 @@ def ends_together(trial: Trial) -> str:
     have not: they move by the tolerance at most. That is no dependence which an interval or an order could show.
     """
     apart = apart_in_batches(trial)
-    text = f"in another batch a path goes elsewhere by {apart:.2g} of the state's size"
-    return f"{text}, as with an iteration that ends when all paths have converged" if 0.0 < apart <= JOINT else ""
+    text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
+    return f"{text}: let an iteration end for each path by itself" if 0.0 < apart <= JOINT else ""
 
 
 def uses_declared_noise(trial: Trial) -> str:
@@ -283,7 +291,7 @@ def carries_its_memory(trial: Trial) -> str:
         state, stepper = each(np.array, stops[begin].state), fresh.prepare(trial.view, trial.h)
         if not equal(_last(stepper, state, trial.h, begin, [stop.noise for stop in stops[begin:]]), stops[-1].end):
             when = f"after {begin} steps" if begin else "at its start"
-            text = f"a run taken up {when} from a copy of its state ends elsewhere"
+            text = f"a run that goes on from a copy of its state {when} ends elsewhere"
             return f"{text}: the scheme remembers more than its state"
     return ""
 

@@ -137,6 +137,8 @@ def _stack_parts(parts: Parts, known: list[str]) -> Array:
     return np.concatenate([parts[name] for name in known])
 
 
+# Behind a miss on more Brownian motions than the problem has.
+SEVERAL = "; if the scheme does not support several, say so in refuses"
 STEPS, PATHS = 8, 3
 # A relative error of order 1/2 or more in h falls below this power of the factor that steps are shortened by.
 VANISHING = 0.4
@@ -196,7 +198,7 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
         found = next((other for other in tries if other.motions <= motions), found)
     if found.error is not None:
         raise SchemeError(found.text) from found.error
-    return found.text
+    return found.text + (SEVERAL if found.motions > motions else "")
 
 
 def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
@@ -209,15 +211,14 @@ def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) ->
 
 def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
     several = trivial.problem.noise_dim
-    hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
-    where = f" on {trivial.name}{hint}"
+    where = f"on {trivial.name}" + (f" with {several} Brownian motions" if several > 1 else "")
     try:
         text = _miss(scheme, trivial, followed)
     except SdaeverifyError:
         return None
     except FAULTS as fault:
-        return _Try(several, f"a step raises {one_line(fault)}{where}", fault)
-    return _Try(several, text and text + where)
+        return _Try(several, f"a step raises {one_line(fault)} {where}", fault)
+    return _Try(several, text and f"not exact {where}: {text}")
 
 
 def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
@@ -229,14 +230,14 @@ def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
         return ""
     if trivial.noisy and followed.paths.isdisjoint(claim.measure for claim in scheme.promises):
         return _miss_in_law(scheme, trivial)
-    return f"{STEPS} steps are off by {error:.2g}, of {moved:.2g} that the solution moves,"
+    return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}"
 
 
 def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
     coarse, fine = law_error(scheme, trivial, H), law_error(scheme, *trivial.short_run)
     if coarse is None or fine is None or fine.share <= max(fine.rounding, trivial.shorter**VANISHING * coarse.share):
         return ""
-    return f"{fine.quantity} of many steps is off by {fine.share:.2g} of what the solution's grows by,"
+    return f"{fine.quantity} after many steps is off by {fine.share:.2g} of what the exact one grows by"
 
 
 def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:

@@ -39,8 +39,23 @@ class Order:
         """The least order up to the margin: from here on a claim holds."""
         return self.least - self.margin
 
+    @property
+    def bar(self) -> str:
+        """The claim in a reason: what is claimed, and from where on paths accept it."""
+        return bar(self.least, self.floor)
+
     def __str__(self) -> str:
         return f"order >= {float(self.least)}"
+
+
+def bar(claimed: float, accepted: float) -> str:
+    """Return in words what an order is compared with: the claim, and from which order on it is accepted.
+
+    Parameters
+    ----------
+    claimed, accepted : float
+    """
+    return f"claimed {float(claimed)}, accepted from {accepted:.3g}"
 
 
 @dataclass(frozen=True)

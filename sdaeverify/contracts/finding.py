@@ -100,6 +100,10 @@ class Reason:
         said = (part.numbers.get("paths", 0) for part in self.parts if part.kind == Kind.MORE_PATHS)
         return max(map(float, map(str, said)), default=0.0)
 
+    def without(self, kind: str) -> "Reason":
+        """Return the reason without the parts of a kind."""
+        return Reason.of(*(part for part in self.parts if part.kind != kind))
+
     def has(self, kind: str) -> bool:
         """Tell whether a part is of a kind."""
         return any(part.kind == kind for part in self.parts)
@@ -112,6 +116,22 @@ class Reason:
         """Return the parts before the first one of a kind; all of them if there is none."""
         first, *further = [*takewhile(lambda part: part.kind != kind, self.parts)] or [Reason()]
         return replace(first, rest=tuple(further))
+
+    @property
+    def sentence(self) -> str:
+        """The words as a sentence: a capital where it begins with a word, and a full stop."""
+        text = str(self)
+        first = text.split(" ", 1)[0].rstrip(",:").replace("-", "")
+        # A letter by itself is a component, but for the article.
+        if first.isalpha() and first.islower() and (len(first) > 1 or first == "a"):
+            text = text[0].upper() + text[1:]
+        return text if not text or text.endswith((".", "?", "!")) else f"{text}."
+
+    @property
+    def standard_errors(self) -> float:
+        """How many standard errors an effect is that is not told from noise, as far as the parts say; NaN if none."""
+        said = (part.numbers["standard_errors"] for part in self.parts if "standard_errors" in part.numbers)
+        return min(map(float, map(str, said)), default=nan)
 
     def __bool__(self) -> bool:
         return bool(self.text)

@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 from ..forms import Problem
-from .scheme import Scheme, form_names
+from ..forms.names import article
+from .scheme import Scheme
 
 
 class Match(NamedTuple):
@@ -40,12 +41,12 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     """
     seen = scheme.view_of(problem)
     if seen is None:
-        reason = f"solves the form {form_names(scheme)}; a {type(problem).__name__} has no such view"
-        return Match(None, reason=reason)
+        needed = " or ".join(article(form.__name__) for form in scheme.forms)
+        return Match(None, reason=f"needs {needed}; this problem is {article(type(problem).__name__)}")
     # One Brownian motion has no areas with others.
     if missing := scheme.noise - seen.noise - ({"A"} if seen.noise_dim == 1 else set()):
         return Match(
-            None, seen.seen_as, f"needs noise that is not drawn for the problem: {', '.join(sorted(missing))}"
+            None, seen.seen_as, f"needs noise {', '.join(sorted(missing))}, which the problem does not declare"
         )
     if reason := scheme.refuses(seen):
         return Match(None, seen.seen_as, reason)

@@ -4,7 +4,7 @@ A scheme is a frozen dataclass; its fields are its parameters. It never draws nu
 time; a step is a pure function that accepts any batch of paths.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import FrozenInstanceError, InitVar, dataclass
 from functools import cached_property
 from math import nan
@@ -234,6 +234,11 @@ class Scheme(_Frozen):
     def promises(self) -> tuple[Claim, ...]:
         """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
         return self.claims
+
+    @property
+    def choices(self) -> Mapping[str, Collection[str]]:
+        """The texts that parameters may be, by their names; a parameter that is not named may be any text."""
+        return {}
 
     def stable_below(self, problem: Any) -> float:  # noqa: ARG002 - few schemes have such a theorem
         """Return the step size below which a theorem says that second moments tend to 0; NaN if none applies."""

@@ -16,6 +16,7 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
+from .names import article
 from .traits import ADDITIVE, COMMUTING, GENERAL, known_traits, unknown_traits
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
@@ -162,7 +163,7 @@ class Problem:
 
     def why_not(self, kind: type[Any]) -> str:
         """Return why the problem does not offer a kind, in the kind's words, or an empty string if it does."""
-        return "" if self.capability(kind) is not None else f"a {type(self).__name__} {kind.absent}"
+        return "" if self.capability(kind) is not None else f"{article(type(self).__name__)} {kind.absent}"
 
     def observe(self, name: str, t: float, parts: Parts) -> Array | None:
         """Return the values of an observable, or None where a component that it needs is not among the parts.

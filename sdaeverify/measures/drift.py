@@ -32,8 +32,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.claimed import ROUND_OFF, Exact, Order
-from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
+from ..contracts.claimed import ROUND_OFF, Exact, Order, bar
+from ..contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -59,7 +59,7 @@ from ..verdicts.opinions import finding, guard, no_fit
 from ..verdicts.path_tests import SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .path_errors.errors import STATE
 from .slopes import Slopes
-from .strong.findings import judge_order, local_orders, probe_strong
+from .strong.findings import TOLERANCE, judge_order, local_orders, probe_strong
 
 METHODS = {
     1: Method("local strong order", 1, guard="the residual along paths"),
@@ -73,9 +73,17 @@ BINS_PER_OCTAVE = 8
 LOWEST, HIGHEST = -64, 32
 EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BINS_PER_OCTAVE
 FLAT = 0.35
+# What a residual does, in words for reasons; an order is told by its number.
+CLASSES = {
+    "constant": "constant along paths",
+    "tolerance-limited": "at a solver's tolerance along paths",
+    "growing as h tends to 0": "growing along paths as h falls",
+}
 HEAVY = 0.2
-FINITE = "round-off wherever finite"
-NEAR_ROOTLESS = "beyond round-off at step sizes alone at which some paths have no root"
+FINITE = "largest residual {largest:.1g}: round-off, up to {bound:.1g}, wherever finite"
+NEAR_ROOTLESS = (
+    "largest residual {largest:.1g}, beyond round-off ({bound:.1g}) only at step sizes where paths have no root"
+)
 # What a step with random parts leaves is a series in powers of h^(1/2).
 NEXT_POWER = 0.5
 
@@ -317,12 +325,16 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     beyond = defect.worst > bound
     if not beyond.any():
-        found = _round_off(evidence, defect, covered)
+        found = _round_off(evidence, defect, covered, _largest(defect, bound))
     elif covered.claim is not None and isinstance(covered.claim.value, Exact):
         # Near paths without root the derivative of the constraint is all but singular: a root is known less well.
         rootless = evidence.health.sums["failed"] > 0
         known = _beyond_round_off(defect, covered, bound)
-        found = known if beyond[~rootless].any() else _round_off(evidence, defect, covered, NEAR_ROOTLESS)
+        found = (
+            known
+            if beyond[~rootless].any()
+            else _round_off(evidence, defect, covered, _largest(defect, bound, NEAR_ROOTLESS))
+        )
     elif len(levels) < FEWEST:
         return finding(covered, no_fit(evidence, covered, remarks), method=Method("paths"))
     else:
@@ -330,21 +342,26 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
 
 
-def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, text: str = FINITE) -> Finding:
+def _largest(defect: Defect, bound: Array, text: str = FINITE) -> Reason:
+    largest = int(np.nanargmax(defect.worst))
+    return Reason(text, numbers={"largest": float(defect.worst[largest]), "bound": float(bound[largest])})
+
+
+def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, reason: Reason) -> Finding:
     # An exact constraint keeps a promise of any order, but only where every step could be made.
     health = evidence.health.sums
     verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
     if health["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
-    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, Reason(text))
+    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, reason)
     return _of_largest(defect, covered, opinion, ROUND_OFF)
 
 
 def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Finding:
     level = int(np.nanargmax(defect.worst / bound))
-    text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, rounding explains {bound[level]:.2g}"
+    text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, round-off explains {bound[level]:.2g}"
     kind = _classify(defect.slope(np.arange(len(defect.h))).value, defect.worst[-1], defect.scale[-1])
-    return _of_largest(defect, covered, Opinion(Verdict.REFUTED, Reason.of(text, kind)), kind)
+    return _of_largest(defect, covered, Opinion(Verdict.REFUTED, Reason.of(text, CLASSES.get(kind, kind))), kind)
 
 
 def _of_largest(defect: Defect, covered: Coverage, opinion: Opinion, kind: str) -> Finding:
@@ -363,7 +380,9 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
     if covered.claim is not None:
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
-    size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
+    along = CLASSES.get(kind, f"along paths {slope.value:.2f}")
+    told = "" if opinion.reason.has(Kind.ORDER) else f"{along}; "
+    size = f"{told}residual {sup:.2g} at the finest h, ~ t^{growth:.1f}"
     return finding(
         covered,
         opinion.plus(size),
@@ -392,7 +411,11 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
     local = judge_order(evidence, claim, local_orders(evidence).get(STATE))
     if local is None or local.verdict is not Verdict.VERIFIED:
         return None
-    return local.plus("of the state, whose order its residual has")
+    order, claimed = local_orders(evidence)[STATE].order, claim.value
+    assert isinstance(claimed, Order)
+    known = "no error of the state in one step" if np.isinf(order) else f"one-step order of the state {order:.2f}"
+    told = f"{known}, inherited by its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
+    return local._replace(reason=Reason(told))
 
 
 def _classify(slope: float, sup: float, scale: float) -> str:
@@ -409,11 +432,14 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
     tests = _asymptotic(evidence, defect, claim, sound)
     if tests.refuted < 1.0 and defect.rise(sound).interval(evidence.settings.confidence)[0] > RISING:
         # Steps that are too coarse for the claimed order are not held against it.
-        tests = tests.held("it still rises with refinement", growth=tests.growth)
-    heavy = effective_share(defect.histogram[-1]) < HEAVY
+        tests = tests.held("the order still rises", growth=tests.growth)
+    share = effective_share(defect.histogram[-1])
+    heavy = share < HEAVY
     if heavy and tests.refuted > 0.0:
         # The interval of a root mean square refutes nothing then.
-        tests = tests.held(growth=tests.growth)._replace(reason=Reason("heavy tails").then(tests.reason))
+        tests = tests.held(growth=tests.growth)._replace(
+            reason=Reason(f"heavy tails ({share:.2g} of the paths count)").then(tests.reason)
+        )
     return hold_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 
 
@@ -424,7 +450,7 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
         return tests
     bound, order = claim.value.floor, defect.corrected_slope(sound)
     low, high = order.interval(evidence.settings.confidence)
-    reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
+    reason = tests.reason.then(Reason("[{low:.2f}, {high:.2f}] as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf
     refuted = max(tests.refuted, order.p_below(bound))
     return PathTests(tests.verified, refuted, reason, max(tests.growth, growth), suspected=tests.refuted)

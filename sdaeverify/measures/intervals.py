@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.claimed import Order
+from ..contracts.claimed import Order, bar
 from ..contracts.finding import Finding, Judgement, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -147,9 +147,10 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
 
 def _opinion(order: float, claim: Claim) -> Opinion:
     if not isinstance(claim.value, Order) or np.isnan(order):
-        return local_doubt(f"order {order:.3f} given its past")
-    verdict = Verdict.VERIFIED if order >= claim.value.least - TOLERANCE else Verdict.REFUTED
-    return local_opinion(verdict, f"consistent of order {order:.3f} given its past")
+        return local_doubt(f"order {order:.2f} of one step given its past")
+    bound = claim.value.least - TOLERANCE
+    verdict = Verdict.VERIFIED if order >= bound else Verdict.REFUTED
+    return local_opinion(verdict, f"order {order:.2f} of one step given its past; {bar(claim.value.least, bound)}")
 
 
 def _suffix(interval: int) -> str:

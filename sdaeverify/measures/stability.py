@@ -79,7 +79,7 @@ class Stability(Measure):
             return why_not_stability(scheme, view) or _unasked(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
-            return f"linearity cannot be tested: {one_line(error)}"
+            return f"it cannot be tested whether the step is linear: {one_line(error)}"
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the spectral radius on a wide range of step sizes and at those of the run."""
@@ -101,7 +101,9 @@ class Stability(Measure):
         findings = [_finding(evidence, name, record) for name, record in known.items()]
         rows = tuple(row for name, record in known.items() for row in _levels(name, record))
         covered = coverage(evidence, self.name, QUANTITY)
-        return Judgement(tuple(findings or [finding(covered, leave_open(covered, "not probed"))]), rows)
+        return Judgement(
+            tuple(findings or [finding(covered, leave_open(covered, "the step cannot be probed"))]), rows
+        )
 
 
 @hookimpl
@@ -117,7 +119,7 @@ def _unasked(scheme: Scheme, view: Problem) -> str:
     k = len(flatten(scheme.start(view, 1, view.horizon)))
     if k * (k + 1) // 2 <= DENSE:
         return ""
-    return f"second moments of {k} numbers are no small matrix, and no claim is about them"
+    return f"no claim about second moments, whose matrix has {k * (k + 1) // 2} rows here"
 
 
 def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
@@ -153,7 +155,8 @@ def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opini
     if reason := _nonlinear(record) or _problem_doubt(record, evidence):
         return Opinion(Verdict.INCONCLUSIVE, Reason(reason))
     if not record.decays:
-        return Opinion(Verdict.OUT_OF_SCOPE, Reason("the problem itself is not mean-square stable"))
+        rate = f"growth rate {float(record.abscissa):.3g}"
+        return Opinion(Verdict.OUT_OF_SCOPE, Reason(f"nothing to test: the exact solution is not stable ({rate})"))
     sign = record.scan.sign
     unstable = sign > 0 if claim.value == A_STABLE else sign[:1] > 0
     if unstable.any():
@@ -169,16 +172,18 @@ def _nonlinear(record: StabilityRecord) -> str:
     worst = int(np.argmax(defect))
     if defect[worst] <= AFFINE:
         return ""
-    return f"the step is not linear in the state: relative defect {defect[worst]:.2g} at h = {h[worst]:.3g}"
+    return f"the step is not linear in the state: relative deviation {defect[worst]:.2g} at h = {h[worst]:.3g}"
 
 
 def _problem_doubt(record: StabilityRecord, evidence: Evidence) -> str:
     if np.isnan(record.decays):
-        return "whether the problem itself is mean-square stable is not decided: its growth rate is 0 to rounding"
+        return "not testable here: the exact solution is only marginally stable (growth rate 0 to round-off)"
     stable = bool(record.decays)
     truths = [truth for truth in evidence.problem.truths if isinstance(truth, MeanSquareStability)]
     if record.at_rest and any(truth.stable != stable for truth in truths):
-        return f"the problem's coefficients give growth rate {float(record.abscissa):.3g}, its truth says otherwise"
+        return (
+            f"the coefficients give growth rate {float(record.abscissa):.3g}, the problem declares another stability"
+        )
     return ""
 
 
@@ -191,7 +196,7 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
         text = (
             f"second moment infinite at h = {scan.h[first]:.3g}: the step has a pole at {z:.3g} standard deviations"
         )
-        return f"{text} of its noise, probability {far:.1g} beyond; without it rho = {scan.rho[first]:.6g}"
+        return f"{text} (probability {far:.1g}); without it, spectral radius {scan.rho[first]:.6g}"
     if failed := np.count_nonzero(scan.failed[: len(sign)]):
         return f"no root at {failed} step sizes, the smallest h = {scan.h[np.argmax(scan.failed > 0.0)]:.3g}"
     open_ = find_undecided(sign)
@@ -200,14 +205,14 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
     first = open_[0]
     if np.isnan(scan.rho[first]):
         return f"the spectral radius is not known at {len(open_)} step sizes, the first h = {scan.h[first]:.3g}"
-    bounds = f"rho = {scan.rho[first]:.12g} with error {scan.error[first]:.1g} at h = {scan.h[first]:.3g}"
-    return f"marginal at {len(open_)} step sizes: {bounds}"
+    bounds = f"{scan.rho[first]:.12g}, known to {scan.error[first]:.1g}, at h = {scan.h[first]:.3g}"
+    return f"spectral radius not told from 1 at {len(open_)} step sizes: {bounds}"
 
 
 def _unstable(record: StabilityRecord, place: int) -> str:
     scan = record.scan
     boundary = smallest_boundary(record.windows)
-    text = f"rho = {scan.rho[place]:.6g} at h = {scan.h[place]:.3g}"
+    text = f"spectral radius {scan.rho[place]:.6g} at h = {scan.h[place]:.3g}"
     return f"stable only for h < {boundary:.6g}; {text}" if boundary > 0.0 else f"unstable for small h: {text}"
 
 
@@ -216,4 +221,4 @@ def _stable(record: StabilityRecord) -> str:
     if boundary < np.inf:
         return f"stable for h < {boundary:.6g}"
     apart = 100.0 * float((h[1:] / h[:-1]).max() - 1.0)
-    return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}, neighbours at most {apart:.2g} % apart"
+    return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}, at most {apart:.2g} % apart"

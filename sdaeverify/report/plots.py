@@ -122,8 +122,12 @@ class Plots:
             if isfinite(known.low) and isfinite(known.high):
                 ax.plot([known.low, known.high], [y, y], "-", color="C0")
             ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
-            for _, style, order in claimed_slopes(row):
-                ax.plot([order], [y], "|", color=STYLES[style][-2:], ms=12)
+            for label, style, order in claimed_slopes(row):
+                # Each kind of tick is explained once.
+                new = label not in ax.get_legend_handles_labels()[1]
+                ax.plot([order], [y], "|", color=STYLES[style][-2:], ms=12, label=label if new else None)
+        if ax.get_legend_handles_labels()[1]:
+            ax.legend(fontsize=7)
         ax.set_yticks(range(len(found)), [str(row.key) for row, *_ in found], fontsize=7)
         ax.set_ylim(len(found) - 0.5, -0.5)
         ax.set_xlabel("order")

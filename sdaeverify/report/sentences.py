@@ -255,11 +255,13 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     others = len(schemes) - MOST_NAMED
     names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
     found = estimate_in_words(row)
-    claim = visible(claim_in_words(row)).replace(" >= ", f"{TOGETHER}>={TOGETHER}")
+    claims = dict.fromkeys(claim_in_words(one) for one in group if one.claim) or [claim_in_words(row)]
+    claim = visible(" and ".join(claims)).replace(" >= ", f"{TOGETHER}>={TOGETHER}")
     claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
     symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
     where = visible(f"{names} on {row.problem}, {', '.join(what)}")
-    return f"{symbol}: {where}: {claim}; {visible(row.reason)}"
+    joint = " not tested: " if row.verdict == "error" else "; "
+    return f"{symbol}: {where}: {claim}{joint}{visible(row.reason)}"
 
 
 def _fit(blocks: Sequence[Sequence[Text]], room: int, rest: str) -> list[Text]:

@@ -11,7 +11,7 @@ from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.claimed import Order
-from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, tier_name
+from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, Kind, Verdict, tier_name
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 from .folders import Key, key_in
@@ -172,7 +172,7 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
     order = claimed if isinstance(claimed, Order) else None
     path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
     value, told = _value(found, kind, path)
-    reason = found.reason.then(f"no order along paths: {why}" if why else "")
+    reason = found.reason.then(why)
     method, decided = found.method, found.verdict in DECIDED
     return {
         "claim": str(found.claim or ""),
@@ -186,7 +186,7 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
         "decided_by": tier_name(found.tier) if method and (decided or found.tier == CONTRACT) else "",
         "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
-        "reason": str(reason),
+        "reason": str(reason) if found.verdict in {Verdict.ERROR, Verdict.NOT_RUN} else reason.sentence,
         "reason_kind": ", ".join(found.reason.kinds),
         "p_verified": found.p_verified,
         "p_refuted": found.p_refuted,
@@ -211,10 +211,12 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        changes = "its errors change sign between levels"
-        return Interval(), f"a mean difference is {resolved:.1f} standard errors" if resolved < RESOLVED else changes
+        noise = f"bias along paths below {RESOLVED:g} standard errors ({resolved:.1f})"
+        # What changes its sign, or does not confirm one step, says so already.
+        said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
+        return Interval(), "" if said else noise
     if not (isfinite(order.low) and isfinite(order.high)):
-        return Interval(), "its interval is not finite"
+        return Interval(), "no finite interval along paths" if isnan(found.reason.standard_errors) else ""
     return order, ""
 
 

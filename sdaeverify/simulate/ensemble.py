@@ -23,7 +23,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
-from ..errors import FAULTS, SchemeError, is_out_of_memory, one_line
+from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
 from .reference import Reference
@@ -136,7 +136,7 @@ class SchemeEvidence(NamedTuple):
         Failed paths, lost paths, truncated steps and steps of each level.
     seconds : float
     errors : tuple of str
-        Why there is no evidence, one for each measure; empty if there is.
+        Why there is no evidence, one for each measure, in a line with a traceback below it; empty if there is.
     paths : int
     violation : str
         Which contract the scheme breaks, so that nothing was measured; empty if none.
@@ -182,7 +182,7 @@ def run_block(task: Task, block: int, marker: Marker | None = None) -> tuple[Sch
         with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block, marker or Marker())
     except FAULTS as error:
-        reason = f"problem {task.spec.label}: {one_line(error)}"
+        reason = f"problem {task.spec.label}: {with_traceback(error)}"
         starved = is_out_of_memory(error)
         return tuple(without_evidence(entry, reason, starved=starved) for entry in task.entries)
 
@@ -303,7 +303,7 @@ class _Watch:
                 yield
         except FAULTS as error:
             if not self.error:
-                self.error = f"measure {self.measure.name}: {one_line(error)}"
+                self.error = f"measure {self.measure.name}: {with_traceback(error)}"
                 self.starved = is_out_of_memory(error)
             self.observer = None
 
@@ -413,6 +413,6 @@ class _Run:
             with self.place.marker.of(self.index):
                 yield
         except FAULTS as error:
-            self.error, self.starved = one_line(error), is_out_of_memory(error)
+            self.error, self.starved = with_traceback(error), is_out_of_memory(error)
         finally:
             self.seconds += time.perf_counter() - begun

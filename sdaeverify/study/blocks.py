@@ -187,7 +187,7 @@ def _without(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
 def _name_limit(found: SchemeEvidence, memory: int) -> SchemeEvidence:
     """Return evidence whose errors for want of memory name the limit of it."""
     room = f"; a worker may have {memory / 2**30:.3g} GiB (--memory)" if memory else ""
-    errors = (f"{error}{room}" if index in found.starved else error for index, error in enumerate(found.errors))
+    errors = (_behind(error, room) if index in found.starved else error for index, error in enumerate(found.errors))
     return found._replace(errors=tuple(errors))
 
 
@@ -196,3 +196,9 @@ def _join(task: Task, recalled: Sequence[Recalled], computed: Sequence[Part]) ->
     if [entry for entry, _ in parts] == list(task.entries):
         return tuple(found for _, found in parts)
     return tuple(join_parts(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
+
+
+def _behind(error: str, text: str) -> str:
+    """Return an error with a text behind its first line: below it stands the traceback."""
+    line, below, traceback = error.partition("\n")
+    return f"{line}{text}{below}{traceback}"

@@ -28,7 +28,7 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
-from ..errors import FAULTS, one_line
+from ..errors import FAULTS, with_traceback
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
@@ -78,7 +78,7 @@ class ControlVerdicts:
         known = [plan for plan in self.plans if plan.control.measure == measure and not plan.missing]
         others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
         wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
-        return f"{wrong.positive} is refuted here, too, which has order {wrong.order}" if wrong else ""
+        return f"{wrong.positive}, known to have order {wrong.order}, is refuted here as well" if wrong else ""
 
     def _find_objection(self, measure: str, order: Order, by_paths: bool) -> Objection | None:
         """Return why an order up to its margin cannot be verified, by paths alone or by all tiers; None if it can."""
@@ -87,7 +87,7 @@ class ControlVerdicts:
         declared = {plan.control.order: plan for plan in plans}
         asked = [declared[known] for known in deciding(declared, order.least)]
         if not asked:
-            reason = f"it declares no control of {claim.measure} order {order.least} or more"
+            reason = f"no control of {claim.measure} order {order.least} or more is declared"
             return Objection(reason) if declared else None
         if asked[0].missing:
             return Objection(asked[0].missing, Verdict.ERROR if asked[0].failed else Verdict.INCONCLUSIVE)
@@ -110,7 +110,7 @@ class ControlVerdicts:
             return unknown
         if len(lower) == 1:
             return Objection(f"the negative control {above.control.negative} is not refuted")
-        return Objection(f"none of the controls {', '.join(lower)} is refuted, which have lower orders")
+        return Objection(f"none of the controls of lower order is refuted: {', '.join(lower)}")
 
     def _verdicts(self, cell: Cell | None, claim: Claim, *, by_paths: bool) -> set[Verdict] | Objection:
         """Return the verdicts on a control, none where it cannot be run, or why there is no evidence on it."""
@@ -245,10 +245,13 @@ def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
     verdict : Verdict
         Of the whole cell; the finding has the claim that it leaves open.
     reason : str
-        Why there is none, in a line.
+        Why there is none, in a line; below it the traceback, if something was raised.
     """
     claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
-    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason), claim=claim),))
+    line, _, traceback = reason.partition("\n")
+    details = {"traceback": traceback} if traceback else {}
+    finding = Finding(quantity="", verdict=verdict, reason=Reason(line), claim=claim, details=details)
+    return CellResult(cell, (finding,))
 
 
 def excluded_cells(plan: ProblemPlan) -> list[CellResult]:
@@ -287,7 +290,7 @@ def judge_cell(
             found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
             findings = tuple(send(finding, case._replace(end=end, looks=looks)) for finding, case in found)
     except FAULTS as error:
-        return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
+        return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
@@ -318,7 +321,8 @@ def control_verdicts(
 
 def _of_control(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence | Objection:
     if known.error:
-        return Objection(f"was not measured: {known.error}", known.lack)
+        line = known.error.partition("\n")[0]
+        return Objection(f"was not measured: {line}", known.lack)
     if known.violation:
         return Objection(f"breaks a contract: {known.violation}")
     return _evidence(plan, cell, settings, known)
@@ -346,5 +350,5 @@ def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
         for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
                 known = sorted({name.removesuffix(AT_T) for name in found})
-                reason = f"claimed, but there is no {quantity} here; there are {', '.join(known)}"
+                reason = f"claimed, but there is no {quantity} here, only {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

@@ -18,6 +18,7 @@ from ..contracts.specs import ProblemSpec, describe, problem_name
 from ..errors import FAULTS, UsageError, one_line
 from ..forms import Delayed, IndexOne, Problem, as_sde, components
 from ..forms.delay.linked import linked_equation
+from ..forms.names import article
 from ..noise.brownian import Increment
 from ..numerics import norm
 from ..probe.step.states import cloud
@@ -227,7 +228,7 @@ class ProblemSubject:
         delayed = self.problem.capability(Delayed)
         seen = as_sde(self.problem) if delayed is None else linked_equation(delayed, 2)
         if seen is None:
-            raise Inapplicable(f"a {type(self.problem).__name__} has no view as an SDE")
+            raise Inapplicable(f"{article(type(self.problem).__name__)} has no view as an SDE")
         return seen
 
     @cached_property

@@ -39,7 +39,7 @@ def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
     quantity : str
         What it measures: a component, an observable, a constraint.
     """
-    return _strongest(evidence.promises, evidence.scheme.name, evidence.view.traits, measure, quantity)
+    return _strongest(evidence.promises, evidence.view.traits, measure, quantity)
 
 
 def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
@@ -56,7 +56,7 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
     -------
     Coverage
     """
-    return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
+    return _strongest(scheme.promises, traits, measure, quantity)
 
 
 def why_not_claimed(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
@@ -74,18 +74,19 @@ def why_not_claimed(scheme: Scheme, problem: Problem, measure: str, what: str = 
     view = scheme.view_of(problem)
     traits = frozenset() if view is None else view.traits
     claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
-    return "" if claimed else f"{scheme.name} claims nothing about {what or measure} here"
+    return "" if claimed else f"no claim about {what or measure} here"
 
 
-def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
+def _strongest(claims: Iterable[Claim], traits: Iterable[str], measure: str, quantity: str) -> Coverage:
     covering, known = [claim for claim in claims if claim.covers(measure, quantity)], frozenset(traits)
     in_scope = [claim for claim in covering if claim.when <= known]
     if in_scope:
         return Coverage(quantity, max(in_scope, key=_strength))
     if not covering:
-        return Coverage(quantity, None, Reason(f"{scheme} claims nothing about {quantity}", Kind.NO_CLAIM))
+        return Coverage(quantity, None, Reason(f"no claim about {quantity}", Kind.NO_CLAIM))
     missing = sorted(set().union(*(claim.when for claim in covering)) - known)
-    return Coverage(quantity, None, Reason(f"claimed only for problems with {', '.join(missing)}", Kind.NO_CLAIM))
+    gap = f"no claim about {quantity} here, only on problems with the trait {' and '.join(missing)}"
+    return Coverage(quantity, None, Reason(gap, Kind.NO_CLAIM))
 
 
 def _strength(claim: Claim) -> float:

@@ -50,11 +50,11 @@ def lost_index(health: Mapping[str, Array]) -> Reason:
         return Reason()
     level = int(np.flatnonzero(count)[-1])
     figures = {"paths": count[level], "time": health["singular_time"][level] / count[level]}
-    text = "du/dy is singular on {paths:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
+    text = "the solution ends where du/dy is singular, on {paths:.0f} paths at t = {time:.3g} in the mean"
     return Reason(text, Kind.LOST_INDEX, figures)
 
 
 def at_levels(what: str, levels: Mask) -> str:
-    """Return at how many levels something happened."""
+    """Return at how many step sizes something happened."""
     count = int(levels.sum())
-    return f"{what} at {count} level{'' if count == 1 else 's'}"
+    return f"{what} at {count} step size{'' if count == 1 else 's'}"

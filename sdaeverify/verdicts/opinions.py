@@ -104,7 +104,7 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
     rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
     if rough is None or (verified and rough.lipschitz and claim <= LIPSCHITZ_ORDER):
         return opinion
-    return local_doubt(f"{opinion.reason}, if coefficients are smooth: {rough} where solutions go")
+    return local_doubt(f"{opinion.reason}, for smooth coefficients; here {rough} where solutions go")
 
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
@@ -169,7 +169,8 @@ def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
         reason = local.reason.then(opinion.reason, ", although ")
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
     else:
-        opinion = opinion.plus(local.reason)
+        # More paths do not verify it either.
+        opinion = opinion._replace(reason=opinion.reason.without(Kind.MORE_PATHS).then(local.reason))
     return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
 
 
@@ -177,20 +178,25 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
     paths = {"paths": evidence.paths}
     if evidence.paths < CALIBRATED_PATHS:
-        return Reason("{paths} paths are too few to guard it", Kind.GUARD, paths), True
+        few = f"{{paths}} paths are too few to confirm it, {CALIBRATED_PATHS} are needed"
+        return Reason(few, Kind.GUARD, paths), True
     if tests.against <= 1.0 - evidence.settings.confidence:
-        unlike = Reason("the paths do not look like it", Kind.GUARD).then(tests.reason, ": ")
+        unlike = Reason("paths contradict it at these step sizes", Kind.GUARD).then(tests.reason, ": ")
         # What is sure and does not refute is held back: more paths leave it so.
         held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
-        more = Reason("finer levels would tell", Kind.FINER) if held else Reason("more of them would tell")
+        more = (
+            Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
+            if held
+            else Reason("more paths would decide")
+        )
         return unlike.then(more), False
     if tests.blind <= 1.0:
         return Reason(), True
-    doubt = Reason("{paths} paths do not show an error that the claim forbids", Kind.GUARD, paths)
+    doubt = Reason("{paths} paths cannot confirm it", Kind.GUARD, paths)
     if not isfinite(tests.blind):
-        return doubt.then("nor would more", ", "), True
+        return doubt.then("nor would more paths", ", "), True
     needed = tests.blind * evidence.paths
-    return doubt.then(_ask_for_paths("about {paths} would", needed)), _beyond_budget(evidence, needed)
+    return doubt.then(_ask_for_paths("about {paths} would", needed), ", "), _beyond_budget(evidence, needed)
 
 
 def _beyond_budget(evidence: Evidence, needed: float) -> bool:
@@ -217,7 +223,7 @@ def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if evidence.health.sums["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
-    return Opinion(verdict, Reason(f"fewer than {FEWEST} levels can be fitted: ").then(left_out, ""))
+    return Opinion(verdict, Reason(f"fewer than {FEWEST} step sizes can be fitted").then(left_out, ": "))
 
 
 def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
@@ -236,6 +242,6 @@ def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
 
 
 NOT_PROBED = Judgement(
-    (Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason=Reason("not probed")),),
+    (Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason=Reason("the step cannot be probed")),),
     (),
 )

@@ -70,7 +70,9 @@ class PathTests(NamedTuple):
         return cls(1.0, 1.0, Reason.of(reason), growth)
 
 
-def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> PathTests:
+def order_tests(
+    claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0, of: str = "along paths"
+) -> PathTests:
     """Compare an estimated order with a claimed least order.
 
     The claim is verified by rejecting order <= value - margin, provided that its interval at the run's confidence
@@ -84,6 +86,8 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
     evidence : Evidence
     bias : float
         Bound of the bias of the estimate.
+    of : str, optional
+        What the order is of, in words.
 
     Returns
     -------
@@ -91,22 +95,22 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
     """
     claimed = claim.value
     if isinstance(claimed, Exact):
-        return PathTests(1.0, 0.0, Reason("claimed exact, and not so to round-off"))
+        return PathTests(1.0, 0.0, Reason("claimed exact, and errors along paths exceed round-off"))
     if not isinstance(claimed, Order):
         return PathTests.none(unknown_value(claim))
     bound = claimed.floor
     low, high = order.interval(evidence.settings.confidence, bias)
     if not (isfinite(low) and isfinite(high)):
-        return PathTests.none("no finite interval")
+        return PathTests.none("the interval of the order along paths is not finite")
     growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
-    reason = order_in(order.value, low, high, claimed)
+    reason = order_in(order.value, low, high, claimed, of)
     above = order.p_above(bound, bias)
     if half > claimed.margin and above <= evidence.level:
         above, growth = 1.0, max(growth, (half / claimed.margin) ** 2 if bias < claimed.margin else inf)
     return PathTests(above, order.p_below(bound, bias), reason, growth)
 
 
-def order_in(order: float, low: float, high: float, claimed: Order) -> Reason:
+def order_in(order: float, low: float, high: float, claimed: Order, of: str = "along paths") -> Reason:
     """Return an order with its interval, beside what is claimed.
 
     Parameters
@@ -114,14 +118,17 @@ def order_in(order: float, low: float, high: float, claimed: Order) -> Reason:
     order, low, high : float
         Estimate and ends of its interval.
     claimed : Order
+    of : str, optional
+        What the order is of.
     """
-    text = "order {order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
-    return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claimed.least})
+    text = "order {of} {order:.2f} [{low:.2f}, {high:.2f}]; {bar}"
+    figures = {"of": of, "order": order, "low": low, "high": high, "claimed": claimed.least, "bar": claimed.bar}
+    return Reason(text, Kind.ORDER, figures)
 
 
 def unknown_value(claim: Claim) -> Reason:
     """Return that a measure has no test for what is claimed."""
-    text = "this measure does not know what {value!r} means"
+    text = "not tested: this measure has no test of the claim {value!r}"
     return Reason(text, Kind.UNKNOWN_VALUE, {"value": str(claim)})
 
 
@@ -137,7 +144,8 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
         Whether the tails of the errors are heavy.
     """
     if paths < CALIBRATED_PATHS:
-        return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
+        few = f"{paths} paths are too few for an interval, {CALIBRATED_PATHS} are needed"
+        return PathTests.none(few, CALIBRATED_PATHS / paths)
     if paths >= DEEP_PATHS:
         return tests
     refuted, limit = (1.0 if heavy else max(p, SHALLOW) for p in (tests.refuted, tests.limit))
@@ -205,4 +213,4 @@ def _beside_lost(evidence: Evidence, levels: Array) -> str:
     lost = evidence.health.sums["lost"][: levels[0]]
     if len(levels) >= FITTED or not lost.any():
         return ""
-    return f"{at_levels('paths are lost', lost > 0)}, and {len(levels)} are left; add finer levels"
+    return f"{at_levels('paths are lost', lost > 0)}, {len(levels)} are left: take finer steps"

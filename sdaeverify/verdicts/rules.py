@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from ..contracts.finding import SAMPLED, Finding, Kind, Reason, Verdict
 
-FINER = "finer levels decide"
+FINER = "finer steps decide"
 
 
 class Objection(NamedTuple):
@@ -75,7 +75,7 @@ Rule = Callable[[Finding, Case], Finding]
 def heed_controls(finding: Finding, case: Case) -> Finding:
     """Verify only where the problem discriminates, and refute only where it is sound."""
     if case.suspicion:
-        doubt = f"the truth of the problem is suspect: {case.suspicion}"
+        doubt = f"the exact solution of the problem is in doubt: {case.suspicion}"
         return forbid(withhold(finding, doubt, verdict=Verdict.ERROR), Verdict.REFUTED)
     if case.objection is None:
         return finding
@@ -83,7 +83,7 @@ def heed_controls(finding: Finding, case: Case) -> Finding:
         return forbid(finding, Verdict.VERIFIED)
     reason, verdict = case.objection
     known = verdict is Verdict.INCONCLUSIVE
-    doubt = f"the problem does not discriminate here: {reason}" if known else f"it cannot be verified: {reason}"
+    doubt = f"the problem does not discriminate: {reason}" if known else f"not verified: {reason}"
     return withhold(finding, doubt, verdict=verdict, settled=not (known and finding.tier == SAMPLED))
 
 
@@ -138,7 +138,7 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     if finding.verdict is not Verdict.INCONCLUSIVE or not case.significant:
         return finding
     verdict = Verdict.REFUTED if Verdict.REFUTED in case.significant else Verdict.VERIFIED
-    reason = finding.reason.before(Kind.MORE_PATHS).then("over all tests of this run")
+    reason = finding.reason.before(Kind.MORE_PATHS).then("significant over all tests of this run")
     return replace(finding, verdict=verdict, reason=reason)
 
 
@@ -146,7 +146,7 @@ def ask_resolution(finding: Finding, case: Case) -> Finding:
     """Leave open what was verified by evidence that would not have shown an error of the size asked for."""
     if finding.verdict is not Verdict.VERIFIED or not finding.resolution > case.resolution:
         return finding
-    text = "an error of the limit of {seen:.2g} of its size would not have shown; the policy asks for {asked:g}"
+    text = "an error of {seen:.2g} of the size of the limit would not have shown, the policy allows {asked:g}"
     return withhold(finding, Reason(text, numbers={"seen": finding.resolution, "asked": case.resolution}))
 
 

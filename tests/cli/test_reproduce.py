@@ -204,7 +204,7 @@ def sdaeverify_experiments():
 @pytest.mark.parametrize(
     ("scheme", "more", "message"),
     [
-        ("half-explicit-euler", "", "a: scheme half-explicit-euler: solves the form"),
+        ("half-explicit-euler", "", "a: scheme half-explicit-euler: needs a HolonomicSDAE"),
         ("milstein", " / 0", "broken: "),
     ],
 )

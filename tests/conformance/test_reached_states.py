@@ -39,7 +39,7 @@ class SameNoiseTwice(Scheme):
 
 def test_wrong_covariance_is_told() -> None:
     """One normal variable in the place of two independent ones gives more than the variance of both."""
-    assert "of p in its covariance" in departure(SameNoiseTwice(), angle_pendulum())
+    assert "the covariance of one step" in departure(SameNoiseTwice(), angle_pendulum())
 
 
 def test_scheme_without_claims_is_not_held_to_the_equation() -> None:

@@ -109,7 +109,9 @@ def test_a_coarse_tolerance_for_all_paths_together_is_told_with_its_size(toleran
     def together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return iterated(problem, x, h, noise, tolerance)
 
-    found = re.search(r"in another batch, by ([0-9.e-]+) of", contract_violation(Ruled(together), double_well()))
+    found = re.search(
+        r"in another batch ends elsewhere, by ([0-9.e-]+) of", contract_violation(Ruled(together), double_well())
+    )
     assert found is not None
     assert 0.01 * tolerance < float(found[1]) < tolerance
 
@@ -248,7 +250,7 @@ def test_a_step_for_one_motion_is_told_nothing_of_two_where_there_is_one() -> No
     found = exactness_violation(Ruled(lambda p, x, h, n: scalar(p, x, h, n._replace(dW=1.01 * n.dW))), 1)
     assert "dx = S dW" in found
     assert "2 Brownian" not in found
-    assert "with 2 Brownian motions, which the scheme does not refuse" in exactness_violation(doubled, 2)
+    assert "with 2 Brownian motions" in exactness_violation(doubled, 2)
 
 
 def projected(factor: float) -> Rule:
@@ -284,7 +286,7 @@ def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation(
     found = verdicts.drop_duplicates("problem").set_index("problem")
 
     assert found.verdict["ou"] == "error"
-    assert found.reason["ou"].startswith("the equation has no invariant")
+    assert found.reason["ou"].startswith("The equation has no invariant")
     assert found.verdict["circle"] not in {"error", "refuted"}
 
 

@@ -58,7 +58,7 @@ def test_form_offers_itself_where_it_has_what_is_asked_for(build, kind):
     assert problem.capability(kind) is problem
     assert problem.why_not(kind) == ""
     assert gbm().capability(kind) is None
-    assert gbm().why_not(kind) == f"a SDE {kind.absent}"
+    assert gbm().why_not(kind) == f"an SDE {kind.absent}"
 
 
 def test_third_party_adds_a_kind():
@@ -66,7 +66,7 @@ def test_third_party_adds_a_kind():
     spring = Spring(**GIVEN)
 
     assert spring.capability(Energy) is spring
-    assert gbm().why_not(Energy) == "a SDE has no energy"
+    assert gbm().why_not(Energy) == "an SDE has no energy"
 
 
 def test_third_party_adds_a_trait():

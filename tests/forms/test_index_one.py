@@ -54,7 +54,7 @@ def test_it_offers_what_it_has():
     problem = plain()
 
     assert problem.capability(Delayed) is None
-    assert problem.why_not(Delayed) == "a IndexOneSDAE has no delay"
+    assert problem.why_not(Delayed) == "an IndexOneSDAE has no delay"
     assert problem.capability(IndexOne) is problem
     assert isinstance(problem.view(SDE), SDE)
 

@@ -109,4 +109,4 @@ def test_a_policy_asks_for_a_resolution(seen, asked, status):
     (outcome,) = outcomes([result(Verdict.VERIFIED, resolution=seen)], Policy(resolution=asked))
 
     assert outcome.status is status
-    assert ("asks for 0.01" in str(outcome.finding.reason)) is (status is Status.UNDECIDED)
+    assert ("the policy allows 0.01" in str(outcome.finding.reason)) is (status is Status.UNDECIDED)

@@ -130,7 +130,7 @@ def test_finer_levels_are_drawn_until_paths_and_one_step_agree():
     few, more = (run(TamedEuler(), growing_mean, Weak(), Settings(paths=paths)) for paths in (1024, 8192))
 
     assert verdicts(few) == {Verdict.INCONCLUSIVE}
-    assert "the paths do not look like it" in str(few.findings[0].reason)
+    assert "paths contradict it" in str(few.findings[0].reason)
     assert verdicts(more) == {Verdict.VERIFIED}
     assert len(more.levels) > Settings().levels
 
@@ -189,7 +189,7 @@ def test_a_suspicion_that_cannot_refute_forbids_to_verify():
     found = guard(LOCAL, PathTests(1.0, 1.0, Reason("order 0.1"), suspected=1e-4), evidence())
 
     assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
-    assert "the paths do not look like it: order 0.1" in str(found.reason)
+    assert "paths contradict it at these step sizes: order 0.1" in str(found.reason)
 
 
 def test_paths_alone_do_not_verify_what_they_speak_against():

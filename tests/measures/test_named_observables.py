@@ -48,7 +48,7 @@ def test_the_exact_order_of_a_mean_decides_a_claim_about_it():
 
     assert found.verdict is Verdict.VERIFIED
     assert found.tier == 2
-    assert "of E x at T by moments" in str(found.reason)
+    assert "of E[x] at T by moment equations" in str(found.reason)
     assert opinion(trapezoidal, naming(), "x")[0].verdict is Verdict.REFUTED
 
 
@@ -81,7 +81,7 @@ def test_other_functions_do_not_refute_where_moments_are_not_known():
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert not confirmed
-    assert "of other functions" in str(found.reason)
+    assert "it is for other functions" in str(found.reason)
 
 
 def test_the_observable_itself_refutes_where_moments_do_not_close():
@@ -91,7 +91,7 @@ def test_the_observable_itself_refutes_where_moments_do_not_close():
 
     assert found.verdict is Verdict.REFUTED
     assert found.tier == 1
-    assert "of E x at state" in str(found.reason)
+    assert "for E[x]" in str(found.reason)
     assert opinion(euler, naming("x", value=1.0), "x", bent)[0].verdict is Verdict.VERIFIED
 
 

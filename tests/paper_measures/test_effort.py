@@ -55,7 +55,7 @@ def test_growth_below_the_bound_is_refuted():
 
     assert found.high <= 5.0
     assert found.verdict is Verdict.REFUTED
-    assert "more for eps = 1e-08" in str(found.reason)
+    assert "more iterations for eps = 1e-08" in str(found.reason)
 
 
 def test_claims_that_are_too_low_unknown_or_not_made():

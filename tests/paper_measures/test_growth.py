@@ -117,9 +117,9 @@ def half_a_power(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     ("scheme", "problem", "words"),
     [
         (HalfExplicitEuler(truncation="none"), pendulum(), "has no root"),
-        (EulerMaruyama(), double_well(), "rho like h^-"),
-        (Formula(half_a_power), ou(), "rho like h^-0.5"),
-        (Formula(lambda problem, x, h, noise: x / (np.abs(noise.dW) > 0.1)), ou(), "V no mean"),
+        (EulerMaruyama(), double_well(), "c ~ h^-"),
+        (Formula(half_a_power), ou(), "c ~ h^-0.5"),
+        (Formula(lambda problem, x, h, noise: x / (np.abs(noise.dW) > 0.1)), ou(), "E[V] is infinite"),
     ],
 )
 def test_unbounded_growth_decides_nothing(scheme: Scheme, problem: HolonomicSDAE | SDE, words: str) -> None:

@@ -150,7 +150,7 @@ def test_a_remainder_that_vanishes_says_so() -> None:
 
     found_ = opinions(Altered(change=leading))
     assert [opinion.verdict for opinion in found_] == [Verdict.VERIFIED] * 3
-    assert all("rounding" in str(opinion.reason) for opinion in found_)
+    assert all("round-off" in str(opinion.reason) for opinion in found_)
 
 
 def test_truncated_steps_tell_no_exponent() -> None:

@@ -80,4 +80,4 @@ def test_what_cannot_be_probed_is_inconclusive_and_says_why():
     found = Uniformity().judge(Evidence(scheme, problem, problem, SETTINGS, Tally(), Tally())).findings[-1]
 
     assert (found.quantity, found.verdict) == (ONE_STEP, Verdict.INCONCLUSIVE)
-    assert "too many atoms" in str(found.reason)
+    assert "too many values" in str(found.reason)

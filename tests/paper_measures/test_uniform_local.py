@@ -58,7 +58,7 @@ def test_nodes_of_normal_variables_serve_as_well_as_atoms():
 
 def test_pairs_without_defects_are_told():
     """Two steps of four three-point variables have 6561 atoms."""
-    assert "too many atoms" in why_not_uniform_defects(UniformlyAccurate(xi="three-point"), sphere_product())
+    assert "too many values" in why_not_uniform_defects(UniformlyAccurate(xi="three-point"), sphere_product())
     assert why_not_uniform_defects(UniformlyAccurate(), sphere_product()) == ""
 
 

@@ -58,7 +58,7 @@ def test_what_later_steps_take_back_is_left_open():
     )
 
     assert opinion.verdict is Verdict.INCONCLUSIVE
-    assert "later ones at 0%" in str(opinion.reason)
+    assert "a later one at 0%" in str(opinion.reason)
 
 
 def test_a_pure_output_is_asked_about_by_itself():

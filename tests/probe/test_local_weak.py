@@ -120,7 +120,7 @@ def test_a_solver_plateau_is_dropped_and_reported(tolerance):
     opinion = judge_weak(found, 1.0)
     assert opinion.verdict is Verdict.VERIFIED
     assert 0.0 < found.plateau_h < 1e-3
-    assert f"void below h = {found.plateau_h:.2g}" in str(opinion.reason)
+    assert f"h below {found.plateau_h:.2g} left out" in str(opinion.reason)
 
 
 def test_a_plateau_hides_no_wrong_limit():

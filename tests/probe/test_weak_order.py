@@ -53,7 +53,7 @@ def test_a_defect_that_changes_sign_is_left_out():
     found, opinion = judged(2.0, STEEP, CROSSING, (1, slice(0, 2)))
     assert np.nanmin(found.orders) < 1.75
     assert opinion.verdict is Verdict.VERIFIED
-    assert "2 of 78 defects change sign" in str(opinion.reason)
+    assert "2 of 78 errors change sign" in str(opinion.reason)
 
 
 def test_defects_that_move_at_many_states_decide_nothing():
@@ -85,7 +85,7 @@ def test_a_low_order_at_isolated_states_decides_nothing(states, verdict):
     """One test function at a quarter of the states refutes; fewer may be singular."""
     _, opinion = judged(2.0, STEEP, 0.5 * H**2, (3, slice(0, states)))
     assert opinion.verdict is verdict
-    assert "E x1^4 at state 0" in str(opinion.reason)
+    assert "for E[x1^4]" in str(opinion.reason)
 
 
 @pytest.mark.parametrize(("power", "inconsistent"), [(1.0, True), (1.5, False)])

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from facade import Cell, CellResult, EulerMaruyama, Interval, VerdictRow, gbm, problem_spec
+from facade import CHANGES_SIGN, Cell, CellResult, EulerMaruyama, Interval, VerdictRow, gbm, problem_spec
 from sdaeverify import Claim
 from sdaeverify.measuring import Finding, Kind, Method, Reason, Verdict
 
@@ -54,12 +54,14 @@ def test_noise_is_no_order_and_the_local_order_stays():
     reading = read_finding(weak())
     assert not reading.path.known
     assert reading.local_order == 0.9988
-    assert reading.reason == "local order 0.480; no order along paths: a mean difference is 0.2 standard errors"
+    assert reading.reason == "Local order 0.480; bias along paths below 3 standard errors (0.2)."
 
 
 def test_errors_that_change_sign_tell_no_order():
-    """Resolved differences of both signs are no noise, and tell no order either."""
-    assert read_finding(weak(resolved=7.0)).reason.endswith("its errors change sign between levels")
+    """Resolved differences of both signs are no noise, and tell no order either: the measure's remark says so."""
+    reading = read_finding(weak(resolved=7.0, reason=CHANGES_SIGN))
+    assert not reading.path.known
+    assert reading.reason == "Its error changes sign between step sizes: no slope."
 
 
 def test_an_interval_without_end_is_no_order():
@@ -68,7 +70,7 @@ def test_an_interval_without_end_is_no_order():
     reading = read_finding(found)
     assert not reading.path.known
     assert not reading.estimate.known
-    assert reading.reason.endswith("; no order along paths: its interval is not finite")
+    assert reading.reason.endswith("; no finite interval along paths.")
 
 
 def test_a_claim_decided_by_one_step_keeps_both_orders_apart():

@@ -117,7 +117,10 @@ def test_a_constraint_that_turns_over_in_a_step_ends_the_path(kind: type, theta:
 
 def test_what_a_method_refuses() -> None:
     """One is for problems with y, and says which method is for the others; derivatives must be there if needed."""
-    for problem, reason in ((delay_ou(), "no algebraic component: use stochastic-theta"), (gbm(), "form DelaySDAE")):
+    for problem, reason in (
+        (delay_ou(), "no algebraic component: use stochastic-theta"),
+        (gbm(), "needs a DelaySDAE"),
+    ):
         assert reason in match(LaggedAlgebraicTheta(), problem).reason
     kinked = scalar(drift=lambda t, x, v, y: -np.abs(x), delay=1.0)
     assert "not analytic" in StochasticTheta(theta=1.0).refuses(kinked)

@@ -91,7 +91,7 @@ def test_what_controls_have_nothing_against(finding, scheme, controls):
         ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
         (
             (replace(plans()[0], control=replace(CONTROL, order=0.5)),),
-            "declares no control of strong order 1.0 or more",
+            "no control of strong order 1.0 or more is declared",
         ),
     ],
 )
@@ -123,10 +123,10 @@ def sides(upper, lower):
     [
         (sides((1.0, 0.5), (0.5, 0.0)), ""),
         (sides((1.0, 0.8), (0.5, 0.0)), ""),
-        (sides((1.0, 0.8), (0.8, 0.0)), "none of the controls bad 1.0, good 0.5 is refuted, which have lower orders"),
+        (sides((1.0, 0.8), (0.8, 0.0)), "none of the controls of lower order is refuted: bad 1.0, good 0.5"),
         (sides((0.5, 0.0), (0.5, 0.0)), "the positive control good 1.0 is not verified"),
         (sides((1.0, 0.5), (0.5, 0.0))[:1], ""),
-        (sides((1.0, 0.5), (0.5, 0.0))[1:], "declares no control of strong order 0.75 or more"),
+        (sides((1.0, 0.5), (0.5, 0.0))[1:], "no control of strong order 0.75 or more is declared"),
     ],
 )
 def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(controls, words):
@@ -144,7 +144,9 @@ def test_paths_refute_nothing_where_a_control_is_refuted():
     found = controlled(replace(REFUTED, tier=3, p_refuted=1e-9), TESTED, controls_of(SUSPECT))
 
     assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
-    assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in str(found.reason)
+    assert "exact solution of the problem is in doubt: good, known to have order 1.0, is refuted here as well" in str(
+        found.reason
+    )
 
 
 @pytest.mark.parametrize("lost", ["good", "bad"])

@@ -210,11 +210,16 @@ FAULTS = {
     "state-like-its-own": [(ruled(lambda p, x, h, n: euler(p, x, h, n)[:, 1:]), "expected a state like")],
     "any-number-of-paths": [(ruled(needing_two), "IndexError")],
     "finite": [(ruled(lambda p, x, h, n: euler(p, x, h, n) / (x > x.min())), "not finite on 1 of")],
-    "same-call-same-bits": [(prepared(counting), "same step made again")],
+    "same-call-same-bits": [(prepared(counting), "same step made twice")],
     "paths-in-any-order": [
         (ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-12 * np.arange(x.shape[1])), "another order")
     ],
-    "paths-alone": [(ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean())), "neighbours")],
+    "paths-alone": [
+        (
+            ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean())),
+            "each path must be stepped by itself",
+        )
+    ],
     "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
     "noise-is-used": [
         (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "changes nothing on"),
@@ -227,7 +232,7 @@ FAULTS = {
     ],
     "own-memory": [(ruled(lambda p, x, h, n: n.dW), "view of the noise")],
     "state-is-whole": [
-        (prepared(two_steps), "after 3 steps from a copy"),
+        (prepared(two_steps), "from a copy of its state after 3 steps"),
         (prepared(counting), "from a copy"),
         (Clocked(), "the scheme remembers more than its state"),
     ],
@@ -307,4 +312,4 @@ def test_paths_that_end_together_near_rounding_are_remarked():
 
     outcome = of_scheme(ruled(together), "paths-alone", "ou")
     assert outcome["status"] == "skipped"
-    assert "of the state's size, as with an iteration" in outcome["reason"]
+    assert "of the state's size: let an iteration end" in outcome["reason"]

@@ -1,6 +1,6 @@
 """The base of schemes that hand each step to a solver of another library."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -43,9 +43,14 @@ class Bridge(Scheme):
     known: ClassVar[Collection[str]] = ()
 
     def __post_init__(self) -> None:
-        first = fields(self)[0].name if self.known else ""
-        if first and getattr(self, first) not in self.known:
-            raise ParameterError(f"{first} must be one of {', '.join(self.known)}, got {getattr(self, first)!r}")
+        for name, known in self.choices.items():
+            if getattr(self, name) not in known:
+                raise ParameterError(f"{name} must be one of {', '.join(known)}, got {getattr(self, name)!r}")
+
+    @property
+    def choices(self) -> Mapping[str, Collection[str]]:
+        """What is known, of the first parameter."""
+        return {fields(self)[0].name: self.known} if self.known else {}
 
     @property
     def claimant(self) -> str:

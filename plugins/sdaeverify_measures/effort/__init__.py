@@ -162,10 +162,16 @@ def _opinion(evidence: Evidence, claim: Bound, counted: _Counter) -> Opinion:
         return Opinion(Verdict.REFUTED, Reason.of(refuted, figures))
     always = claim.share == 1.0
     if always and counted.most > claim.most:
-        return Opinion(Verdict.REFUTED, Reason.of(f"{counted.most:.0f} iterations in a step", figures))
+        return Opinion(
+            Verdict.REFUTED,
+            Reason.of(f"{counted.most:.0f} iterations in a step, at most {claim.most:g} are claimed", figures),
+        )
     failed = counted.failed
     if failed > FAILED or not np.isfinite(counted.mean).all():
-        return Opinion(Verdict.INCONCLUSIVE, Reason(f"{100.0 * failed:.2g} per cent of the steps have no root"))
+        return Opinion(
+            Verdict.INCONCLUSIVE,
+            Reason(f"{100.0 * failed:.3g} % of the steps have no root, at most {100.0 * FAILED:.2g} % are allowed"),
+        )
     if always:
         return Opinion(Verdict.VERIFIED, figures)
     return _share_opinion(evidence.level, counted, int(claim.most), 1.0 - claim.share)
@@ -177,8 +183,8 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
     p = chernoff(shares, allowed, paths)
     worst = np.unravel_index(shares.argmax(), shares.shape)
     where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
-    share = f"{100.0 * shares[worst]:.2g} per cent of the steps take more than {most} at {where}"
-    reason = Reason.of(share, _figures(counted))
+    share = f"more than {most} iterations in {100.0 * shares[worst]:.3g} % of the steps ({where})"
+    reason = Reason.of(f"{share}, {100.0 * allowed:.3g} % are claimed", _figures(counted))
     if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
         return Opinion(Verdict.REFUTED, reason)
     if np.all((shares < allowed) & (p <= level)):
@@ -206,10 +212,9 @@ def chernoff(mean: Array, bound: float, count: Array) -> Array:
 
 
 def _figures(counted: _Counter) -> str:
-    few, sizes = counted.few, counted.along.h[counted.sound]
-    runs = f"runs at h = {sizes[0]:.3g} to {sizes[-1]:.3g}" if len(sizes) else "no runs"
-    mean = f"{counted.mean.min():.2f} to {counted.mean.max():.2f} on average at h = {float(few.h):.3g}"
-    return f"{mean}, {counted.most:.0f} at most there and in {runs}, eps from {few.eps[0]:.0e} to {few.eps[-1]:.0e}"
+    sizes = len(counted.along.h[counted.sound])
+    runs = f" there and at {sizes} step sizes of runs" if sizes else ""
+    return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {counted.most:.0f} at most{runs}"
 
 
 def _growth_in_eps(counted: _Counter) -> str:
@@ -221,7 +226,7 @@ def _growth_in_eps(counted: _Counter) -> str:
     ends = stiff[[0, -1]]
     growth, error = -float(np.diff(counted.mean[ends])[0]), float(np.hypot(*few.error[counted.row][ends]))
     return (
-        f"{growth:.2f} more for eps = {few.eps[0]:.0e} than for eps = h/100"
+        f"{growth:.2f} more iterations for eps = {few.eps[0]:.0e} than for eps = h/100, {GROWTH:g} are allowed"
         if growth > GROWTH + ERRORS * error
         else ""
     )

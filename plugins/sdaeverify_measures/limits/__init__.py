@@ -58,7 +58,7 @@ class StiffLimits(Measure):
         if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
-        return f"the scheme cannot be run in the limit: {reason}" if reason else ""
+        return f"not run in the limit eps = 0: {reason}" if reason else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the distances."""
@@ -91,13 +91,13 @@ def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope
 
 def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Opinion:
     if record.failed > FAILED:
-        share = f"{100.0 * float(record.failed):.2g} per cent of the paths met a step without root"
+        share = f"a step has no root on {100.0 * float(record.failed):.3g} % of the paths, {100.0 * FAILED:g} % may"
         return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
-        return Opinion(Verdict.INCONCLUSIVE, Reason("distances are not finite, or rounding for many eps"))
+        return Opinion(Verdict.INCONCLUSIVE, Reason("no slope: distances are not finite, or round-off, for most eps"))
     if np.isinf(slope.estimate.value):
-        return Opinion(Verdict.VERIFIED, Reason("rounding for every eps"))
-    return decide(order_tests(claim, slope.estimate, evidence)._replace(growth=np.inf), evidence)
+        return Opinion(Verdict.VERIFIED, Reason(f"no distance beyond round-off at all {len(record.eps)} eps"))
+    return decide(order_tests(claim, slope.estimate, evidence, of="in eps")._replace(growth=np.inf), evidence)
 
 
 def _levels(record: LimitDistances, name: str, slope: Slope) -> Iterator[LevelFinding]:

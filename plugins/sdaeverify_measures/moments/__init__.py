@@ -245,21 +245,21 @@ def judge_growth(found: Growth, horizon: float) -> Opinion:
     """
     rate, size = np.maximum(found.rate, 1.0 / horizon), found.far
     worst = int(found.rate.argmax())
-    figures = f"at most exp({found.rate[worst]:.3g} h) at {int(found.states)} states"
+    figures = f"at most exp({found.rate[worst]:.3g} h) at all {int(found.states)} states"
     if not np.isfinite(rate).all():
-        text = f"at h = {found.h[worst]:.3g} one step has no root, or V no mean, where V = {size[worst]:.3g}^4"
-        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
+        text = f"one step has no root, or E[V] is infinite, at h = {found.h[worst]:.3g} where V = {size[worst]:.3g}^4"
+        return local_doubt(f"{text}: no sample shows what rare paths add")
     exponent = np.log(rate[-1] / rate[-2]) / np.log(found.h[-2] / found.h[-1])
     if exponent > GROWS:
-        text = f"one step lets E V grow by exp(rho h), rho like h^-{exponent:.2f} where V = {size[-1]:.3g}^4"
-        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
-    return local_opinion(Verdict.VERIFIED, f"one step lets E V grow by {figures}")
+        text = f"E[V] grows by exp(c h) in one step, c ~ h^-{exponent:.2f}, where V = {size[-1]:.3g}^4"
+        return local_doubt(f"{text}: no sample shows what rare paths add")
+    return local_opinion(Verdict.VERIFIED, f"E[V] grows in one step by {figures}: bounded as h tends to 0")
 
 
 def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None) -> PathTests:
     truth = sample.moment(-1)
     if not np.isfinite(truth.se) or sample.tail(-1).heavy:
-        return PathTests.none("the solution's own moment is not known, or rests on few paths")
+        return PathTests.none("the moment of the exact solution is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
     # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
     resolved = np.array([not why_not_resolved(evidence.view, h) for h in sample.h])
@@ -269,7 +269,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
     suspect = refuted <= 1.0 - evidence.settings.confidence
     verified, reason, growth = _from_below(evidence, sample, ratios, local)
     if suspect:
-        far = f"more paths at h = {sample.h[level]:.3g} are far out than a moment of {FACTOR:g} times the solution's"
+        far = f"more paths are far out at h = {sample.h[level]:.3g} than {FACTOR:g} times the exact moment"
         reason, growth = Reason.of(f"{far} allows", _size(ratios[level])), 1.0
     return with_sample(PathTests(verified, refuted, reason, growth), sample.paths, heavy=False)
 
@@ -292,7 +292,7 @@ def _from_below(
 
 
 def _size(ratio: Estimate) -> Reason:
-    return Reason("moment {ratio:.3g} times the solution's", numbers={"ratio": 2.0**ratio.value})
+    return Reason("moment {ratio:.3g} times the exact one", numbers={"ratio": 2.0**ratio.value})
 
 
 def _levels(sample: LargestValues) -> Iterator[LevelFinding]:

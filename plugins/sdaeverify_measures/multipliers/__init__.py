@@ -53,7 +53,7 @@ class MultiplierExponents(Measure):
         """Refuse schemes that give out no multipliers."""
         view = scheme.view_of(problem)
         if view is None or view.capability(Multiplied) is None:
-            return f"the form {' or '.join(form.__name__ for form in scheme.forms)} has no multiplier"
+            return f"{' or '.join(form.__name__ for form in scheme.forms)} problems have no multiplier"
         with np.errstate(all="ignore"):
             return why_not_multipliers(scheme, view)
 
@@ -106,24 +106,25 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
         return local_doubt(_why_not_order(record))
     if np.isinf(order):
         return _rounding_opinion(record)
-    bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
+    bound = claim - TOLERANCE
+    text = f"order {order:.2f} from one step; claimed {claim}, accepted from {bound:.3g}"
     if min(order, ahead) >= bound:
-        return local_opinion(Verdict.VERIFIED, f"local order {order:.3f}")
+        return local_opinion(Verdict.VERIFIED, text)
     if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
         return local_opinion(Verdict.REFUTED, text)
-    return local_doubt(f"{text}; still changing, to {ahead:.3f}")
+    return local_doubt(f"{text}; still changing, to {ahead:.2f}")
 
 
 def _rounding_opinion(record: Multipliers) -> Opinion:
     if record.truncated.any() or record.failed.any():
-        return local_doubt("no more than rounding at the step sizes that are not truncated")
-    return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
+        return local_doubt("no more than round-off at the step sizes that are not truncated")
+    return local_opinion(Verdict.VERIFIED, f"no more than round-off at {len(record.h)} step sizes: it vanishes here")
 
 
 def _why_not_order(record: Multipliers) -> str:
     for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
         if share:
-            return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"
+            return f"no order: the step {what} at {share:.0%} of the states even at h = {record.h[-1]:.2g}"
     return "no order: the step is not finite, or a solver's tolerance hides it"
 
 

@@ -155,13 +155,13 @@ def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) ->
 def _by_scan(evidence: Evidence) -> Opinion:
     scan = unpacked(PROBED, RootScan, evidence.tally)
     if scan is None:
-        text = "one step cannot be probed; no sample shows that all steps have a root"
+        text = "one step cannot be probed, and no sample shows that all steps have a root"
         return local_doubt(text)
     if found := where_no_root(evidence.view, scan):
         return local_opinion(Verdict.REFUTED, found)
     count, h = scan.x.shape[1], scan.h
-    text = f"at {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g} and {count} states"
-    return local_opinion(Verdict.VERIFIED, f"a root {text}; {_farthest(evidence.view, scan)}")
+    text = f"at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g} and {count} states"
+    return local_opinion(Verdict.VERIFIED, f"a root {text} ({_farthest(evidence.view, scan)})")
 
 
 def where_no_root(view: Any, scan: RootScan) -> str:
@@ -201,7 +201,11 @@ def _of_shares(shares: Sequence[Share], gap: Reason) -> Finding:
 
 def _share_text(shares: Sequence[Share]) -> str:
     met = [f"{share.value:.3g} at h = {share.h:.3g}" for share in shares if share.value]
-    return f"share of paths that meet a step without root {', '.join(met)}" if met else "no path without root"
+    return (
+        f"share of paths that meet a step without root {', '.join(met)}"
+        if met
+        else f"no path without root at {len(shares)} step sizes"
+    )
 
 
 def _levels(shares: Sequence[Share]) -> Iterator[LevelFinding]:

@@ -61,7 +61,6 @@ CONVERGES = Word("converges")
 # A slower fall cannot be told from none over a few halvings.
 FALLING = 0.1
 LEVELLED = 0.5
-SHOWS = "a limit nearer than a third of that would not show, nor what happens below it"
 MEASURE = "uniform"
 # The order of an interpolant of a path that is as rough as Brownian motion, but for a logarithm.
 ROUGH = 0.5
@@ -87,7 +86,9 @@ def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
     if claim.value != CONVERGES:
         return path_tests(fitted, claim)
     if not np.isfinite(fitted.bias.bound):
-        return PathTests.none(f"no finite interval: {fitted.bias.reference} is too coarse or not finite")
+        return PathTests.none(
+            f"no finite interval of the order: the {fitted.bias.reference} is too coarse or not finite"
+        )
     tests = fall_tests(fitted)
     tests = _with_plateau(fitted, tests) if fitted.bias.knows_limit else _towards_its_own(fitted.evidence, tests)
     return fitted.calibrate(tests)
@@ -113,15 +114,15 @@ def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
         unbiased = fitted._replace(bias=fitted.bias._replace(bound=0.0))
         grown = fall_tests(fitted).refuted
         tests = fall_tests(unbiased)._replace(refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted)))
-        needed, why = max(grid.limit, grid.tests.verified), "that the errors on the grid fall to 0"
+        needed, why = max(grid.limit, grid.tests.verified), "that errors on the grid tend to 0"
     elif not np.isfinite(fitted.bias.bound):
-        return PathTests.none(f"no finite interval: {fitted.bias.reference}")
+        return PathTests.none(f"no finite interval of the order: reference {fitted.bias.reference}")
     else:
         tests = order_tests(claim, fitted.slope, evidence, fitted.bias.bound)
         needed, why = grid.limit, "the right limit"
     if needed > evidence.level:
         growth = max(tests.growth, grid.tests.growth)
-        doubt = Reason("{why} is not shown (p = {p:.2g})", numbers={"why": why, "p": needed})
+        doubt = Reason("not shown: {why} (p = {p:.2g})", numbers={"why": why, "p": needed})
         tests = tests._replace(reason=doubt.then(tests.reason), growth=growth)
     return fitted.calibrate(tests._replace(verified=max(tests.verified, needed)))
 
@@ -132,11 +133,11 @@ def fall_tests(fitted: Fit) -> PathTests:
     slope, bias, last = fitted.slope, fitted.bias.bound, fitted.levels[-1]
     low, high = fitted.interval
     if not np.isfinite([low, high]).all():
-        return PathTests.none("no finite interval")
+        return PathTests.none("the interval of the order along paths is not finite")
     size = f"{quantity.means()[last]:.2g} at h = {quantity.h[last]:.3g}"
-    text = "errors go with h^{order:.2f}, at least {low:.2f} and at most {high:.2f}, to {size}"
+    text = "error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; a limit off by a third of it is not seen"
     figures = {"order": slope.value, "low": low, "high": high, "size": size}
-    reason = Reason(text, Kind.ORDER, figures).then(SHOWS)
+    reason = Reason(text, Kind.ORDER, figures)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)
     grown = slope.p_below(0.0, bias)
     if not _may_refute(fitted) or fitted.rises:
@@ -163,7 +164,7 @@ def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) 
     ratio = finest_error / quantity.means()[levels]
     bound = float(np.abs(weights) @ -np.log2(1.0 - ratio)) if (ratio < 1.0).all() else np.inf
     share = f"{finest_error / quantity.means()[levels[-1]]:.0%}"
-    return Bias(bound, f"the scheme's finest paths, off by {share} of the least error", True)
+    return Bias(bound, f"the scheme's finest paths (off by {share} of the least error)", True)
 
 
 def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
@@ -173,11 +174,12 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
     levelled = quantity.contrast(fitted.levels, LEVELLED).p_below(0.0, bias) if _may_refute(fitted) else 1.0
     reason, growth = tests.reason, tests.growth
     if levelled <= 0.5 * evidence.level:
-        text = f"{Kind.WRONG_LIMIT}: errors level off, falling less than half as fast as successive differences"
+        text = f"{Kind.WRONG_LIMIT}: errors fall less than half as fast as successive differences"
         reason = Reason(text, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
         low = contrast.interval(confidence, bias)[0]
-        reason = Reason(f"contrast at least {low:.3f}, of a right limit above {RIGHT_LIMIT}").then(reason)
+        text = f"limit not confirmed: order of errors less that of their differences {low:.2f}, {RIGHT_LIMIT} is due"
+        reason = Reason(text).then(reason)
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
 
@@ -185,7 +187,9 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
 def _towards_its_own(evidence: Evidence, tests: PathTests) -> PathTests:
     growth = np.inf if tests.verified <= evidence.level else tests.growth
     return tests._replace(
-        verified=1.0, growth=growth, reason=Reason("towards its own limit").then(tests.reason, ", ")
+        verified=1.0,
+        growth=growth,
+        reason=Reason("towards the scheme's own limit, as no exact solution is known").then(tests.reason),
     )
 
 
@@ -237,7 +241,7 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
     claim = covered.claim
     if claim is None or claim.quantities or not (isinstance(claim.value, Order) and claim.value.least > ROUGH):
         return covered
-    text = f"an order above {ROUGH} that names no quantities is claimed at grid points"
+    text = f"no claim about {quantity}: an order above {ROUGH} is claimed at grid points"
     return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))
 
 

@@ -126,7 +126,7 @@ class Uniformity(Measure):
         if covered.claim is None:
             return found
         if record is None:
-            reason = why_not_uniform_defects(evidence.scheme, evidence.view) or "not probed"
+            reason = why_not_uniform_defects(evidence.scheme, evidence.view) or "the step cannot be probed"
             open_ = finding(covered, local_doubt(reason))
             return found._replace(findings=(*found.findings, open_))
         names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
@@ -172,7 +172,7 @@ def _inexact(scheme: Scheme, one: Problem) -> bool:
 
 def _why_not_paired(scheme: Scheme, one: Problem) -> str:
     if scheme.law.bounded:
-        return f"nothing is exact, and its {scheme.law.name} increments are not Brownian: step sizes share no paths"
+        return f"nothing is exact, and step sizes share no paths, as {scheme.law.name} increments are not Brownian"
     return "" if one.observables else "nothing is exact, and the problem has no observables"
 
 
@@ -199,33 +199,40 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
         return Opinion(Verdict.INCONCLUSIVE, reason)
     below = [each for each in named if each[1].resolved and each[1].most < bound]
     if below:
-        return Opinion(Verdict.REFUTED, _order(record, *min(below, key=lambda each: each[1].order)))
+        return Opinion(Verdict.REFUTED, _order(record, bound, *min(below, key=lambda each: each[1].order)))
     open_ = [label for label, found in named if not found.resolved and found.seen]
     if open_:
-        return Opinion(Verdict.INCONCLUSIVE, Reason(f"the error is not resolved of {', '.join(open_)}"))
+        return Opinion(Verdict.INCONCLUSIVE, Reason(f"the error of {', '.join(open_)} is below the noise"))
     resolved = [each for each in named if each[1].resolved]
     least = min(resolved, key=lambda each: each[1].order, default=None)
-    reason = _order(record, *least) if least else Reason("no error is seen")
+    reason = (
+        _order(record, bound, *least) if least else Reason(f"no error beyond round-off at {len(record.h)} step sizes")
+    )
     reason = Reason.of(reason, *(_list_unresolved(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
-        return Opinion(Verdict.INCONCLUSIVE, reason.then("there is an eps that nothing is known for", ": "))
+        return Opinion(Verdict.INCONCLUSIVE, reason.then("none is known for every eps"))
     if all(found.least >= bound for _, found in resolved):
         return Opinion(Verdict.VERIFIED, reason)
-    return Opinion(Verdict.INCONCLUSIVE, reason.then("known too little"))
+    return Opinion(
+        Verdict.INCONCLUSIVE,
+        reason.then(
+            f"known within [{min(f.least for _, f in resolved):.2f}, {max(f.most for _, f in resolved):.2f}]"
+        ),
+    )
 
 
 def _list_unresolved(label: str, found: Supremum) -> str:
-    return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
+    return f"{label} is below the noise for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 
-def _order(record: UniformErrors, label: str, found: Supremum) -> Reason:
+def _order(record: UniformErrors, bound: float, label: str, found: Supremum) -> Reason:
     last = int(np.flatnonzero(np.isfinite(found.high)).max(initial=0))
     if np.isinf(found.value[-1]):
         where = f"h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
         return Reason(f"the error of {label} is not bounded: infinite at {where}")
     where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
-    text = "order {order:.3f} of the supremum over eps of the error of {label}"
-    return Reason(text, Kind.ORDER, {"order": found.order, "label": label}).then(where)
+    text = "order {order:.2f} of the supremum over eps of the error of {label}, {where}; accepted from {bound:.3g}"
+    return Reason(text, Kind.ORDER, {"order": found.order, "label": label, "where": where, "bound": bound})
 
 
 def _names(evidence: Evidence, name: str) -> list[str]:
@@ -269,8 +276,8 @@ def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]
     worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
 
     def judge(claim: Any) -> Opinion:
-        figures = {"order": order[worst], "functional": against[worst], "claimed": claim.value.least}
-        reason = Reason("local order {order:.3f} in {functional}; claimed {claimed}", Kind.ORDER, figures)
+        figures = {"order": order[worst], "functional": against[worst], "bar": claim.value.bar}
+        reason = Reason("one-step order {order:.2f} of {functional}; {bar}", Kind.ORDER, figures)
         verdict, remark = _verdict(claim.value.floor, record, order, ahead)
         return Opinion(verdict, reason.then(remark), 1)
 
@@ -303,4 +310,4 @@ def _verdict(bound: float, record: UniformDefects, order: Array, ahead: Array) -
     if np.all(np.minimum(order, ahead) >= bound):
         return Verdict.VERIFIED, ""
     lost = int(np.sum(record.failed > 0.0))
-    return Verdict.INCONCLUSIVE, f"steps without root at {lost} step sizes" if lost else "not settled"
+    return Verdict.INCONCLUSIVE, f"steps without root at {lost} step sizes" if lost else "still changing with h"

@@ -191,7 +191,7 @@ def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> PairedMean
 def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: PairedMeans) -> Finding:
     covered = coverage(evidence, MEASURE, name)
     order, details = np.full(3, np.nan), {}
-    lost = Reason("steps without root on more than one path in a hundred for all eps")
+    lost = Reason(f"for all eps a step has no root on more than {100.0 * FAILED:g} % of the paths")
     opinion = Opinion(Verdict.INCONCLUSIVE, lost)
     if len(sample.eps):
         bands = sample.bands(evidence.settings.confidence)
@@ -209,7 +209,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Order, sample: Pai
         where = f"h = {0.5 * record.h[-1]:.3g}, eps = {sample.eps[lost[:, -1].argmax()]:.3g}"
         return Opinion(Verdict.REFUTED, Reason(f"the error is not bounded: paths are not finite at {where}"))
     if lost.any():
-        return Opinion(Verdict.INCONCLUSIVE, Reason("some paths are not finite"))
+        return Opinion(Verdict.INCONCLUSIVE, Reason(f"{int(lost.max())} of {paths} paths are not finite"))
     order = claim.floor
     falls, (stays, worst) = sample.falls(order), sample.stays(order)
     shown = sample.of(worst) if stays <= evidence.level else sample
@@ -221,7 +221,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Order, sample: Pai
     more = min(sample_growth(p, evidence.level, len(sample.D)) for p in (falls, stays))
     if opinion.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
         needed = {"paths": float(f"{run_of(more * paths):.1g}")}
-        return opinion.plus(Reason("about {paths:.0f} paths of a run would decide", Kind.MORE_PATHS, needed))
+        return opinion.plus(Reason("about {paths:.0f} paths would decide", Kind.MORE_PATHS, needed))
     return opinion
 
 
@@ -229,17 +229,15 @@ def _order(evidence: Evidence, claim: Order, sample: PairedMeans, paths: int) ->
     bands = sample.bands(evidence.settings.confidence)
     (order, low, high), at = sample.order(bands), sample.place(bands, -1)
     over = f"{len(sample.eps)} eps from {sample.eps[0]:.3g} to {sample.eps[-1]:.3g}"
-    text = (
-        "order {order:.3f} of the supremum over {over}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
-    )
-    figures = {"order": order, "over": over, "low": low, "high": high, "claimed": claim.least}
-    where = f"{at['functional']}, eps = {at['worst_eps']:.3g} at h = {sample.h[-1]:.3g}"
+    text = "order {order:.2f} [{low:.2f}, {high:.2f}] of the supremum over {over}; {bar}"
+    figures = {"order": order, "over": over, "low": low, "high": high, "bar": claim.bar}
+    where = f"{at['functional']} at eps = {at['worst_eps']:.3g}, h = {sample.h[-1]:.3g}"
     return Reason(text, Kind.ORDER, figures).then(f"{where}, {paths} paths")
 
 
 def _missing_eps(eps: Array) -> str:
     which = f"eps = {eps[0]:.3g}" if len(eps) == 1 else f"{len(eps)} eps from {eps[0]:.3g} to {eps[-1]:.3g}"
-    return f"nothing is known for {which}, where more than one path in a hundred met a step without root"
+    return f"nothing is known for {which}, where a step has no root on more than {100.0 * FAILED:g} % of the paths"
 
 
 def _levels(evidence: Evidence, name: str, sample: PairedMeans) -> Iterator[LevelFinding]:

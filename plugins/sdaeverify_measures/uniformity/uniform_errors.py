@@ -334,7 +334,7 @@ def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
     """Return why nothing is known of one step of a family for all eps, or an empty string."""
     law, motions = scheme.law, view.noise_dim
     if law.bounded and len(law.values) ** (2 * motions) > MOST_PAIRS:
-        return f"two steps with {law.name} increments in {motions} dimensions have too many atoms"
+        return f"two steps with {law.name} increments in {motions} dimensions take too many values"
     return OneStep(scheme, member(view)).why_not_probed()
 
 

@@ -93,4 +93,4 @@ def _show(rows: list[Row]) -> None:
     counts = Counter(str(row["status"]) for row in rows)
     words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)
     style = "red" if counts["failed"] else "green"
-    console.print(f"{len(rows)} answers: {words}", style=style, soft_wrap=True)
+    console.print(f"{len(rows)} checks: {words}", style=style, soft_wrap=True)

@@ -5,7 +5,7 @@ Words are told by docstrings and by what is registered: forms, traits, noise and
 
 import inspect
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain
 from typing import Any
 
@@ -14,8 +14,10 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+import sdaeverify
+
 from ... import forms
-from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
+from ...contracts.labels import REQUIRED, Parameter, describe_kind, did_you_mean, parse_label
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.specs import ProblemSpec
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
@@ -43,7 +45,7 @@ LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parame
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
     """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
 
-    Or about a word: a form such as SDE, traits, noise, claims, measures.
+    Or about a word: a form such as SDE, traits, noise, claims, measures, a public name such as Scheme.
     """
     registry, label = load_quietly(plugins), parse_label(name)
     if label.name not in _names(registry):
@@ -169,8 +171,14 @@ def _item(told: str | Mapping[str, Any]) -> str:
 def _parameters(entry: Registered) -> list[str]:
     if not entry.parameters:
         return []
-    told = ((p.name, "required" if p.default is REQUIRED else p.default, p.default) for p in entry.parameters)
-    return ["parameters and defaults:", *(f"  {name} = {value}  ({describe_kind(d)})" for name, value, d in told)]
+    choices = entry.thing.choices if isinstance(entry.thing, Scheme) else {}
+    return ["parameters and defaults:", *(f"  {_parameter(p, choices.get(p.name, ()))}" for p in entry.parameters)]
+
+
+def _parameter(told: Parameter, choices: Collection[str]) -> str:
+    value = "required" if told.default is REQUIRED else told.default
+    kind = f"one of {', '.join(choices)}" if choices else describe_kind(told.default)
+    return f"{told.name} = {value}  ({kind})"
 
 
 def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
@@ -202,7 +210,7 @@ def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
 
 def concept_names(registry: Registry) -> set[str]:
     """Return the words that `describe_concept` knows."""
-    return {*CONCEPTS, *_forms(registry)}
+    return {*CONCEPTS, *_forms(registry), *sdaeverify.__all__}
 
 
 def describe_concept(name: str, registry: Registry) -> list[str]:
@@ -216,7 +224,9 @@ def describe_concept(name: str, registry: Registry) -> list[str]:
     """
     if name in CONCEPTS:
         return [name, *CONCEPTS[name](registry)]
-    return [f"form {name}", *_form(_forms(registry)[name], registry)]
+    if name in (known := _forms(registry)):
+        return [f"form {name}", *_form(known[name], registry)]
+    return [f"sdaeverify.{name}", "", *docstring(getattr(sdaeverify, name)).splitlines()]
 
 
 def _forms(registry: Registry) -> dict[str, type[Problem]]:
@@ -232,11 +242,18 @@ def _schemes(registry: Registry) -> list[Scheme]:
 
 def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
     yield from ("", *docstring(form).splitlines(), "")
-    solving = (scheme.name for scheme in _schemes(registry) if form in scheme.forms)
+    solving = [scheme.name for scheme in _schemes(registry) if issubclass(form, scheme.forms)]
     yield f"schemes that solve it: {', '.join(solving) or 'none'}"
-    functions = ((entry.name, inspect.signature(entry.thing)) for entry in registry.problems.values())
-    having = (name for name, signature in functions if signature.return_annotation in {form, form.__name__})
-    yield f"problems that are declared to have it: {', '.join(having) or 'none'}"
+    functions = ((entry, inspect.signature(entry.thing)) for entry in registry.problems.values())
+    having = [entry for entry, signature in functions if signature.return_annotation in {form, form.__name__}]
+    if having:
+        example = having[0].make({})
+        problem = make(example.label, example.build, given=False)
+        seen = (
+            scheme.name for scheme in _schemes(registry) if scheme.view_of(problem) and scheme.name not in solving
+        )
+        yield f"schemes that solve another view of {example.label}: {', '.join(seen) or 'none'}"
+    yield f"problems that are declared to have it: {', '.join(entry.name for entry in having) or 'none'}"
     yield f"traits that it declares: {', '.join(map(str, form.declared_traits)) or 'none'}"
 
 

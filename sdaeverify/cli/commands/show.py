@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from rich.text import Text
 
+from ...contracts.labels import did_you_mean
 from ...errors import UsageError
 from ...report.cells import grouped
 from ...report.class_words import class_lines, class_notes, hint
@@ -26,7 +27,7 @@ INDENT = "    "
 @click.command(short_help="Look again at a finished run.")
 @click.argument("what", nargs=-1, metavar="[DIR] [SCHEME] [PROBLEM]")
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures: names or globs.")
-@click.option("--open", "left_open", is_flag=True, help="What is refuted, failed or undecided, all of it.")
+@click.option("--open", "left_open", is_flag=True, help="What is refuted, failed or inconclusive, all of it.")
 @options.as_json
 @options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:
@@ -35,12 +36,14 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     With SCHEME, what was found of each quantity; with PROBLEM, too, why, and the command that does it again.
     """
     folder, scheme, problem = _places(what)
+    if scheme and folder == FOLDER and not (folder / RUN).is_file():
+        raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
     tables = read_verdicts(folder)
     chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
     rows = [*map(VerdictRow.from_row, chosen)]
     if not (rows or absent):
-        about = ", ".join([" on ".join(filter(None, (scheme, problem))), *measures])
-        raise UsageError(f"nothing in {folder} is about {about}")
+        about = ", ".join(filter(None, [" on ".join(filter(None, (scheme, problem))), *measures]))
+        raise UsageError(f"nothing in {folder} is about {about}{_meant(tables, scheme, problem)}")
     shown = [row for row in rows if row.verdict in ATTENTION] if left_open else rows
     console = output()
     width, plain = console.width, console.options.ascii_only
@@ -73,6 +76,16 @@ def _places(what: Sequence[str]) -> tuple[Path, str, str]:
         raise UsageError(f"show takes a folder, a scheme and a problem, got {len(what)} words")
     scheme, problem = [*words, "", ""][:2]
     return folder, scheme, problem
+
+
+def _meant(tables: SavedTables, scheme: str, problem: str) -> str:
+    """Return a hint where a name is nearly that of a scheme or problem of the run."""
+    rows = [*tables.verdicts, *tables.absent]
+    for kind, word in (("scheme", scheme), ("problem", problem)):
+        names = {row[kind] for row in rows}
+        if word and not any(_is_named(name, word) for name in names):
+            return did_you_mean(word, names)
+    return ""
 
 
 def _is_path(word: str) -> bool:

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.claimed import bar
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
@@ -114,7 +115,7 @@ def operator_orders(record: TransitionErrors, view: Problem) -> dict[str, Functi
 
 def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
     if covered.claim is not None and known is None:
-        opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("it is no function of the problem's chart"))
+        opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("not a function of the coordinates of the problem's chart"))
     else:
         opinion = judge_claim(covered, lambda claim: _opinion(claim.value.least, known or NO_ORDER))
     order = known or NO_ORDER
@@ -133,14 +134,17 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
     if not found.resolved:
         return Opinion(Verdict.INCONCLUSIVE, Reason(found.note))
     if not found.informative:
-        return Opinion(Verdict.NOT_APPLICABLE, Reason(f"uninformative: {found.note}"))
-    bound, figures = claimed - TOLERANCE, {"order": found.order, "claimed": claimed}
-    reason = Reason("order {order:.3f} as h tends to 0, claimed {claimed}", Kind.ORDER, figures).then(found.note)
+        return Opinion(Verdict.NOT_APPLICABLE, Reason(f"not informative: {found.note}"))
+    bound = claimed - TOLERANCE
+    figures = {"order": found.order, "claimed": claimed, "bar": bar(claimed, bound)}
+    reason = Reason("order {order:.2f} as h tends to 0; {bar}", Kind.ORDER, figures).then(found.note)
+    if np.isinf(found.order):
+        reason = Reason(f"{found.note}: order {claimed:g} holds", Kind.ORDER, figures)
     if found.low >= bound:
         return Opinion(Verdict.VERIFIED, reason)
     if found.high < bound:
         return Opinion(Verdict.REFUTED, Reason(found.note, Kind.WRONG_LIMIT) if found.order == 0.0 else reason)
-    return Opinion(Verdict.INCONCLUSIVE, reason.then(f"it is at least {found.low:.3f} and at most {found.high:.3f}"))
+    return Opinion(Verdict.INCONCLUSIVE, reason.then(f"known within [{found.low:.2f}, {found.high:.2f}]"))
 
 
 def _local_order(h: Array, errors: Array, level: int) -> float:
@@ -191,7 +195,7 @@ class Invariant(Measure):
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without known invariant means."""
         known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
-        return "" if known else "no mean under an invariant law is known for the problem"
+        return "" if known else "no mean under the invariant law is known for the problem"
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
@@ -295,5 +299,5 @@ def _truths(view: Problem) -> list[InvariantMean]:
 
 def _without_chart(evidence: Evidence, truth: InvariantMean) -> Finding:
     covered = coverage(evidence, Invariant.name, truth.observable)
-    reason = "no chart serves the scheme, and no relaxation time is known for which chains should run"
+    reason = "neither a chart that serves the scheme nor a relaxation time for chains is declared"
     return finding(covered, leave_open(covered, reason))

@@ -116,10 +116,10 @@ def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
     wrong = {"failed paths": record.failed > 0, "truncated steps": record.truncated > 0}
     remarks += [at_levels(what, where) for what, where in wrong.items() if where.any()]
     if len(record.time) and not record.stationary:
-        remarks.append(f"the record does not look stationary after a burn-in of {float(record.burn_in):.3g}")
+        remarks.append(f"chains are not stationary after a burn-in of {float(record.burn_in):.3g}")
     if float(record.contraction) >= CONTRACTING:
-        text = f"distance ratio {float(record.contraction):.2g}"
-        remarks.append(f"chains with the same noise do not approach each other ({text}): pairing gains little")
+        ratio = f"distance ratio {float(record.contraction):.2g}"
+        remarks.append(f"chains of the same noise do not approach each other ({ratio})")
     return levels, remarks
 
 
@@ -181,7 +181,7 @@ def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
     sizes = _blown_up(record)
     if not sizes or opinion.verdict is Verdict.REFUTED:
         return opinion
-    text = "no stationary mean at h = {sizes}, where chains diverge: claimed is a bound at every step size"
+    text = "no stationary mean at h = {sizes}, where chains diverge; claimed is a bound at every step size"
     reason = Reason(text, numbers={"sizes": ", ".join(f"{h:.3g}" for h in sizes)})
     return Opinion(Verdict.REFUTED, reason.then(opinion.reason), p_verified=1.0, p_refuted=0.0)
 
@@ -198,7 +198,7 @@ def _opinion(
     low, high = last.order_interval(evidence.settings.confidence)
     order = order_in(last.order, low, high, claim)
     left, se = _mean(last.remainder(claim.least))
-    off = "off by {left:.1g} with standard error {se:.1g}"
+    off = "off by {left:.1g} (standard error {se:.1g})"
     limit, wrong = (
         Reason(text, kind, {"left": left, "se": se})
         for text, kind in ((f"limit {off}", Kind.PLAIN), (f"{Kind.WRONG_LIMIT}: {off}", Kind.WRONG_LIMIT))
@@ -206,12 +206,14 @@ def _opinion(
     if tests.refuted <= evidence.level:
         verdict, reason = Verdict.REFUTED, order if tests.slow < tests.wrong else wrong
     elif last.changes_sign():
-        verdict, reason = _uninformative("its bias changes sign between step sizes", others, one)
+        verdict, reason = _uninformative("bias changes sign between step sizes", others, one)
     elif tests.verified <= evidence.level:
         verdict, reason = Verdict.VERIFIED, order.then(limit)
     elif not one.resolved:
         least = np.abs(last.signals).min()
-        text = f"its bias is not seen: a mean difference is {least:.1f} standard errors"
+        text = Reason(
+            "bias below the noise ({standard_errors:.1f} standard errors)", numbers={"standard_errors": least}
+        )
         needed = _ask_for_chains(record, (RESOLVED / least) ** 2 if least else np.inf)
         verdict, reason = _uninformative(text, others, one, needed)
     else:
@@ -221,12 +223,12 @@ def _opinion(
 
 
 def _uninformative(
-    text: str, others: Sequence[ObservableBias], one: ObservableBias, needed: Reason | str = ""
+    text: Reason | str, others: Sequence[ObservableBias], one: ObservableBias, needed: Reason | str = ""
 ) -> tuple[Verdict, Reason]:
     shown = [other.name for other in others if other is not one and other.resolved]
     if not shown:
-        return Verdict.INCONCLUSIVE, Reason(text).then(needed)
-    return Verdict.NOT_APPLICABLE, Reason(f"uninformative: {text}, while that of {', '.join(shown)} is told")
+        return Verdict.INCONCLUSIVE, Reason.of(text, needed)
+    return Verdict.NOT_APPLICABLE, Reason(f"not informative: {text}, that of {', '.join(shown)} is resolved")
 
 
 def _ask_for_chains(record: ChainRecord, growth: float) -> Reason:
@@ -266,8 +268,8 @@ def _too_dear(evidence: Evidence, record: ChainRecord) -> str:
     relaxation, h = evidence.view.relaxation_time, float(record.h[0]) * (0.5 if record.lost[0] > 0 else 1.0)
     if len(record.time) or (steps := ChainPlan(h, relaxation, 0).first_look) <= MOST_FIRST:
         return ""
-    taken = f"{steps} steps of size {h:.2g} and below, as the relaxation time is {relaxation:.3g}"
-    bound = f"at most {MOST_FIRST} are made, with sizes from {h * steps / MOST_FIRST:.2g} on"
+    taken = f"{steps} steps of h = {h:.2g} and below (relaxation time {relaxation:.3g})"
+    bound = f"at most {MOST_FIRST} are made, from h = {h * steps / MOST_FIRST:.2g} on"
     return f"chains would take {taken}; {bound}"
 
 

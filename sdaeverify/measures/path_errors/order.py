@@ -88,9 +88,9 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-EXACT = "exact to round-off at every level"
+EXACT = "exact to round-off at all {levels} step sizes"
 # Who stands still is exact on a solution that does not move.
-STILL = "the solution does not move beyond rounding"
+STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"
 # Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
 FALLING = 0.75 * (2.0**0.5 - 1.0)
 
@@ -143,19 +143,30 @@ class Fit(NamedTuple):
         return with_sample(tests, self.quantity.paths, heavy=heavy)
 
 
-def judge_exact(evidence: Evidence, quantity: Quantity) -> Opinion | None:
-    """Return what errors at rounding say of any claim; None where there are larger ones."""
-    if not _is_exact(evidence, quantity):
+def judge_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool = False) -> Opinion | None:
+    """Return what errors at rounding say of any claim; None where there are larger ones.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    confirmed : bool, optional
+        Whether one step is exact as well: then the scheme's own finest steps may stand for the exact solution.
+    """
+    if not _is_exact(evidence, quantity, confirmed=confirmed):
         return None
     still = quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1]))
-    return Opinion(*((Verdict.INCONCLUSIVE, Reason(STILL)) if still else (Verdict.VERIFIED, Reason(EXACT))))
+    if still:
+        return Opinion(Verdict.INCONCLUSIVE, Reason(STILL, numbers={"moved": quantity.moved}))
+    return Opinion(Verdict.VERIFIED, Reason(EXACT, numbers={"levels": len(quantity.h)}))
 
 
-def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
-    """Tell whether errors against an independent truth are rounding at every level, and no step went wrong."""
-    # A scheme that is its own reference may do nothing at all, and agree with itself.
+def _is_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool) -> bool:
+    """Tell whether errors against a truth are rounding at every level, and no step went wrong."""
+    # A scheme that is its own reference may do nothing at all, and agree with itself: one step shows that.
     health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
-    if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
+    if (evidence.problem.pathwise is None and not confirmed) or health["failed"].any() or health["truncated"].any():
         return False
     return bool(np.all(quantity.means() <= 64.0 * rounding))
 
@@ -180,7 +191,7 @@ def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = F
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
-        remarks = remarks.then(at_levels("rounding", rounding))
+        remarks = remarks.then(at_levels("round-off", rounding))
     # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
     stiff = quantity.h > evidence.problem.fastest_time
     if stiff.any():
@@ -215,10 +226,12 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
     evidence, quantity = fitted.evidence, fitted.quantity
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
-        return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
+        return PathTests.none(f"no finite interval of the order: the {bias.reference} is too coarse or not finite")
     claimed = claim.value
     if truth is not None and isinstance(claimed, Order) and not truth.order >= claimed.least + 0.5:
-        return PathTests.none(f"{bias.reference}: it should be half an order above the claim")
+        return PathTests.none(
+            f"the {bias.reference} should have an order of {claimed.least + 0.5:g} at least to decide"
+        )
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
@@ -227,11 +240,13 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(
-            verified=1.0, growth=growth, reason=tests.reason.then("towards its own limit", ", but ")
+            verified=1.0,
+            growth=growth,
+            reason=tests.reason.then("towards the scheme's own limit, as no exact solution is known", ", but "),
         )
     if low and fitted.rises:
         # Steps too coarse look like a wrong limit, too.
-        tests = tests.held("it still rises with refinement", "add finer levels")
+        tests = tests.held("the order still rises: take finer steps")
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
         coarse = _coarse(evidence, int(fitted.levels[-1]))
@@ -253,9 +268,9 @@ def _coarse(evidence: Evidence, finest: int) -> str:
         error, grows = each.means()[finest], each.local_orders[finest - 1].p_below(0.0) <= SUSPECT
         rising = changes[-1] > changes[0] and not grows
         if error > COARSE * each.motion and (changes[-1] > FALLING * error or rising):
-            off = f"{each.name} is off by {error / each.motion:.0%} of what the solution moves"
-            halved = "halving the step still changes that: no order shows; add finer levels"
-            return f"{off} at h = {each.h[finest]:.3g}, and {halved}"
+            off = f"the error of {each.name} is {error / each.motion:.0%} of what the solution moves"
+            halved = "still changes as h is halved: take finer steps"
+            return f"{off} at h = {each.h[finest]:.3g} and {halved}"
     return ""
 
 
@@ -264,7 +279,7 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
     if not (isinstance(claim.value, Order) and rise > RISING and ahead >= claim.value.floor):
         return ""
-    return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
+    return f"the order rises, to {ahead:.2f} at the next step size: take finer steps"
 
 
 def asymptotic_order(fitted: Fit) -> tuple[float, float]:
@@ -304,19 +319,20 @@ def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
     low, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), fitted.p_wrong_limit
     if wrong <= 0.5 * evidence.level and early:
-        why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
-        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")
+        return PathTests(1.0, 2.0 * wrong, tests.reason).held(
+            _limit("limit not confirmed", "most", high), "take finer steps"
+        )
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
-        text = f"{Kind.WRONG_LIMIT}: errors level off (contrast at most {{contrast:.3f}})"
-        reason = _limit(text, high, Kind.WRONG_LIMIT).then(reason)
+        reason = _limit(f"{Kind.WRONG_LIMIT}, errors level off", "most", high, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
-        reason = reason.then(_limit("limit not confirmed (contrast at least {contrast:.3f})", low))
+        reason = reason.then(_limit("limit not confirmed", "least", low))
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     limit = 1.0 if early else min(1.0, 2.0 * wrong)
     either = min(limit, 2.0 * tests.refuted)
     return PathTests(max(tests.verified, right), either, reason, growth, limit=limit)
 
 
-def _limit(text: str, contrast: float, kind: str = Kind.PLAIN) -> Reason:
-    return Reason(text, kind, {"contrast": contrast})
+def _limit(text: str, end: str, contrast: float, kind: str = Kind.PLAIN) -> Reason:
+    compared = f"order of errors less that of their differences at {end} {{contrast:.2f}}, {RIGHT_LIMIT} is due"
+    return Reason(f"{text}: {compared}", kind, {"contrast": contrast})

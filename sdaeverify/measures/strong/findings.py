@@ -1,13 +1,13 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
-from math import isnan
+from math import isfinite, isinf, isnan
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.claimed import Order
+from ...contracts.claimed import Order, bar
 from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
@@ -43,6 +43,10 @@ RISING = 2.0 * ACCURACY
 STRONG_COLUMNS = {
     "local_consistent": "whether one step follows the equation as h tends to 0",
     "solver_plateau_h": "step size below which the tolerance of a solver hides the local error; 0 for none",
+    "rms_defect_order": "power of h of the root mean square error of one step",
+    "mean_defect_order": "power of h of the mean error of one step",
+    "euler_rms_order": "power of h of the root mean square distance of one step from Euler's",
+    "euler_mean_order": "power of h of the mean distance of one step from Euler's",
     "std_error": "standard error of the order along paths",
     "order_L1/2": "the same in the L1/2 norm",
     "order_L2": "the same in the L2 norm",
@@ -96,6 +100,11 @@ class _Local(NamedTuple):
         return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
 
     @property
+    def exact(self) -> bool:
+        verified = self.opinion is not None and self.opinion.verdict is Verdict.VERIFIED
+        return verified and self.order is not None and isinf(self.order.order)
+
+    @property
     def details(self) -> dict[str, object]:
         if self.order is None:
             return {}
@@ -103,6 +112,10 @@ class _Local(NamedTuple):
             "local_order": self.order.order,
             "local_consistent": self.order.consistent,
             "solver_plateau_h": self.order.plateau_h,
+            "rms_defect_order": self.order.p2,
+            "mean_defect_order": self.order.p1,
+            "euler_rms_order": self.order.q2,
+            "euler_mean_order": self.order.q1,
         }
 
 
@@ -213,7 +226,7 @@ def _finding(
     usable: tuple[Array, Reason],
 ) -> Finding:
     local = _local(evidence, covered, order)
-    if (exact := judge_exact(evidence, quantity)) is not None:
+    if (exact := judge_exact(evidence, quantity, confirmed=local.exact)) is not None:
         opinion = local.opinion.plus(exact.reason) if local.opinion is not None and local.decides else exact
         opinion = opinion if covered.claim else opinion._replace(verdict=Verdict.OUT_OF_SCOPE)
         seen = strong_resolution(evidence, quantity, len(quantity.h) - 1, covered.claim)
@@ -256,7 +269,7 @@ def _put_to_lower(tests: PathTests, claim: Order, fitted: Fit) -> PathTests:
     further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
     if further > SUSPECT:
         return tests
-    reason = tests.reason.then("nearer to an order below the claim than to the claim")
+    reason = tests.reason.then("nearer to a lower order than to the claim")
     return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
@@ -280,8 +293,7 @@ def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, l
         return opinion
     if local.opinion.verdict is Verdict.REFUTED:
         return local.opinion
-    unguarded = local.opinion.reason.then("no paths to guard it", ", but ").then(opinion.reason, ": ")
-    return opinion._replace(reason=unguarded)
+    return opinion._replace(reason=local.opinion.reason.then(opinion.reason, ", but along paths "))
 
 
 def unknown_findings(evidence: Evidence, measure: str, orders: Orders) -> Iterator[Finding]:
@@ -343,34 +355,43 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
     Opinion
         Refuted as inconsistent only where most states are, at some time.
     """
-    figures, bound = _figures(order), claim - TOLERANCE
+    powers, bound = _powers(order.p2, order.p1), claim - TOLERANCE
+    figures = f" (error of one step: {powers})" if powers else ""
     unknown = isnan(order.q2) or (order.means and isnan(order.q1))
     if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
-        return _inconsistent(order, bound, figures, sharp=sharp)
+        return _inconsistent(order, bound, sharp=sharp)
     if unknown or isnan(order.order):
-        known = f"; {figures}" if figures else ""
-        return local_doubt(f"no local order: the map is not finite or a solver's tolerance hides its defects{known}")
-    text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
+        return local_doubt(
+            f"no order from one step: it is not finite, or a solver's tolerance hides its error{figures}"
+        )
+    text, asked = f"{_in_words(order.order)} from one step{figures}", bar(claim, bound)
     if order.order < bound:
         within = order.order >= claim - margin
-        doubt = local_doubt(f"{text}; within the margin {margin:g}", against=True)
-        return doubt if within else _too_low(order, bound, text, sharp=sharp)
+        doubt = local_doubt(f"{text}; {asked}, refuted below {claim - margin:.3g}", against=True)
+        return doubt if within else _too_low(order, claim, text, sharp=sharp)
     if order.ahead < bound:
-        return local_doubt(f"{text}; still falling, to {order.ahead:.3f}", _kind(order), against=True)
-    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
+        falling = f"{text}, falling to {order.ahead:.2f} at the next step size; {asked}"
+        return local_doubt(falling, _kind(order), against=True)
+    void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
     if not order.means:
-        return local_doubt(f"{text}; means are not resolved{void}")
-    return local_opinion(Verdict.VERIFIED, f"local order {order.order:.3f}{void}")
+        text = f"{_in_words(order.order)} from the RMS error of one step, the mean error is not resolved"
+        return local_doubt(f"{text}{void}")
+    return local_opinion(Verdict.VERIFIED, f"{_in_words(order.order)} from one step; {asked}{void}")
 
 
-def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool) -> Opinion:
-    text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states; {figures}"
+def _in_words(order: float) -> str:
+    return "no error beyond round-off" if isinf(order) else f"strong order {order:.2f}"
+
+
+def _inconsistent(order: StrongOrder, bound: float, *, sharp: bool) -> Opinion:
+    text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states"
+    text = f"{text}: it is off Euler's by {_powers(order.q2, order.q1)}; h^0.9 and h^1.4 are due at least"
     if order.inconsistent_share > 0.5 and not order.consistent:
         if not sharp and order.consistent_later:
             return local_doubt(f"{text}; later steps do")
         return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
     if sharp and not order.consistent and order.typical < bound:
-        return local_opinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
+        return local_opinion(Verdict.REFUTED, f"strong order {order.typical:.2f} at most states; {text}")
     return local_doubt(text, Kind.INCONSISTENT if sharp else Kind.PLAIN, against=sharp)
 
 
@@ -379,17 +400,19 @@ def _kind(order: StrongOrder) -> Kind:
     return Kind.INCONSISTENT if order.ahead <= 0.0 else Kind.PLAIN
 
 
-def _figures(order: StrongOrder) -> str:
-    """Return the orders of defects that are known, in words: without means, p1 and q1 are not."""
-    named = ((name, getattr(order, name)) for name in ("p2", "p1", "q2", "q1"))
-    return ", ".join(f"{name} = {value:.3f}" for name, value in named if not isnan(value))
+def _powers(rms: float, mean: float) -> str:
+    """Return the powers of h that are known, of root mean squares and of means."""
+    named = (("RMS", rms), ("mean", mean))
+    return ", ".join(f"{name} ~ h^{value:.1f}" for name, value in named if isfinite(value))
 
 
-def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> Opinion:
+def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opinion:
+    bound = claim - TOLERANCE
+    text = f"{text}; {bar(claim, bound)}"
     if not sharp:
-        return local_doubt(f"{text}; the scheme's local order is not sharp")
+        return local_doubt(f"{text}; by the scheme's word, one step does not bound its order")
     rises = order.ahead > order.order + RISING and order.typical >= bound
     if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
         falls = order.ahead < order.order
-        return local_doubt(f"{text}; still changing, to {order.ahead:.3f}", _kind(order), against=falls)
+        return local_doubt(f"{text}; still changing, to {order.ahead:.2f}", _kind(order), against=falls)
     return local_opinion(Verdict.REFUTED, text)

@@ -10,6 +10,7 @@ Their order is a slope of log2 |mean difference|.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
@@ -35,18 +36,18 @@ from ..resolution import weak_resolution
 from .probe import WeakProbe, judge_probe, probe_weak, weak_probe
 
 STATE = "state"
-LOST = Reason("paths are lost at the finest level")
+LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
-TOO_FEW = Reason("fewer than three levels without failures")
-ROUNDING = Reason("no error beyond rounding")
-CHANGES_SIGN = Reason("uninformative: its error changes sign between levels")
+TOO_FEW = "paths have {levels} of {fewest} step sizes without failures"
+ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
+CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
 SLOWEST = 0.5
-SLOWER = "farther from the limit than the claimed order allows"
+SLOWER = "too far from the limit for the claim"
 
 # How far a mean is from what is known of its limit, and how far that is off itself.
 Off = tuple[Estimate, float]
@@ -94,9 +95,11 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
     if len(levels) < FEWEST:
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(TOO_FEW), TOO_FEW)
+        few = Reason(TOO_FEW, numbers={"levels": len(levels), "fewest": FEWEST})
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(few), few)
     if _without_error(evidence, means, levels):
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(ROUNDING), ROUNDING)
+        exact = Reason(ROUNDING, numbers={"levels": len(levels)})
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(exact), exact)
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
     if claim is None or not isinstance(claim.value, Order):
@@ -124,9 +127,8 @@ def _tests(
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        unresolved = Reason(
-            "mean differences unresolved ({errors:.1f} standard errors)", numbers={"errors": resolved}
-        )
+        text = "bias along paths below the noise ({standard_errors:.1f} standard errors)"
+        unresolved = Reason(text, numbers={"standard_errors": resolved})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         return tests._replace(limit=limit.refuted)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
@@ -190,20 +192,20 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     if means.coupled:
         return PathTests(0.0, 1.0, Reason())
     if off is None:
-        return PathTests.none("towards its own limit")
+        return PathTests.none("the exact mean is not known")
     error, allowed = off[0], _left(means, order, off)
     wrong = error.p_above(allowed)
     if means.heavy:
         # It may look wrong all the same.
-        return PathTests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
+        return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
     if _grows(means):
         # How far it is still to go, nobody can say.
-        return PathTests.none("mean differences do not fall yet")._replace(suspected=wrong)
+        return PathTests.none("mean differences do not fall yet: take finer steps")._replace(suspected=wrong)
     # What is off for the claimed order only tends to the limit, if more slowly.
     slowly = error.p_above(_left(means, SLOWEST, off)) > evidence.level
     text, kind = (SLOWER, Kind.PLAIN) if slowly else (Kind.WRONG_LIMIT, Kind.WRONG_LIMIT)
     figures = {"error": error.value, "left": allowed}
-    reason = Reason(f"{text}: off by {{error:.2g}}, where {{left:.2g}} is left", kind, figures)
+    reason = Reason(f"{text}: off by {{error:.2g}} at the finest step, {{left:.2g}} is allowed", kind, figures)
     return PathTests(0.0, wrong, reason if wrong <= evidence.level else Reason())
 
 
@@ -318,8 +320,8 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
 def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opinion:
     if covered.claim is None:
         return Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
-    if evidence.health.sums["lost"][-1] > 0:
-        return Opinion(Verdict.DIVERGED, LOST)
+    if (lost := _lost(evidence)) is not None:
+        return lost
     local, confirmed = judge_probe(evidence, covered.claim, covered.quantity)
     # What is known at T without sampling needs no paths to show it.
     tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
@@ -328,8 +330,14 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opini
         tests = tests._replace(refuted=tests.limit, suspected=tests.against)
     opinion = guard(local, tests, evidence)
     if sampled.has_few_levels and opinion.verdict is Verdict.VERIFIED:
-        return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then("no paths to guard it", ", but "))
+        return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then(sampled.remark, ", but "))
     return opinion
+
+
+def _lost(evidence: Evidence) -> Opinion | None:
+    """Return that paths are not finite at the finest level; None if all are."""
+    lost = float(evidence.health.sums["lost"][-1])
+    return Opinion(Verdict.DIVERGED, Reason(LOST, numbers={"lost": lost})) if lost > 0 else None
 
 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
@@ -337,12 +345,12 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     covered = coverage(evidence, Weak.name, STATE)
     opinion, _ = judge_probe(evidence, covered.claim, STATE)
     if covered.claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
-        open_ = leave_open(covered, "the problem has no observables, and probing does not decide")
+        open_ = leave_open(covered, "the problem has no observables, and one step does not decide")
         return finding(covered, open_, details=probed.details)
     method = METHODS[opinion.tier]
     sound, remarks = sound_levels_of(evidence)
-    if evidence.health.sums["lost"][-1] > 0:
-        opinion = Opinion(Verdict.DIVERGED, LOST)
+    if (lost := _lost(evidence)) is not None:
+        opinion = lost
     elif len(sound) < FEWEST and opinion.verdict is Verdict.VERIFIED:
         opinion = Opinion(Verdict.INCONCLUSIVE, opinion.reason.then(remarks, ", but "))
     return finding(covered, opinion, estimate=probed.order, method=method, details=probed.details)
@@ -358,8 +366,13 @@ def _enough(findings: list[Finding]) -> list[Finding]:
     sampled = [f for f in findings if f.tier == 3 and f.verdict is Verdict.VERIFIED]
     if len(sampled) >= FUNCTIONALS:
         return findings
-    doubt = f"paths alone verify with at least {FUNCTIONALS} informative functionals"
-    return [withhold(f, doubt) if f in sampled else f for f in findings]
+    doubt = f"paths alone need {FUNCTIONALS} informative observables and there {'is' if len(sampled) == 1 else 'are'}"
+    return [_held(f, f"{doubt} {len(sampled)}") if f in sampled else f for f in findings]
+
+
+def _held(found: Finding, doubt: str) -> Finding:
+    """Return a finding that is not verified, with the reason for it last: first what speaks for the claim."""
+    return withhold(replace(found, reason=found.reason.then(doubt, ", but ")), "")
 
 
 def _details(sampled: MeanOrder, confidence: float) -> dict[str, object]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.claimed import Order
+from ...contracts.claimed import Order, bar
 from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
@@ -184,7 +184,7 @@ def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoot
 
     Errors on a lattice jump about, and may be small by accident: that they are verifies nothing.
     """
-    words = f"{observable} has {found} where solutions go, and one step is known for smooth ones"
+    words = f"{observable} has {found} where solutions go: one step decides smooth observables alone"
     silent = local_doubt(words, Kind.NOT_SMOOTH)
     law = unpacked(POINTS, PointLaw, evidence.tally)
     if law is None:
@@ -192,9 +192,10 @@ def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoot
     place = list(evidence.view.observables).index(observable)
     exact = known_mean(evidence.problem, observable)
     order = largest_errors_order(law, place, nan if exact is None else exact)
+    asked = bar(claim, claim - TOLERANCE)
     if not order < claim - TOLERANCE:
         return silent
-    text = f"order {order:.3f} of the largest errors of E {observable} at T by the law on its points, claimed {claim}"
+    text = f"order {order:.2f} of the largest errors of E[{observable}] at T, by the law of its points; {asked}"
     if order < claim - FAR_BELOW:
         return Opinion(Verdict.REFUTED, Reason(text, Kind.NOT_SMOOTH), 2)
     return local_doubt(text, Kind.NOT_SMOOTH, against=True)
@@ -215,7 +216,7 @@ def _judge_named(
         judged = judge_weak(own, claim.least, max(TOLERANCE, claim.margin))
         if judged.verdict is Verdict.REFUTED:
             return judged, False
-    return local_doubt(f"of other functions than {observable}, which may be better: {opinion.reason}"), False
+    return local_doubt(f"{opinion.reason}; it is for other functions, and {observable} may be better"), False
 
 
 def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion | None:
@@ -225,7 +226,7 @@ def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion
     if found is None:
         return _global(weak_probe(evidence)._replace(moments=None), claim, observable)
     (found,) = widen([found], evidence.view)
-    text = f"weak order {found.order:.3f} of E {observable} at T by moments"
+    text = f"weak order {found.order:.2f} of E[{observable}] at T by moment equations"
     return _opinion(found.low, found.high, claim, text) if found.informative else None
 
 
@@ -246,18 +247,20 @@ def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) ->
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     if probed.moments is not None:
-        return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.3f} at T by moments")
+        return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.2f} at T by moment equations")
     found = probed.orders.get(observable)
     if found is None or not found.informative:
         return None
-    text = f"weak order {found.order:.3f} of E {observable} at T by the transition operator"
+    text = f"weak order {found.order:.2f} of E[{observable}] at T by the transition operator"
     return _opinion(found.low, found.high, claim, text)
 
 
 def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None:
-    if low >= claim - TOLERANCE:
-        return Opinion(Verdict.VERIFIED, Reason(text), 2)
-    return Opinion(Verdict.REFUTED, Reason(text), 2) if high < claim - TOLERANCE else None
+    bound = claim - TOLERANCE
+    reason = Reason(f"{text}; {bar(claim, bound)}")
+    if low >= bound:
+        return Opinion(Verdict.VERIFIED, reason, 2)
+    return Opinion(Verdict.REFUTED, reason, 2) if high < bound else None
 
 
 def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors:
@@ -318,23 +321,27 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
         the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
     """
-    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
+    void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
+    asked = f"{bar(claim, claim - tolerance)}{void}"
     low = order.orders < claim - tolerance
     short = low & order.settled & (order.last < claim - tolerance)
     moving = low & ~short
     if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
-        return local_doubt(f"no local weak order: steps are not finite, or a tolerance hides them{void}")
-    share = float(order.share(np.asarray(short.any(axis=0))))
+        return local_doubt(
+            f"no weak order from one step: it is not finite, or a solver's tolerance hides its error{void}"
+        )
+    states = np.asarray(short.any(axis=0))
+    share, (few, among) = float(order.share(states)), order.count_states(states)
     if share >= MANY:
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
-        return local_opinion(Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", kind)
+        return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)
     if share:
-        text = f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}"
+        text = f"{order.least(short)} at {few} of {among} probed states: paths cannot confirm it{void}"
         kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
     if order.share(moving).max() >= MANY:
-        return local_doubt(f"{order.least(moving)}, claimed {claim}, still changing with h{void}")
+        return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
-    figure = "exact to round-off" if np.isinf(least) else f"local weak order {least:.3f}"
-    left_out = f"; {moving.sum()} of {moving.size} defects change sign" if moving.any() else ""
-    return local_opinion(Verdict.VERIFIED, f"{figure}{left_out}{void}")
+    figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
+    left_out = f" ({moving.sum()} of {moving.size} errors change sign, left out)" if moving.any() else ""
+    return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")

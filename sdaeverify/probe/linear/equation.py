@@ -12,6 +12,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import Equation, Problem
+from ...forms.names import article
 from .affine import AFFINE, at_corners, corners, defect, trial_states
 from .second_moments import Operator, on_symmetric, smat, svec
 
@@ -83,14 +84,14 @@ def why_not_linear_equation(view: Problem) -> str:
     """Return why a problem is not linear with constant coefficients, or an empty string."""
     ito = view.ito()
     if ito is None:
-        return f"a {type(view).__name__} offers no Ito equation whose coefficients could be linear"
+        return f"{article(type(view).__name__)} offers no Ito equation whose coefficients could be linear"
     with np.errstate(all="ignore"):
         x = trial_states(ito.dimension)
         for name, (values, *later) in _coefficients(ito, x).items():
             if not np.isfinite(values).all():
-                return f"the {name} is not finite everywhere, so that it is not linear in the state"
+                return f"the {name} is not linear in the state: it is not finite everywhere"
             if (found := defect(values, at_corners(values[:, : ito.dimension + 1]))) > AFFINE:
-                return f"the {name} is not linear in the state, relative defect {found:.1g}"
+                return f"the {name} is not linear in the state (relative deviation {found:.1g})"
             if not all(np.array_equal(values, other) for other in later):
                 return f"the {name} depends on time"
     return ""

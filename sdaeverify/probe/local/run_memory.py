@@ -57,8 +57,8 @@ class Apart(NamedTuple):
         worst = np.where(self.stays, self.sizes[-1], 0.0)
         component, part = divmod(int(worst.argmax()), PARTS)
         where = f"from {part / PARTS:g} to {(part + 1) / PARTS:g} of the horizon"
-        off = f"by {worst.max():.2g} of what {self.names[component]} moves {where}"
-        return f"memory takes a run elsewhere than enter(problem, state, t, h), {off}, however short steps are"
+        off = f"{worst.max():.2g} of what {self.names[component]} moves {where}"
+        return f"a run and a start by enter(problem, state, t, h) differ by {off}, and no less as h falls"
 
 
 def remembers(scheme: Scheme, view: Any) -> bool:

@@ -49,7 +49,7 @@ ROUNDINGS = 64.0
 MOST, FEWEST = 2**17, 4
 # States times nodes of a step: of more nodes there are fewer states.
 WORK = 256
-MOMENTS = "drift", "covariance"
+MOMENTS = ("mean", " (Ito/Stratonovich?)"), ("covariance", "")
 
 
 class StepLaw(NamedTuple):
@@ -94,10 +94,11 @@ class StepLaw(NamedTuple):
             return ""
         worst = np.where(self.wrong, self.off, -1.0)
         moment, component, point = np.unravel_index(worst.argmax(), worst.shape)
-        part = f"{worst.max():.2g} of the motion of {self.rows[component]} in its {MOMENTS[moment]}"
-        where = f"{_state_words(self.x[:, point])} at t = {self.t[point]:.3g}"
-        also = f"; so at {int(self.wrong.any(axis=(0, 1)).sum())} of {self.points} points"
-        return f"a short step from {where} is off by {part}, and by no less if it is shorter{also}"
+        what, hint = MOMENTS[moment]
+        where = f"{_state_words(self.x[:, point])}, t = {self.t[point]:.3g}"
+        off = f"off by {worst.max():.2g} of the motion of {self.rows[component]}, no less as h falls"
+        also = f"at {int(self.wrong.any(axis=(0, 1)).sum())} of {self.points} points"
+        return f"the {what} of one step from {where} is {off}, {also}: another equation{hint}"
 
 
 class LawResolution(NamedTuple):

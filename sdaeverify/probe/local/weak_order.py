@@ -112,6 +112,11 @@ class WeakOrder(NamedTuple):
         """Share of the states at which some settled order is 0, at the worst time."""
         return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
 
+    def count_states(self, found: Mask) -> tuple[int, int]:
+        """Return at how many states something is so, and of how many, at the worst time; for shape (S,)."""
+        counts = ((int(found[self.time == time].sum()), int((self.time == time).sum())) for time in set(self.time))
+        return max(counts, key=lambda count: count[0] / count[1])
+
     def share(self, found: Mask) -> Array:
         """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
         if not found.any():
@@ -123,7 +128,7 @@ class WeakOrder(NamedTuple):
         """Return in words the least order of some defects."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
         name = self.function or test_functions.names(self.dimension)[function]
-        return f"local weak order {self.orders[function, state]:.3f} of E {name} at state {state}"
+        return f"one-step weak order {self.orders[function, state]:.2f} for E[{name}]"
 
 
 def weak_order(record: LocalWeak) -> WeakOrder:

@@ -15,6 +15,7 @@ from ...arrays import Array, Mask
 from ...errors import ProblemError
 from ...forms import Equation, Problem
 from ...forms.chart import Chart
+from ...forms.names import article
 from ...numerics import is_analytic, jacobian, second_directional
 from .basis import Basis
 
@@ -26,7 +27,7 @@ def require_chart(view: Problem) -> tuple[Equation, Chart]:
     """Return the Ito equation and the chart of a problem that has both."""
     ito = view.ito()
     if ito is None or view.chart is None:
-        raise ProblemError(f"a {type(view).__name__} without Ito equation or chart has no equation on a chart")
+        raise ProblemError(f"{article(type(view).__name__)} without Ito equation or chart has no equation on a chart")
     return ito, view.chart
 
 

@@ -241,8 +241,8 @@ def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalO
         return _fit_order(h[usable], errors[usable], floors[usable])._replace(high=inf)
     least = ABOVE_FLOOR * float(floors[-NEEDED:].max())
     if least <= EXACT * size and not usable[-NEEDED:].any():
-        return FunctionalOrder(inf, inf, inf, note=f"no error beyond {least:.1g}")
-    note = f"errors below {least:.1g} are not seen, and larger ones at fewer than {NEEDED} step sizes"
+        return FunctionalOrder(inf, inf, inf, note=f"no bias beyond {least:.1g} at any step size")
+    note = f"errors above the noise ({least:.1g}) at fewer than {NEEDED} step sizes"
     return FunctionalOrder(nan, -inf, inf, informative=False, resolved=False, note=note)
 
 
@@ -252,8 +252,8 @@ def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: 
         return found
     order, c = lowest.power, f"{lowest.value:.2g}"
     if not lowest.clear:
-        return found._replace(low=order, note=_join_notes(found.note, f"c h^{order:g} with c = {c} is not excluded"))
-    what = f"{WRONG}: off by {c}" if order == 0.0 else f"c h^{order:g} with c = {c}"
+        return found._replace(low=order, note=_join_notes(found.note, f"an error {c} h^{order:g} is not excluded"))
+    what = f"{WRONG}: off by {c}" if order == 0.0 else f"error {c} h^{order:g}"
     note = f"{what} as h tends to 0, known to {lowest.known:.1g}"
     return FunctionalOrder(order, order, order, coefficient=lowest.value, h=found.h, note=note)
 
@@ -261,7 +261,7 @@ def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: 
 def _responsive(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
     if np.isfinite(found.order) or not found.informative or responds:
         return found
-    note = "its mean is as right with too much noise and too long steps: a symmetry fixes it"
+    note = "a symmetry fixes its mean, which is right with too much noise as well"
     return FunctionalOrder(nan, -inf, inf, informative=False, fixed=True, note=note)
 
 
@@ -280,13 +280,13 @@ def _fit_order(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
     moving = abs(local[-1] - local[-2]) >= SETTLED
     if len(flips) and (moving or flips[-1] >= len(h) - NEEDED):
         where = f"between h = {h[flips[-1]]:.3g} and {h[flips[-1] + 1]:.3g}"
-        note = f"the error changes its sign {where}"
+        note = f"the error changes sign {where}"
         return FunctionalOrder(nan, -inf, inf, informative=False, h=float(h[-1]), note=note)
     order = float(local[-1] if moving else limit)
     low = min(order, float(limit))
     # What falls after a change of sign rises again: no order that still moves is too low, nor are those before it.
     high = inf if moving or local[-1] > local[-2] + RISING else float(max(limit, *local[-2:]))
     spread = float(off[-1] + (off[-1] + off[-2]) / np.expm1(ratios[-1]))
-    note = f"local orders {local[-2]:.2f}, {local[-1]:.2f} still move" if moving else ""
+    note = f"the order still changes, {local[-2]:.2f} to {local[-1]:.2f}" if moving else ""
     coefficient = float(errors[-1] / h[-1] ** order)
     return FunctionalOrder(order, low - spread, high + spread, coefficient=coefficient, h=float(h[-1]), note=note)

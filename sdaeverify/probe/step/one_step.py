@@ -9,6 +9,7 @@ from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
 from ...forms import Equation, Problem
+from ...forms.names import article
 from ...noise.brownian import Increment
 from .nodes import SEED, Nodes, law_nodes, step_nodes
 from .states import WHEN, cloud
@@ -52,7 +53,7 @@ class OneStep:
         """The equation of the comparable components."""
         equation = self.view.equation()
         if equation is None:
-            raise SchemeError(f"a {type(self.view).__name__} offers no Ito equation to compare one step with")
+            raise SchemeError(f"{article(type(self.view).__name__)} offers no Ito equation to compare one step with")
         return equation
 
     @property
@@ -89,9 +90,9 @@ class OneStep:
             Whether the nodes of the probe are those of Levy areas, too.
         """
         if self.scheme.discontinuous_in_noise:
-            return "a step jumps as a function of its noise: nodes tell no expectations"
+            return "a step jumps as a function of its noise: quadrature gives no expectations"
         if self.view.records and not beside:
-            return "the problem has noise beside Brownian motions, over which nothing is averaged here"
+            return "no quadrature is known for the noise beside Brownian motions"
         return self.why_not_at_nodes(levy=levy) or self.why_not_comparable() or self.why_not_entered(run=run)
 
     def why_not_at_nodes(self, *, levy: bool = False) -> str:
@@ -103,12 +104,12 @@ class OneStep:
             As for `why_not_probed`.
         """
         beyond = self.scheme.noise & {"K", "A"} - ({"A"} if levy or self.view.noise_dim == 1 else set())
-        return f"a step uses {', '.join(sorted(beyond))}: nodes are of dW and H alone" if beyond else ""
+        return f"a step uses noise {', '.join(sorted(beyond))}; quadrature is for dW and H alone" if beyond else ""
 
     def why_not_comparable(self) -> str:
         """Return why states cannot be compared with those of an Ito equation, or an empty string."""
         if self.view.equation() is None:
-            return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
+            return f"{article(type(self.view).__name__)} offers no Ito equation to compare one step with"
         rows = [row for part in self.names.values() for row in range(self.equation.dimension)[part]]
         if sorted(rows) != list(range(self.equation.dimension)):
             return "the named components leave out rows of the state, or have some twice"

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -36,6 +37,10 @@ PAGE = "report.html"
 # What is known of the verifier itself, from the reports beside a run.
 VERIFIER = {"kills": Path("selftest", "kill.csv"), "calibration": Path("calibration", "calibration.csv")}
 MEANING = "What the columns of the tables beside this page mean."
+# Of a number in a table that stands on a page; the file beside it has all of them.
+DIGITS = 5
+# Pictures that a page can hold.
+EMBEDDED = {".svg": "image/svg+xml", ".png": "image/png"}
 # What a page without addresses of its own needs least: neither a base for them nor anywhere to send a form.
 NOWHERE = "base-uri 'none'; form-action 'none'"
 SCRIPTS = ("plots.js", "data.js", "pages.js", "classes.js", "passports.js", "start.js")
@@ -48,12 +53,36 @@ class TablePage(NamedTuple):
     head: Sequence[str]
     rows: Sequence[Sequence[str | float | None]]
     text: Sequence[str] = ()
+    picture: str = ""
 
     @classmethod
-    def of(cls, title: str, table: "pd.DataFrame") -> "TablePage":
-        """Return the page of a table, what is missing being empty."""
-        rows = [["" if cell != cell else str(cell) for cell in row] for row in table.itertuples(index=False)]  # noqa: PLR0124 - NaN
-        return cls(title, list(table.columns), rows)
+    def of(
+        cls, title: str, table: "pd.DataFrame", text: Sequence[str] = (), picture: Path | None = None
+    ) -> "TablePage":
+        """Return the page of a table: what is missing is empty, numbers have as many digits as a reader uses.
+
+        Parameters
+        ----------
+        title : str
+        table : DataFrame
+        text : sequence of str, optional
+            Notes above the table, a paragraph each.
+        picture : Path, optional
+            A file in SVG or PNG, which becomes a part of the page; one of another kind is left out.
+        """
+        rows = [[_readable(cell) for cell in row] for row in table.itertuples(index=False)]
+        return cls(title, list(table.columns), rows, text, _embedded(picture))
+
+
+def _readable(cell: object) -> str | float:
+    if isinstance(cell, float):
+        return "" if isnan(cell) else float(f"{cell:.{DIGITS}g}") if isfinite(cell) else str(cell)
+    return "" if cell is None else str(cell)
+
+
+def _embedded(picture: Path | None) -> str:
+    kind = EMBEDDED.get(picture.suffix, "") if picture else ""
+    return f"data:{kind};base64,{base64.b64encode(picture.read_bytes()).decode()}" if picture and kind else ""
 
 
 def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:

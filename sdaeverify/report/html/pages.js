@@ -13,7 +13,7 @@ const claimText = (one) => (one.claim ? one.claim + (finite(one.margin) ? ` (mar
 function summaryPage() {
   const open = FINDINGS.filter((one) => ATTENTION.includes(one.verdict));
   return ["Summary", heading(1, DATA.sentence), tiles(), heading(2, "What needs attention"),
-    open.length ? attention(open) : el("p", {}, "Nothing is refuted, failed or undecided."),
+    open.length ? attention(open) : el("p", {}, "Nothing is refuted, failed or inconclusive."),
     heading(2, "Schemes and measures"), el("p", { class: "soft" }, "Quantities verified of those with a claim; what else there is follows."), schemesByMeasures(),
     heading(2, "What a verdict means"), meanings(), heading(2, "How it was run"), provenance()];
 }
@@ -21,7 +21,7 @@ function summaryPage() {
 function tiles() {
   const counts = grouped(FINDINGS, (one) => one.verdict);
   const shown = Object.keys(VERDICTS).filter((verdict) => counts.has(verdict) || ["refuted", "verified", "inconclusive"].includes(verdict));
-  return el("ul", { class: "tiles" }, shown.map((verdict) => el("li", {}, el("a", { href: `#/matrix?verdict=${verdict}` },
+  return el("ul", { class: "tiles" }, shown.map((verdict) => el("li", counts.has(verdict) ? {} : { class: "zero" }, el("a", { href: `#/matrix?verdict=${verdict}` },
     el("b", {}, String((counts.get(verdict) || []).length)), badge(verdict)))));
 }
 
@@ -103,8 +103,10 @@ function matrixTable(chosen) {
   const kept = FINDINGS.filter((one) => fits(one) && ofForm(one.problem) && (part(one.scheme) || part(one.problem)));
   const narrow = chosen.measure || chosen.verdict || chosen.text || chosen.form;
   const schemes = narrow ? unique(kept.map((one) => one.scheme)).sort() : SCHEMES, problems = narrow ? unique(kept.map((one) => one.problem)).sort() : PROBLEMS;
-  const cells = grouped(kept, place);
-  const head = el("thead", {}, el("tr", {}, el("th", { class: "corner" }), problems.map((name) => el("th", { scope: "col" }, el("a", { href: link("problem", name) }, name)))));
+  const cells = grouped(kept, place), longest = Math.max(0, ...problems.map((name) => name.length));
+  // Names stand aslant: the row is as high, and the last one as wide, as the longest of them.
+  const room = { style: `height: ${(0.46 * longest + 1.5).toFixed(1)}rem` }, last = { style: `${room.style}; padding-right: ${(0.29 * longest).toFixed(1)}rem` };
+  const head = el("thead", {}, el("tr", {}, el("th", { class: "corner" }), problems.map((name, column) => el("th", { scope: "col", ...(column === problems.length - 1 ? last : room) }, el("a", { href: link("problem", name) }, name)))));
   const body = el("tbody", { onkeydown: moveFocus }, schemes.map((scheme, row) => el("tr", {}, el("th", { scope: "row" }, schemeLink(scheme)),
     problems.map((problem, column) => el("td", {}, matrixCell(scheme, problem, cells.get(JSON.stringify([scheme, problem])) || [], row + column === 0))))));
   return { table: el("table", { class: "matrix" }, el("caption", { class: "soft" }, kept.length ? "" : "Nothing fits these filters."), head, body), cells: cells.size };

@@ -6,7 +6,7 @@ const listed = (names) => (names && names.length ? names.join(", ") : "none");
 function indexPage(title, names, open, kind) {
   const counts = (name, verdict) => FINDINGS.filter((one) => one[kind] === name && one.verdict === verdict).length;
   const rows = names.map((name) => [open(name), (PASSPORTS[`${kind}s`][name] || {}).form || "", ((PASSPORTS[`${kind}s`][name] || {}).text || "").split("\n")[0], counts(name, "verified"), counts(name, "refuted"), counts(name, "inconclusive"), counts(name, "out_of_scope")]);
-  return [title, heading(1, title), table(["name", "form", "", "verified", "refuted", "undecided", "no claim"], rows)];
+  return [title, heading(1, title), table(["name", "form", "", "verified", "refuted", "inconclusive", "no claim"], rows)];
 }
 
 function schemePage(_, name) {
@@ -30,7 +30,7 @@ function orders(findings, title, measure, name = (one) => one.problem) {
   const rows = findings.map((one) => {
     return { name: `${name(one)} · ${one.quantity}`, value: one.order_value, low: one.order_low, high: one.order_high, claim: one.claimed_order, least: one.least, filled: one.sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
   }).filter((row) => finite(row.value));
-  return rows.length ? [heading(3, measure), forest(rows, { label: `${measure} orders of ${title}` })] : [];
+  return rows.length ? [heading(3, measure), forest(rows, { label: `${measure} orders of ${title}`, caption: ["● order along paths with its interval, ○ without sampling; ticks: the claim, and claim − margin (dashed)."] })] : [];
 }
 
 function driftOf(own) {
@@ -140,6 +140,8 @@ function verifierPage() {
 
 function coverage([head, ...rows]) {
   const records = rows.map((row) => Object.fromEntries(head.map((name, place) => [name, row[place]])));
+  // Rates near 0 and near 1 have an axis each, or neither would be seen.
+  const parts = (found) => [found.filter((one) => +one.rate < 0.5), found.filter((one) => !(+one.rate < 0.5))];
   return [...grouped(records, (one) => `${one.study}: ${one.case}`)].map(([study, found]) => [heading(3, study),
-    forest(found.map((one) => ({ name: `${one.statistic}${one.paths ? ` · ${+one.paths} paths` : ""}`, value: +one.rate, low: +one.ci_low, high: +one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(+one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
+    ...parts(found).map((part) => forest(part.map((one) => ({ name: `${one.statistic}${one.paths ? ` · ${+one.paths} paths` : ""}`, value: +one.rate, low: +one.ci_low, high: +one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(+one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: ["● as promised, ○ not; with binomial intervals."] }))]).flat(2).filter(Boolean);
 }

@@ -126,7 +126,7 @@ function convergence(points, { label, quantiles, slopes, fit, xLabel = "step siz
     children.push(el("path", { class: "band", d: path([...edge(1), ...edge(0).reverse()]) + "Z" }, el("title", {}, "intervals of the errors")));
   const filled = shown.filter((point) => point.filled);
   if (fit && finite(fit) && filled.length > 1) children.push(slopeLine(filled, fit, x, y));
-  children.push(...triangles(filled.length ? filled : shown, slopes, x, y), ...shown.map((point) => mark(x, y, point)));
+  children.push(...triangles(filled.length > 1 ? filled : shown, slopes, x, y), ...shown.map((point) => mark(x, y, point)));
   return picture(label, HEIGHT, children);
 }
 
@@ -144,7 +144,8 @@ function triangles(points, slopes, x, y) {
   const sizes = points.map((point) => Math.log10(point.h));
   const least = Math.log10(Math.min(...points.map((point) => Math.abs(point.e))));
   return slopes.flatMap(({ order: slope, kind, label }, place) => {
-    const right = Math.max(...sizes) - place * (x.high - x.low) * 0.36, left = Math.max(right - Math.max(0.15, (x.high - x.low) * 0.2), x.low + (x.high - x.low) * 0.02), wide = right - left;
+    const across = x.high - x.low, wide = Math.min(Math.max(0.15, across * 0.2), across * 0.3, (0.6 * (y.high - y.low)) / Math.max(slope, 0.1));
+    const right = Math.max(Math.max(...sizes) - place * across * 0.36, x.low + across * 0.02 + wide), left = right - wide;
     const base = Math.max(y.low + (y.high - y.low) * 0.04, Math.min(least, y.high - slope * wide) - slope * wide * 0.2);
     const corner = ([h, e]) => [x.at(10 ** h), y.at(10 ** e)];
     const corners = [[left, base], [right, base], [right, base + slope * wide]].map(corner);

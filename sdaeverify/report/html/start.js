@@ -15,8 +15,8 @@ const HOME = (NAVIGATION.find(([, , there]) => there) || ["summary"])[0];
 
 /** Return a page of a table that was written as one. */
 function tablePage(_, number) {
-  const { title, text, head, rows } = DATA.tables[Number(number)];
-  return [title, heading(1, title), el("p", {}, DATA.sentence), (text || []).map((line) => el("p", {}, line)), table(head, rows)].flat();
+  const { title, text, picture, head, rows } = DATA.tables[Number(number)];
+  return [title, heading(1, title), el("p", {}, DATA.sentence), (text || []).map((line) => el("p", {}, line)), picture ? el("img", { src: picture, alt: `${title}: figure`, class: "figure" }) : [], el("div", { class: "wide" }, table(head, rows))].flat();
 }
 
 /** Return the words of an address that leads to a page of this run, and those of the first page for any other. */

@@ -31,6 +31,7 @@ DETAILS = (
     Column("method", "how the quantity was measured"),
     Column("claim_source", "who claims it, and where"),
     number_column("seconds", "time of the scheme on the problem, all its measures together", "s"),
+    Column("traceback", "the calls of what raised an error; empty where nothing did"),
     number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
 CLASS_COLUMNS = (

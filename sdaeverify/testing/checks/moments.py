@@ -8,6 +8,7 @@ from numpy.polynomial import Chebyshev
 
 from ...arrays import Array
 from ...forms import IndexOne
+from ...forms.names import article
 from ...forms.truths import InvariantMean, Moment
 from ...numerics import norm
 from ...numerics.statistics import EPS
@@ -151,7 +152,7 @@ def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
         return _delay_flow(problem)
     view = problem.ito()
     if view is None:
-        raise Inapplicable(f"a {type(problem).__name__} has no Ito equation whose rate could be taken")
+        raise Inapplicable(f"{article(type(problem).__name__)} has no Ito equation whose rate could be taken")
     return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
 
 

@@ -13,6 +13,7 @@ import scipy
 
 from ...arrays import Array, Parts, each
 from ...forms import IndexOne
+from ...forms.names import article
 from ...forms.truths import Moment, Pathwise
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
 from ...numerics.statistics import EPS, tail
@@ -84,7 +85,7 @@ def euler_walker(problem: Any, level: int, paths: int) -> Walker:
         return _delay_walker(index_one, level, h, paths)
     equation = problem.equation()
     if equation is None:
-        raise Inapplicable(f"a {type(problem).__name__} has no Ito equation to simulate")
+        raise Inapplicable(f"{article(type(problem).__name__)} has no Ito equation to simulate")
 
     def advance(x: Any, t: float, noise: Increment) -> Any:
         return equation.euler(t, x, h, noise)
