@@ -44,7 +44,7 @@ STRONG_COLUMNS = {
     "local_consistent": "whether one step follows the equation as h tends to 0",
     "solver_plateau_h": "step size below which the tolerance of a solver hides the local error; 0 for none",
     "std_error": "standard error of the order along paths",
-    "order_L1/2": "the same in the L1/2 norm",
+    "order_L_half": "the same in the L1/2 norm",
     "order_L2": "the same in the L2 norm",
     "fitted_levels": "levels that the order is fitted to",
     "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
@@ -309,7 +309,7 @@ def _details(fitted: Fit) -> dict[str, object]:
     asymptotic, half = asymptotic_order(fitted)
     return {
         "std_error": fitted.slope.se,
-        "order_L1/2": quantity.slope_in(levels, 0).value,
+        "order_L_half": quantity.slope_in(levels, 0).value,
         "order_L2": quantity.slope_in(levels, 2).value,
         "fitted_levels": len(levels),
         "contrast": contrast.value,
