@@ -1,10 +1,14 @@
 """sdaeverify tells whether a numerical scheme for stochastic differential-algebraic equations keeps its promises."""
 
 import ast
+import logging
 from importlib import import_module
 from pathlib import Path
 
 __version__ = "0.1.0"
+
+# Quiet unless the program that uses it asks for more: logging.basicConfig(level="INFO").
+logging.getLogger(__name__).addHandler(logging.NullHandler())
 
 # Whoever asks for a name pays for its module: every run of pytest imports the plugin of this package, most of them
 # without need of numpy; tables need pandas, which workers do not. The names stand once, in the stub beside this file.

@@ -1,5 +1,5 @@
 # The public names, each with the module that has it: for type checkers, and for the package when it is asked for one.
-from .api import Result as Result, verify as verify
+from .api import Result as Result, load as load, verify as verify
 from .arrays import Array as Array, Mask as Mask, Parts as Parts
 from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
 from .contracts.settings import Settings as Settings

@@ -1,12 +1,13 @@
 """The Python interface: `verify` crosses schemes with problems and returns tables."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import pandas as pd
 
@@ -18,27 +19,33 @@ from .errors import UsageError
 from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
+from .report.datasets import dataset_of_levels
 from .report.files import require_writable
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, VERDICTS, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, save_tables
 from .report.html import write_page
-from .report.notebook import CellView, result_html, result_text
+from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.passports import passports
 from .report.plots import Plots
 from .report.progress import KINDS
 from .report.progress import progress as shown_progress
 from .report.provenance import provenance
-from .report.tables.columns import CLASS_COLUMNS, details_file
+from .report.saved import settings_of
+from .report.tables.columns import details_file
 from .report.tables.command import command_of
-from .report.tables.rows import Rows, rows_of, table_of, tables_of
+from .report.tables.rows import Rows, classes_table, rows_of, tables_of
+from .report.tables.saved_tables import read_result
 from .store.store import Store
-from .study import CellResult, Plan, Study, plan
+from .study import CellResult, Event, Finished, Plan, Study, plan
 from .study.class_rows import class_rows
 from .study.trial import trial_of
-from .trees.report import ClassRow
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits, read_limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
 
+if TYPE_CHECKING:
+    import xarray
+
+LOG = logging.getLogger("sdaeverify")
 Schemes = str | Scheme | Sequence[str | Scheme]
 Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]
 Measures = str | Measure | Sequence[str | Measure]
@@ -64,32 +71,32 @@ class Result:
 
     Attributes
     ----------
-    results : tuple of CellResult
+    rows : Rows
+        The rows of all tables but the levels.
+    tables : dict of str to DataFrame
+        All tables by the names of their files, with the dictionary of their columns.
     settings : Settings
     run : dict
         Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
-    class_rows : tuple of ClassRow or None
-        What order conditions say of the schemes; None if they were not asked for them.
+    results : tuple of CellResult, optional
+        What the rows were made of, schemes and problems themselves; empty where the result was loaded or pickled.
     """
 
-    results: tuple[CellResult, ...]
+    rows: Rows
+    tables: dict[str, pd.DataFrame]
     settings: Settings
     run: dict[str, Any]
-    class_rows: tuple[ClassRow, ...] | None = None
+    results: tuple[CellResult, ...] = ()
 
-    @cached_property
-    def rows(self) -> Rows:
-        """The rows of all tables but the levels."""
-        return rows_of(self.results)
-
-    @cached_property
-    def tables(self) -> dict[str, pd.DataFrame]:
-        """All tables by the names of their files, with the dictionary of their columns."""
-        return tables_of(self.rows, self.results, self.settings)
+    def __reduce__(self) -> tuple[type["Result"], tuple[Any, ...]]:
+        return Result, (self.rows, self.tables, self.settings, self.run)
 
     @property
     def verdicts(self) -> pd.DataFrame:
-        """One row for each quantity that is claimed or measured: claim, orders, value, verdict, reason."""
+        """One row for each quantity that is claimed or measured: claim, orders, value, verdict, reason.
+
+        Verdicts are ordered, the worst first: ``verdicts[verdicts.verdict <= "error"]``.
+        """
         return self.tables[VERDICTS]
 
     @property
@@ -130,9 +137,17 @@ class Result:
         """One row for each order that a scheme claims for a class of SDEs: what its order conditions say.
 
         They are asked for when this is read first, if they were not in the run.
+
+        Raises
+        ------
+        UsageError
+            If the result was loaded or pickled without them.
         """
-        rows = class_rows(self.results) if self.class_rows is None else self.class_rows
-        return table_of([row.cells for row in rows], CLASS_COLUMNS)
+        if CLASSES in self.tables:
+            return self.tables[CLASSES]
+        if not self.results:
+            raise UsageError("the result was kept without its classes; sdaeverify.orders asks a scheme for them")
+        return classes_table(class_rows(self.results))
 
     @property
     def plot(self) -> Plots:
@@ -150,7 +165,23 @@ class Result:
         """
         return CellView.of(self.rows.verdicts, self.rows.absent, scheme, problem)
 
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return the verdicts with their levels as an `xarray.Dataset` of dimensions ``row`` and ``level``.
+
+        Each column of `verdicts` is a variable of the rows; ``h``, ``estimate``, ``std_error`` and whatever else
+        `levels` has are variables of both, NaN or None where a row has fewer levels.
+
+        Raises
+        ------
+        UsageError
+            If there is no xarray.
+        """
+        return dataset_of_levels(self.verdicts, self.levels)
+
     def __repr__(self) -> str:
+        return result_in_brief(self.rows.verdicts, self.rows.absent, self.settings)
+
+    def __str__(self) -> str:
         return result_text(self.rows.verdicts, self.rows.absent)
 
     def _repr_html_(self) -> str:
@@ -166,7 +197,8 @@ class Result:
         """
         target = Path(folder)
         require_writable(target)
-        save_tables(target, {**self.tables, CLASSES: self.classes}, self.run)
+        asked = {CLASSES: self.classes} if self.results else {}
+        save_tables(target, {**self.tables, **asked}, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):
@@ -237,20 +269,29 @@ def verify(
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
     limits, settings = _check_options(**asked), settings_from(**numbers)
     registry = load_registry(asked["plugins"])
+    for warning in registry.complaints:
+        LOG.warning(warning)
     folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
         require_writable(folder, "out")
     with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)
         study = Study(todo, settings, None if folder is None else Store(folder), orders=folder is not None)
+        LOG.info("%d cells of %d problems are planned", len(todo.cells), len(todo.problems))
         with shown_progress(asked["progress"] or "none") as show:
             for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
+                _log(event)
                 show(event)
     result = result_of(study, registry, ["sdaeverify.verify"])
     if folder is not None:
         result.save(folder)
         write_page(folder, passports(todo))
     return result
+
+
+def _log(event: Event) -> None:
+    if isinstance(event, Finished) and event.results:
+        LOG.info("%s is finished: %d cells", event.results[0].cell.spec.label, len(event.results))
 
 
 WITHOUT_OPTIONS: dict[str, Any] = {"jobs": 1, "plugins": ()} | dict.fromkeys(
@@ -371,4 +412,27 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     results = tuple(study.results())
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
-    return Result(results, study.settings, run, study.class_rows)
+    rows = rows_of(results)
+    tables = tables_of(rows, results, study.settings)
+    if study.class_rows is not None:
+        tables[CLASSES] = classes_table(study.class_rows)
+    return Result(rows, tables, study.settings, run, results)
+
+
+def load(folder: str | Path) -> Result:
+    """Return the result that a run has left in a folder, of `verify` or of ``matrix``.
+
+    Parameters
+    ----------
+    folder : str or Path
+        With ``verdicts.csv`` and ``run.json``. Texts are read, nothing is executed.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or one of another version of this program.
+    """
+    if not isinstance(folder, str | Path) or not str(folder).strip():
+        raise UsageError(f"load expects the folder of a run, got {folder!r:.200}")
+    rows, tables, run = read_result(Path(folder))
+    return Result(rows, tables, settings_of(run, Path(folder) / RUN), run)

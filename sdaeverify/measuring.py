@@ -16,6 +16,8 @@ on a problem, in up to four methods:
     a pure function from `Evidence` to a `Judgement`: a `Finding` for each quantity, a `LevelFinding` for each of its
     step sizes.
 
+A measure of a number that each path has, whose mean a claim bounds, is a `ScalarMeasure`: it needs one function.
+
 The way from a claim to a finding is the same for all of them::
 
     covered = coverage(evidence, self.name, "x")          # the strongest claim about x, or why there is none
@@ -32,8 +34,9 @@ from .contracts.claimed import Bound, Order, Word
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
+from .measures.scalar import ScalarMeasure
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
-from .verdicts.coverage import Coverage, claim_for, coverage, why_not_claimed
+from .verdicts.coverage import Coverage, coverage, why_not_claimed
 from .verdicts.fitted_levels import FEWEST, FITTED, sound_levels
 from .verdicts.opinions import (
     NOT_PROBED,
@@ -66,11 +69,11 @@ __all__ = [
     "Order",
     "PathTests",
     "Reason",
+    "ScalarMeasure",
     "Snapshot",
     "Tally",
     "Verdict",
     "Word",
-    "claim_for",
     "coverage",
     "decide",
     "finding",

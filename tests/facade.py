@@ -80,7 +80,7 @@ from sdaeverify.measures.weak.probe import judge_probe, judge_weak, probe_weak
 from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
 from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine
 from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, significant
-from sdaeverify.numerics.statistics import EPS, corrected_slope_weights, leave_out, log_functional
+from sdaeverify.numerics.statistics import EPS, chernoff_interval, corrected_slope_weights, leave_out, log_functional
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT

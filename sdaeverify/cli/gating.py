@@ -102,7 +102,7 @@ def _judge(
 ) -> Gated:
     registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
-    results = [*result.results, *class_results(result.class_rows or (), run.plan.cells)]
+    results = [*result.results, *class_results(run.study.class_rows or (), run.plan.cells)]
     found = tuple(outcomes(results, policy))
     if tiers and policy.tier in tiers:
         violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)

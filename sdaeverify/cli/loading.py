@@ -22,12 +22,8 @@ def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
         If a file cannot be used, or a plugin is broken and that is not allowed.
     """
     registry = load_quietly(files, lab=lab)
-    for warning in registry.warnings:
+    for warning in registry.complaints:
         complain("warning", warning)
-    for row in registry.plugins:
-        if row.status == "broken":
-            where = f"{row.distribution} {row.version}".strip() or row.module
-            complain("warning", f"plugin {row.name} ({where}) is broken and left out: {row.reason}")
     return registry
 
 

@@ -254,7 +254,7 @@ def call_report_hooks(run: Run, result: Result) -> None:
 def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
-    code = code_of_results(result.results, result.class_rows or ())
+    code = code_of_results(result.results, run.study.class_rows or ())
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"

@@ -27,7 +27,7 @@ from .linalg import (
 )
 from .newton import Root, newton, update_tolerance
 from .outweighed import outweighs, sample_growth
-from .statistics import GROUPS, Tail, clopper_pearson, log_norms, pseudo_values, slope_weights, tail
+from .statistics import GROUPS, Tail, chernoff, clopper_pearson, log_norms, pseudo_values, slope_weights, tail
 
 __all__ = [
     "GROUPS",
@@ -41,6 +41,7 @@ __all__ = [
     "antisymmetric",
     "apply",
     "apply_transposed",
+    "chernoff",
     "clopper_pearson",
     "determinant",
     "directional",

@@ -325,3 +325,43 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
     low = float(scipy.special.betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0
     high = float(scipy.special.betaincinv(hits + 1, trials - hits, 1.0 - outside)) if hits < trials else 1.0
     return low, high
+
+
+def chernoff(mean: Array, bound: float, count: Array | float) -> Array:
+    """Return a bound of the probability that a mean of independent shares is so far from an expectation.
+
+    exp(-n KL(m | q)), KL(m | q) = m ln(m/q) + (1 - m) ln((1 - m)/(1 - q)), for shares between 0 and 1 of any law
+    (Hoeffding 1963, Theorem 1, (2.1)).
+
+    Parameters
+    ----------
+    mean : ndarray, shape (...)
+        m.
+    bound : float
+        q, the expectation.
+    count : ndarray, shape (...), or float
+        n.
+    """
+    return np.asarray(
+        np.exp(-count * (scipy.special.rel_entr(mean, bound) + scipy.special.rel_entr(1.0 - mean, 1.0 - bound)))
+    )
+
+
+def chernoff_interval(mean: float, count: float, confidence: float) -> tuple[float, float]:
+    """Return the expectations of shares under which their mean is not too far away, by `chernoff`.
+
+    Parameters
+    ----------
+    mean, count : float
+        m of n independent shares.
+    confidence : float
+        1 - alpha; alpha/2 is left out on either side.
+    """
+    outside = 0.5 * (1.0 - confidence)
+
+    def beyond(q: float) -> float:
+        return float(chernoff(np.asarray(mean), q, count)) - outside
+
+    low = float(scipy.optimize.brentq(beyond, 0.0, mean)) if mean > 0.0 else 0.0
+    high = float(scipy.optimize.brentq(beyond, mean, 1.0)) if mean < 1.0 else 1.0
+    return low, high

@@ -110,6 +110,14 @@ class Registry:
     files: tuple[str, ...] = ()
 
     @property
+    def complaints(self) -> tuple[str, ...]:
+        """The warnings, and a line for each plugin that is broken and left out."""
+        broken = (row for row in self.plugins if row.status == "broken")
+        places = ((row, f"{row.distribution} {row.version}".strip() or row.module) for row in broken)
+        told = (f"plugin {row.name} ({place}) is broken and left out: {row.reason}" for row, place in places)
+        return (*self.warnings, *told)
+
+    @property
     def schemes(self) -> Mapping[str, Registered]:
         """Schemes by name."""
         return self.entries.get(SCHEMES, {})

@@ -90,21 +90,21 @@ def read_tables(folder: Path) -> SavedTables:
     UsageError
         If the folder holds none, or those of another version of this program.
     """
-    details = [row for file in sorted((folder / DETAILS).glob("*.csv")) for row in _rows(file)]
-    return read_verdicts(folder)._replace(levels=_rows(folder / LEVELS), details=details)
+    details = [row for file in sorted((folder / DETAILS).glob("*.csv")) for row in read_table(file)]
+    return read_verdicts(folder)._replace(levels=read_table(folder / LEVELS), details=details)
 
 
 def read_verdicts(folder: Path) -> SavedTables:
     """Read what a run came to, without levels and details; raises as `read_tables`."""
-    verdicts, run = _rows(folder / VERDICTS), run_of(folder)
+    verdicts, run = read_table(folder / VERDICTS), run_of(folder)
     found = run.get("schema_version")
     if found != SCHEMA:
         told = f"in format {found}" if isinstance(found, int) else "in no known format"
         raise UsageError(
             f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
         )
-    classes = _rows(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
-    return SavedTables(folder, verdicts, _rows(folder / NOT_APPLICABLE), run, classes=classes)
+    classes = read_table(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
+    return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
 
 
 def key_of(row: Mapping[str, Any]) -> Key:
@@ -117,13 +117,26 @@ def key_in(cell: "Cell", quantity: str) -> Key:
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, quantity)
 
 
-def _rows(file: Path, needed: Sequence[str] = NAMES) -> Sequence[TextRow]:
+def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
+    """Return the rows of a table in the folder of a run, as texts.
+
+    Parameters
+    ----------
+    file : Path
+    names : sequence of str
+        Columns that it has to have.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, or lacks one of them.
+    """
     try:
         rows = read_rows(file)
     except (OSError, UnicodeError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}") from error
-    if rows and (lacking := {*needed} - {*rows[0]}):
+    if rows and (lacking := {*names} - {*rows[0]}):
         raise UsageError(f"{file} is no table of this program: it lacks {', '.join(sorted(lacking))}")
     return rows
 

@@ -8,15 +8,17 @@ from io import StringIO
 import pandas as pd
 from rich.console import Console
 
+from ..contracts.settings import Settings
 from ..errors import UsageError
 from .cells import Row, text
-from .plain import visible
+from .plain import visible, wrap_text
 from .sentences import ATTENTION, counts_of, ending, in_cells, overview
 from .verdict_row import VerdictRow
 
 WIDTH = 80
 # Rows of a table in a notebook.
 MOST = 30
+MORE = "print it; .verdicts .levels .details(measure) .cell(scheme, problem) .plot"
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,28 @@ class CellView:
 def result_text(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
     """Return a result for a prompt: the counts, what needs attention, the schemes by measure."""
     return "\n".join(line.plain for line in ending(counts_of(rows, absent), rows, [], WIDTH)).rstrip()
+
+
+def result_in_brief(rows: Sequence[VerdictRow], absent: Sequence[Row], settings: Settings) -> str:
+    """Return a result in a few lines: the counts, of what, with which numbers, and where more is.
+
+    Parameters
+    ----------
+    rows : sequence of VerdictRow
+    absent : sequence of mapping
+        Cells that do not apply.
+    settings : Settings
+        Of the run.
+    """
+    schemes, problems, measures = ({getattr(row, kind) for row in rows} for kind in ("scheme", "problem", "measure"))
+    named = (
+        f"{len(found)} {kind}{'s' * (len(found) != 1)}"
+        for found, kind in ((schemes, "scheme"), (problems, "problem"))
+    )
+    of = f"{' on '.join(named)}: {', '.join(sorted(measures)) or 'nothing measured'}"
+    steps = f"{settings.steps[0]}..{settings.steps[-1]} steps"
+    lines = [counts_of(rows, absent), of, f"{settings.paths} paths, {steps}, seed {settings.seed}", MORE]
+    return "\n".join(visible(line) for text in lines for line in wrap_text(text, WIDTH))
 
 
 def result_html(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:

@@ -33,7 +33,7 @@ COLOURS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plots:
     """Pictures of the tables of a run; each returns the axes it has drawn on.
 
@@ -50,6 +50,10 @@ class Plots:
     levels: Sequence[Row]
     details: Sequence[Row] = ()
     confidence: float = 0.99
+
+    def __repr__(self) -> str:
+        kinds = sorted(name for name, thing in vars(Plots).items() if name[0] != "_" and callable(thing))
+        return f"Pictures of {len(self.rows)} quantities at {len(self.levels)} levels:\n{', '.join(kinds)}"
 
     def convergence(
         self, scheme: str = "", problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None

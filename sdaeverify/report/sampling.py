@@ -21,15 +21,17 @@ from ..registry.load import load_registry
 from ..registry.selection import only, select_problems, select_schemes
 from ..simulate.ensemble import one_thread
 from ..simulate.tracks import Track, follow
+from .datasets import dataset
 from .plots import axes_of
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
 
 DEFAULT = Settings()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Paths:
     """Paths of one scheme on one problem.
 
@@ -56,6 +58,26 @@ class Paths:
         if name not in self.components:
             raise UsageError(f"no component {name!r}; there are {', '.join(self.components)}")
         return self.components[name]
+
+    def __repr__(self) -> str:
+        steps, shapes = len(self.times) - 1, {name: values.shape[1] for name, values in self.components.items()}
+        parts = ", ".join(f"{name} ({size})" for name, size in shapes.items())
+        gone = f"{np.count_nonzero(self.lost)} lost, {np.count_nonzero(self.without_root)} without root"
+        made = f"{len(self.lost)} paths of {self.scheme} on {self.problem}: {gone}"
+        return f"{made}\n{steps} steps to t = {self.times[-1]:g}; components {parts}"
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return a dataset: each component of dimensions time, its own index, and path.
+
+        Raises
+        ------
+        UsageError
+            If there is no xarray.
+        """
+        variables = {name: (("time", f"{name}_index", "path"), part) for name, part in self.components.items()}
+        noted = {"without_root": ("path", self.without_root), "lost": ("path", self.lost)}
+        about = {"scheme": self.scheme, "problem": self.problem}
+        return dataset({**variables, **noted}, {"time": ("time", self.times)}, about)
 
     def frame(self) -> "pd.DataFrame":
         """Return a table: a row for each time, columns (component, index, path)."""

@@ -24,7 +24,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-import scipy
 
 from sdaeverify import Array, Problem, Scheme, Settings, hookimpl
 from sdaeverify.measuring import (
@@ -47,6 +46,7 @@ from sdaeverify.measuring import (
     unpacked,
     why_not_claimed,
 )
+from sdaeverify.numerics import chernoff
 
 from .._members import member, why_not_family
 from .iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
@@ -190,25 +190,6 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
     if np.all((shares < allowed) & (p <= level)):
         return Opinion(Verdict.VERIFIED, reason)
     return Opinion(Verdict.INCONCLUSIVE, reason.then(f"{int(paths.min())} paths do not decide"))
-
-
-def chernoff(mean: Array, bound: float, count: Array) -> Array:
-    """Return a bound of the probability that a mean of independent shares is so far from an expectation.
-
-    exp(-n KL(m | q)), KL(m | q) = m ln(m/q) + (1 - m) ln((1 - m)/(1 - q)), for shares between 0 and 1 of any law.
-
-    Parameters
-    ----------
-    mean : ndarray, shape (...)
-        m.
-    bound : float
-        q, the expectation.
-    count : ndarray, shape (...)
-        n.
-    """
-    return np.asarray(
-        np.exp(-count * (scipy.special.rel_entr(mean, bound) + scipy.special.rel_entr(1.0 - mean, 1.0 - bound)))
-    )
 
 
 def _figures(counted: _Counter) -> str:

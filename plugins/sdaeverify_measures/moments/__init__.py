@@ -44,7 +44,6 @@ from sdaeverify.measuring import (
     Snapshot,
     Tally,
     Verdict,
-    claim_for,
     coverage,
     finding,
     group_sums,
@@ -55,6 +54,7 @@ from sdaeverify.measuring import (
     local_opinion,
     packed,
     unpacked,
+    why_not_claimed,
     with_sample,
 )
 from sdaeverify.numerics import Tail, tail
@@ -138,8 +138,7 @@ class Moments(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that claim nothing, so that nothing is sampled for them."""
-        view = scheme.view_of(problem)
-        return str(claim_for(scheme, view.traits if view else (), self.name, QUANTITY).gap)
+        return why_not_claimed(scheme, problem, self.name)
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MomentObserver:
         """Return the notebook for one block."""

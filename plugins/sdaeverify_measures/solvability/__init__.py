@@ -33,7 +33,6 @@ from sdaeverify.measuring import (
     Snapshot,
     Tally,
     Verdict,
-    claim_for,
     coverage,
     finding,
     group_sums,
@@ -43,6 +42,7 @@ from sdaeverify.measuring import (
     local_opinion,
     packed,
     unpacked,
+    why_not_claimed,
 )
 from sdaeverify.numerics import clopper_pearson, norm
 from sdaeverify.probing import OneStep
@@ -88,7 +88,7 @@ class Solvability(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
-        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).why_not_probed():
+        if why_not_claimed(scheme, view, self.name) or OneStep(scheme, view).why_not_probed():
             return Tally()
         return packed(PROBED, root_scan(scheme, view))
 

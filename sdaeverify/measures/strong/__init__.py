@@ -27,7 +27,7 @@ from .findings import (
 )
 
 # Beside the mean, as indices of the powers that are noted.
-NORMS = {"L1/2": 0, "L2": 2}
+NORMS = {"L_half": 0, "L2": 2}
 
 
 class Strong(Measure):
@@ -39,7 +39,7 @@ class Strong(Measure):
     detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
     level_columns: ClassVar[Mapping[str, str]] = {
         **ERROR_COLUMNS,
-        "estimate_L1/2": "the error in the L1/2 norm",
+        "estimate_L_half": "the error in the L1/2 norm",
         "relative": "mean relative error at T",
         "relative_low": "lower end of its interval",
         "relative_high": "upper end of its interval",

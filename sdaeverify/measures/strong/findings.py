@@ -48,7 +48,7 @@ STRONG_COLUMNS = {
     "euler_rms_order": "power of h of the root mean square distance of one step from Euler's",
     "euler_mean_order": "power of h of the mean distance of one step from Euler's",
     "std_error": "standard error of the order along paths",
-    "order_L1/2": "the same in the L1/2 norm",
+    "order_L_half": "the same in the L1/2 norm",
     "order_L2": "the same in the L2 norm",
     "fitted_levels": "levels that the order is fitted to",
     "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
@@ -321,7 +321,7 @@ def _details(fitted: Fit) -> dict[str, object]:
     asymptotic, half = asymptotic_order(fitted)
     return {
         "std_error": fitted.slope.se,
-        "order_L1/2": quantity.slope_in(levels, 0).value,
+        "order_L_half": quantity.slope_in(levels, 0).value,
         "order_L2": quantity.slope_in(levels, 2).value,
         "fitted_levels": len(levels),
         "contrast": contrast.value,

@@ -153,7 +153,7 @@ function card(finding) {
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
     facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["method", finding.method], ["resolution", resolution(finding)],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
-      ...["L1/2", "L2", "L4"].map((norm) => [`the same in ${norm}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
+      ...["L_half", "L2", "L4"].map((norm) => [`the same in ${norm.replace("_half", "1/2")}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
       ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["order conditions", finding.conditions]]),
     cardPicture(finding));

@@ -27,7 +27,7 @@ SHOWN = [column for column in VERDICTS if column.on_page]
 TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
 NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
-MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
+MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L_half", "order_L2", "order_L4")
 RUN = ("versions", "platform", "arguments", "seed", "stream_fingerprint", "settings", "warnings", "plugins")
 
 

@@ -1,5 +1,6 @@
 """Results as tables: one row a quantity, one a quantity and step size, and one for what does not apply."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from math import nan
@@ -13,10 +14,12 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
+from ...trees.report import ClassRow
 from .. import folders
 from ..cells import WHOLE, Column, names
+from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import COLUMNS, DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file, dictionary
+from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file, dictionary
 
 Record = dict[str, object]
 
@@ -66,12 +69,22 @@ def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> 
     measures = dict.fromkeys(result.cell.measure for result in results)
     levels = [row for result in results for row in _level_rows(result, settings)]
     return {
-        folders.VERDICTS: table_of([row.cells for row in rows.verdicts], VERDICTS),
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
         **{details_file(measure): table_of(details, DETAILS) for measure, details in rows.details.items()},
         folders.LEVELS: table_of(levels, LEVELS),
         COLUMNS: table_of(list(dictionary(measures))),
     }
+
+
+def as_verdicts(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of verdicts with these in their order, the worst first."""
+    return table.astype({"verdict": pd.CategoricalDtype([*SYMBOLS], ordered=True)})
+
+
+def classes_table(rows: Iterable[ClassRow]) -> pd.DataFrame:
+    """Return the table of what order conditions say."""
+    return table_of([row.cells for row in rows], CLASS_COLUMNS)
 
 
 def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> pd.DataFrame:
@@ -101,7 +114,7 @@ def _list_details(result: CellResult, finding: Finding) -> Record:
         "claim_source": finding.claim.source if finding.claim else "",
         "seconds": round(result.seconds, 3),
         "step_seconds": float(f"{result.step_seconds:.3g}"),
-        **{name: value for name, value in finding.details.items() if name not in IN_VERDICTS},
+        **{column_name(name): value for name, value in finding.details.items() if name not in IN_VERDICTS},
     }
 
 
@@ -119,7 +132,7 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, An
             "estimate": row.estimate,
             "std_error": row.std_error,
             **({} if row.level is None else steps[row.level]),
-            **row.details,
+            **{column_name(name): value for name, value in row.details.items()},
         }
 
 
@@ -142,4 +155,10 @@ def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
     """Return each cost's mean over the steps that have it; NaN if none has."""
     costs = [name.removeprefix(COST) for name in health if name.startswith(COST)]
     counts = {name: health[f"{COUNTED}{name}"][level] for name in costs}
-    return {f"{MEAN}{n}": float(health[f"{COST}{n}"][level] / counts[n]) if counts[n] else nan for n in costs}
+    means = {n: float(health[f"{COST}{n}"][level] / counts[n]) if counts[n] else nan for n in costs}
+    return {column_name(f"{MEAN}{name}"): mean for name, mean in means.items()}
+
+
+def column_name(name: str) -> str:
+    """Return the name of a column that somebody else has named as an identifier, so that it is an attribute."""
+    return re.sub(r"\W+|^(?=\d)", "_", name)

@@ -1,0 +1,73 @@
+"""The tables of a folder as those of a result: texts become what they were when they were written."""
+
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ...errors import UsageError
+from .. import folders
+from ..cells import NUMBER, TEXT, WHOLE, Column, parse
+from ..files import FORMULA
+from ..sentences import SYMBOLS
+from ..verdict_row import VERDICTS, VerdictRow
+from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
+from .rows import Record, Rows, as_verdicts, table_of
+
+TRUTHS = {"True": True, "False": False}
+
+
+def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, Any]]:
+    """Return the rows and the tables of the run in a folder, and what ``run.json`` says.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or one that this program has not written.
+    """
+    found = folders.read_verdicts(folder)
+    rows = Rows([VerdictRow.from_row(row) for row in found.verdicts], _typed(found.absent, NOT_APPLICABLE), {})
+    if unknown := {row.verdict for row in rows.verdicts} - {*SYMBOLS}:
+        raise UsageError(f"{folder / folders.VERDICTS} has a verdict that is none: {min(unknown)!r:.200}")
+    tables = {
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
+        folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
+    }
+    if (folder / folders.CLASSES).is_file():
+        tables[folders.CLASSES] = table_of(_typed(found.classes, CLASS_COLUMNS), CLASS_COLUMNS)
+    for file in sorted((folder / folders.DETAILS).glob("*.csv")):
+        rows.details[file.stem] = _typed(folders.read_table(file), DETAILS)
+        tables[details_file(file.stem)] = table_of(rows.details[file.stem], DETAILS)
+    tables[folders.LEVELS] = table_of(_typed(folders.read_table(folder / folders.LEVELS), LEVELS), LEVELS)
+    tables[COLUMNS] = table_of(folders.read_table(folder / COLUMNS, names=()))
+    return rows, tables, found.run
+
+
+def _typed(rows: Iterable[Mapping[str, str]], columns: Iterable[Column]) -> list[Record]:
+    kinds = {column.name: column.kind for column in columns}
+    return [{name: _value(told, kinds.get(name, "")) for name, told in row.items()} for row in rows]
+
+
+def _value(told: str, kind: str) -> Any:
+    """Return the value of a cell: a column that the program does not know holds whatever its texts look like."""
+    if kind == TEXT:
+        return told[1:] if told.startswith("'") and told[1:].lstrip().startswith(FORMULA) else told
+    if not told:
+        return None
+    if kind == NUMBER:
+        return parse(told)
+    if kind == WHOLE or told.removeprefix("-").isdecimal():
+        return _whole(told)
+    return TRUTHS[told] if told in TRUTHS else _number_or_text(told)
+
+
+def _whole(told: str) -> int | None:
+    number = parse(told)
+    return int(number) if isfinite(number) else None
+
+
+def _number_or_text(told: str) -> float | str:
+    number = parse(told)
+    return told if number != number and told != "nan" else number  # noqa: PLR0124 - NaN
