@@ -278,4 +278,4 @@ def _notes(run: Run) -> Iterator[str]:
         yield run.study.store.summary()
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
     yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
-    yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"
+    yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] gives the reasons"

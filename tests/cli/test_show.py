@@ -23,7 +23,7 @@ def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
     assert len(lines) <= 40
     assert any(line.startswith("euler-maruyama") for line in lines)
     assert "the page is out/report.html; verdicts.csv, levels.csv, columns.csv and" in finished.out
-    assert "sdaeverify show out [SCHEME] [PROBLEM] tells why" in lines
+    assert "sdaeverify show out [SCHEME] [PROBLEM] gives the reasons" in lines
     assert lines[-1].startswith("exit code ")
 
 
@@ -101,7 +101,7 @@ def test_show_tells_of_a_cell_why_and_how_again(finished, call):
 def test_show_tells_of_an_empty_cell_why(call):
     """A dot in the matrix has a reason, and show tells it."""
     told = call("show", str(REFERENCE), "baoab", "circle").out
-    assert "solves the form Langevin; a SDE has no such view" in " ".join(told.split())
+    assert "needs a Langevin; this problem is an SDE" in " ".join(told.split())
 
 
 def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
@@ -116,8 +116,9 @@ def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
     ("words", "message"),
     [
         ((), "reports/latest holds no run: cannot read verdicts.csv: No such file or directory"),
+        (("nowhere",), "nowhere is no folder, and reports/latest, in which it could be a scheme, holds no run"),
         (("nowhere/",), "nowhere holds no run: cannot read verdicts.csv: No such file or directory"),
-        ((str(REFERENCE), "milstien"), f"nothing in {REFERENCE} is about milstien"),
+        ((str(REFERENCE), "milstien"), f"nothing in {REFERENCE} is about milstien; did you mean milstein?"),
         (
             (str(REFERENCE), "milstein", "gbm", "-m", "srtong"),
             f"nothing in {REFERENCE} is about milstein on gbm, srtong",
