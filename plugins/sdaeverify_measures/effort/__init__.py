@@ -213,7 +213,7 @@ def chernoff(mean: Array, bound: float, count: Array) -> Array:
 
 def _figures(counted: _Counter) -> str:
     sizes = len(counted.along.h[counted.sound])
-    runs = f" there and at {sizes} step sizes of runs" if sizes else ""
+    runs = f" there and at {sizes} others" if sizes else ""
     return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {counted.most:.0f} at most{runs}"
 
 
