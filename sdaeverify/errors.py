@@ -14,7 +14,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from traceback import format_tb, walk_tb
+from traceback import format_exception, walk_tb
 
 
 class SdaeverifyError(Exception):
@@ -89,13 +89,13 @@ def one_line(error: BaseException) -> str:
 
 
 def with_traceback(error: BaseException) -> str:
-    """Return `one_line` of an error, and below it the calls that it has passed.
+    """Return `one_line` of an error, and below it its traceback, with those of the errors that it was raised from.
 
     Parameters
     ----------
     error : BaseException
     """
-    return "\n".join([one_line(error), *(line.rstrip() for line in format_tb(error.__traceback__))])
+    return f"{one_line(error)}\n{''.join(format_exception(error)).rstrip()}"
 
 
 def _text(error: BaseException) -> str:

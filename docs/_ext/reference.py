@@ -137,7 +137,7 @@ def traits() -> str:
     """Return the traits and what they mean."""
     rows = ([f"`{name}`", prose(trait.meaning)] for name, trait in sorted(known_traits().items()))
     told = "A trait is a fact of a problem; a claim holds where the problem has the traits that it names in `when=`."
-    asked = "`sdaeverify info traits` tells, beside, which schemes ask for each."
+    asked = "`sdaeverify info traits` also shows which schemes ask for each."
     return page("Traits", told, asked, table(["trait", "meaning"], rows))
 
 

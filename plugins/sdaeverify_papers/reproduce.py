@@ -166,5 +166,6 @@ def _save(
     title = f"{plan.experiment.source}: {plan.experiment.title}"
     notes = (*exhibit.remarks, *experiment.notes, *exhibit.errors)
     drawn = folder / picture if picture in files else None
-    write_tables(folder / PAGE, title, [TablePage.of("Table", table, notes, drawn)])
+    filled = table.loc[:, [bool(((table[name] != "") & table[name].notna()).any()) for name in table.columns]]
+    write_tables(folder / PAGE, title, [TablePage.of("Table", filled, notes, drawn)])
     yield f"{', '.join(files)} are in {folder}"

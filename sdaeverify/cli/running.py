@@ -283,4 +283,4 @@ def _notes(run: Run) -> Iterator[str]:
     yield from class_notes([row.cells for row in run.study.class_rows or ()])
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
     yield f"{page}{VERDICTS}, {CLASSES}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
-    yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"
+    yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] gives the reasons"

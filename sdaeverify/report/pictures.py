@@ -15,7 +15,7 @@ WORDS = {
     "refuted": "refuted",
     "diverged": "failed",
     "error": "in error",
-    "inconclusive": "undecided",
+    "inconclusive": "inconclusive",
     "not_run": "not run",
     "verified": "verified",
     "out_of_scope": "no claim",

@@ -26,7 +26,13 @@ SYMBOLS = {
 FIRST = ("verified", "refuted")
 ATTENTION = ("refuted", "diverged", "error", "inconclusive", "not_run")
 ABSENT = "not_applicable"
-BRIEF = ("", "quantity", "claim", "one step", "along paths", "by")
+BRIEF = ("", "quantity", "claim", "accepted", "one step", "along paths", "by")
+TIERS = {
+    "T0": "by the contract of a step",
+    "T1": "from one step, without sampling",
+    "T2": "from all steps at once, without sampling",
+    "T3": "along paths, which are sampled",
+}
 MOST_LINES = 40
 # Lines of what is undecided, and of what is wrong.
 FEW, MANY = 2, 5
@@ -58,7 +64,8 @@ def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
         "scheme": row.scheme,
         "problem": row.problem,
         "quantity": f"{row.measure} {row.quantity}".strip(),
-        "claim": row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}",
+        "claim": row.claim if isnan(row.claimed_order) else f">= {row.claimed_order}",
+        "accepted": "" if isnan(row.claimed_order) else f">= {row.claimed_order - row.margin:.3g}",
         "one step": local_order(row),
         "along paths": interval(row.path) or other_value(row),
         "by": row.decided_by,
@@ -81,6 +88,14 @@ def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Tex
     for (scheme, problem), found in grouped(rows, lambda row: (row.scheme, row.problem)).items():
         yield Text(f"\n{visible(f'{scheme} on {problem}')}")
         yield quantity_table(found, plain=plain)
+        yield from _tiers_in_words(found)
+
+
+def _tiers_in_words(rows: Iterable[VerdictRow]) -> Iterator[Text]:
+    """Yield in a line what the tiers of a table mean."""
+    told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
+    if told:
+        yield Text("; ".join(told), style="dim")
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:
@@ -260,7 +275,7 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
     symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
     where = visible(f"{names} on {row.problem}, {', '.join(what)}")
-    joint = " not tested: " if row.verdict == "error" else "; "
+    joint = " not tested: " if row.verdict == "error" and any(one.claim for one in group) else "; "
     return f"{symbol}: {where}: {claim}{joint}{visible(row.reason)}"
 
 

@@ -236,7 +236,7 @@ class CellResult:
         return self.path_seconds / steps if steps else float("nan")
 
 
-def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
+def without_evidence(cell: Cell, verdict: Verdict, told: str) -> CellResult:
     """Return the result of a cell without evidence.
 
     Parameters
@@ -244,11 +244,11 @@ def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
     cell : Cell
     verdict : Verdict
         Of the whole cell; the finding has the claim that it leaves open.
-    reason : str
+    told : str
         Why there is none, in a line; below it the traceback, if something was raised.
     """
     claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
-    line, _, traceback = reason.partition("\n")
+    line, _, traceback = told.partition("\n")
     details = {"traceback": traceback} if traceback else {}
     finding = Finding(quantity="", verdict=verdict, reason=Reason(line), claim=claim, details=details)
     return CellResult(cell, (finding,))

@@ -163,6 +163,8 @@ def test_a_step_that_raises_is_an_error_of_its_claim(quick, odd_scheme, tmp_path
     told = f"order >= 1.0 (margin 0.2) not tested: {raised}"
     assert (outcome.code, outcome.err) == (3, "")
     assert f"! in error: odd on gbm, strong: {told}" in in_one_line(outcome.out)
+    (details,) = rows_of("reports/latest/details/strong.csv")
+    assert f'odd_plugin.py", line {line}, in step' in details["traceback"]
 
 
 def test_problem_that_cannot_be_built(quick, odd_problem):

@@ -120,6 +120,11 @@ def test_status_of_plugins(call, monkeypatch):
         ("sdaeverify-planted.higher_orders", ["plugin sdaeverify-planted.higher_orders", "status: loaded"]),
         ("HolonomicSDAE", ["form HolonomicSDAE", "schemes that solve it: explicit-projection-euler, half-explicit"]),
         ("SDE", ["form SDE", "A stochastic differential equation dx = f dt + B dW (Ito).", "problems that are "]),
+        (
+            "IndexOneSDAE",
+            ["schemes that solve it: lagged-algebraic-theta, stochastic-theta", "schemes that solve another"],
+        ),
+        ("Scheme", ["sdaeverify.Scheme"]),
         ("traits", ["additive-noise", "  The diffusion matrix depends neither", "  asked for by claims of: heun"]),
         ("noise", ["What drives one step", "schemes that need H: ", "schemes that need dW: "]),
         ("claims", ["What a scheme's author asserts.", "schemes with claims about strong: "]),

@@ -1,10 +1,12 @@
 """Strong orders on each interval of the delay."""
 
+from typing import Any, ClassVar
+
 import numpy as np
 import pytest
 
 from facade import SAMPLED, PlatenWeak2, StochasticTheta, delay_test, gbm
-from sdaeverify import Settings
+from sdaeverify import DelaySDAE, Increment, Settings, Step, verify
 from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
 from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict
 
@@ -67,3 +69,24 @@ def test_what_makes_no_sense_is_refused() -> None:
     assert "within the first delay" in measure.refuses(StochasticTheta(), delay_test(horizon=1.0))
     assert "not Brownian" in measure.refuses(PlatenWeak2(), delay_test())
     assert measure.refuses(StochasticTheta(), delay_test()) == ""
+
+
+class Still(StochasticTheta):
+    """Stays where it is: exact against itself."""
+
+    name: ClassVar[str] = "still"
+
+    def step(self, problem: DelaySDAE, state: Any, t: float, h: float, noise: Increment) -> Step:
+        """Make no step."""
+        return Step(state)
+
+
+def test_exact_steps_are_verified_though_no_exact_solution_is_known() -> None:
+    """Up to the first delay one step and paths are exact to round-off; who stands still agrees with itself alone."""
+    found = verify([StochasticTheta(), Still()], "delay-martingale", "intervals", paths=64, block=64).verdicts
+    rows = {row.scheme: row for row in found[found.quantity == "x up to tau"].itertuples()}
+
+    assert rows["stochastic-theta"].verdict == "verified"
+    assert rows["stochastic-theta"].reason.endswith("exact to round-off at all 6 step sizes.")
+    assert "still" not in rows or rows["still"].verdict != "verified"
+    assert "refuted" in set(found[found.scheme == "still"].verdict)

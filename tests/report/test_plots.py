@@ -48,6 +48,12 @@ def test_errors_are_those_of_the_table_and_slopes_those_of_the_row(plots):
         assert np.log(last[1] / first[1]) / np.log(last[0] / first[0]) == pytest.approx(slope)
 
 
+def test_ticks_of_orders_are_explained_once(plots):
+    """However many rows there are, a claim and the least order that is accepted stand in the legend once."""
+    told = [text.get_text() for text in plots.orders("strong").get_legend().get_texts()]
+    assert told == ["claim", "claim - margin"]
+
+
 def test_orders_are_told_with_their_intervals_and_no_noise(plots):
     """A row for each order: along paths with its interval, of one step where the paths tell none."""
     ax = plots.orders("weak")

@@ -194,7 +194,7 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
 
 def _figures(counted: _Counter) -> str:
     sizes = len(counted.along.h[counted.sound])
-    runs = f" there and at {sizes} step sizes of runs" if sizes else ""
+    runs = f" there and at {sizes} others" if sizes else ""
     return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {counted.most:.0f} at most{runs}"
 
 

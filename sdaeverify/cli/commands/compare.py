@@ -37,7 +37,7 @@ WORDS = {
 def compare(**options: Any) -> ExitCode:
     """Compare RUNS, folders that matrix or gate wrote with --out, oldest first, each with the one before.
 
-    Tells which verdicts changed, and which orders and errors moved by more than chance explains. An order may be kept
+    Shows which verdicts changed, and which orders and errors moved by more than chance explains. An order may be kept
     while errors double: on the same paths the ratio of errors is known far better than errors are, so that this shows
     with few paths. Errors are compared where both runs have the same seed, step sizes and problem.
     """

@@ -38,12 +38,12 @@ THETAS = (0.0, 0.25, 0.5, 1.0)
 LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parameters"}
 
 
-@click.command(short_help="Tell all about one of them.")
+@click.command(short_help="Show all about one of them.")
 @click.argument("name", metavar="NAME[PARAMETERS]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
 @plugins
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
-    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
+    """Show all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
 
     Or about a word: a form such as SDE, traits, noise, claims, measures, a public name such as Scheme.
     """

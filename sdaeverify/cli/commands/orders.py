@@ -39,7 +39,7 @@ def orders(
 ) -> ExitCode:
     """Ask schemes for the order conditions that hold for every smooth SDE of a class.
 
-    One step on an equation whose components are rooted trees tells every elementary weight. A claim is verified for a
+    One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time.
     """
     registry = load_and_warn(plugins)

@@ -113,7 +113,7 @@ def _is_named(name: str, pattern: str) -> bool:
 def _notes(folder: Path) -> Iterator[str]:
     if (folder / "report.html").is_file():
         yield f"the page is {folder / 'report.html'}"
-    yield f"sdaeverify show {folder} SCHEME [PROBLEM] tells more"
+    yield f"sdaeverify show {folder} SCHEME [PROBLEM] shows more"
 
 
 def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[Text]:

@@ -54,7 +54,7 @@ function schemesByMeasures() {
 function meanings() {
   const tiers = [["T0", "contract of a step and exactness on trivial equations"], ["T1", "one step, at cubature nodes, without sampling"],
     ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"], ["TA", "order conditions: one step tells what holds for every smooth SDE of a class; it stands beside the others and overrides none"]];
-  const verdicts = [["verified", "the cheapest tier that decides says so, and the next one, which guards it, does not contradict: an order of at least claim − margin along paths, or a local order of about the claim"],
+  const verdicts = [["verified", "the cheapest tier that decides says so, and the next one does not contradict it: an order of at least claim − margin along paths, or an order of about the claim from one step"],
     ["refuted", "a contract is broken, a step does not follow the equation, or an order is too low, significantly"],
     ["inconclusive", "anything else, with what would decide"], ["out_of_scope", "measured, and nothing is claimed of it"]];
   return el("div", {}, table(["", "meaning"], verdicts.map(([verdict, words]) => [badge(verdict), words])), table(["tier", "what decides"], tiers));

@@ -13,7 +13,6 @@ function schemePage(_, name) {
   const passport = PASSPORTS.schemes[name] || {}, own = FINDINGS.filter((one) => one.scheme === name);
   return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["source", passport.source]]),
     heading(2, "Claims"), claims(passport, own), ...classesOf(name), heading(2, "Orders on all problems"),
-    el("p", { class: "soft" }, "● along paths, with its interval; ○ without paths, by one step or by moments. Bars across: claim, and claim − margin (dashed)."),
     ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure)).flat(),
     ...driftOf(own), ...stabilityOf(own, (one) => one.problem), heading(2, "Cost"), cost(own, name), ...others(own, name)];
 }
