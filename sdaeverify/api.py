@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -19,12 +20,12 @@ from .errors import UsageError
 from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.datasets import dataset_of_levels
+from .report.choice import Choices, choices, curves
 from .report.files import require_writable
 from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
-from .report.passports import passports
+from .report.passports import noise_in_words, passports
 from .report.plots import Plots
 from .report.progress import KINDS
 from .report.progress import progress as shown_progress
@@ -32,6 +33,7 @@ from .report.provenance import provenance
 from .report.saved import settings_of
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
+from .report.tables.datasets import dataset_of_levels
 from .report.tables.rows import Rows, classes_table, rows_of, tables_of
 from .report.tables.saved_tables import read_result
 from .store.store import Store
@@ -154,6 +156,29 @@ class Result:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
         details = [row for rows in self.rows.details.values() for row in rows]
         return Plots(self.rows.verdicts, _records(self.levels), details, self.settings.confidence)
+
+    def choose(self, problem: str, measure: str = "strong", quantity: str = "", accuracy: float = nan) -> Choices:
+        """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
+
+        Parameters
+        ----------
+        problem : str
+            Label.
+        measure : str, optional
+            Of errors: ``strong`` or ``weak``.
+        quantity : str, optional
+            The first there is if left out.
+        accuracy : float, optional
+            The error that is wanted; what half of the schemes reach if left out.
+
+        Raises
+        ------
+        UsageError
+            If nothing was measured of it.
+        """
+        details = [row for rows in self.rows.details.values() for row in rows]
+        known = curves(self.rows.verdicts, _records(self.levels), details)
+        return choices(known, problem, (measure, quantity), self.run.get("noise", {}), accuracy)
 
     def cell(self, scheme: str, problem: str) -> CellView:
         """Return what was found of a scheme on a problem, to be looked at.
@@ -411,6 +436,7 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
+    run["noise"] = {each.label: noise_in_words(each) for each in things.values() if isinstance(each, Scheme)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
     rows = rows_of(results)
     tables = tables_of(rows, results, study.settings)

@@ -13,6 +13,7 @@ from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..forms import Problem
 from ..forms.truths import InvariantMean, Moment, Pathwise, Truth
+from ..noise.laws import GAUSSIAN
 
 if TYPE_CHECKING:
     from ..study import Plan
@@ -47,10 +48,17 @@ def scheme_passport(scheme: Scheme) -> Passport:
         "label": scheme.label,
         "text": docstring(type(scheme)),
         "form": form_names(scheme),
+        "noise": noise_in_words(scheme),
         "parameters": given,
         "claims": [_claim(claim) for claim in scheme.promises],
         "source": scheme.source,
     }
+
+
+def noise_in_words(scheme: Scheme) -> str:
+    """Return what a scheme needs to be drawn, such as dW and areas A, and their law if it is not normal."""
+    needed = ", ".join(sorted(scheme.noise, key=lambda name: (name != "dW", name))) or "none"
+    return needed if scheme.law is GAUSSIAN else f"{needed} ({scheme.law.name})"
 
 
 def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:

@@ -35,18 +35,21 @@ class Axis(NamedTuple):
         Where a line crosses the picture.
     told : str
         The estimates in words.
+    paid_by_steps : bool
+        Whether they are errors along paths that more steps make smaller, so that work is compared with them.
     """
 
     label: str = "error"
     log: bool = True
     rule: float | None = None
     told: str = "Values"
+    paid_by_steps: bool = False
 
 
 AXES = {
     "": Axis(),
-    "strong": Axis(told="Errors"),
-    "weak": Axis("|error of the mean|", told="Absolute errors of means"),
+    "strong": Axis(told="Errors", paid_by_steps=True),
+    "weak": Axis("|error of the mean|", told="Absolute errors of means", paid_by_steps=True),
     "invariant": Axis("|error of the mean|", told="Absolute errors of stationary means"),
     "drift": Axis("residual", told="Residuals"),
     "moments": Axis("moment"),

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from math import isfinite, isnan, nan
+from operator import attrgetter
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ DENSITY = "density of coordinate"
 MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
 MARKERS = "osD^v<>pP*"
 STYLES = {"line": "-C0", "claim": "--C2", "least": ":C1"}
+LabelOf = Callable[[VerdictRow], str]
 PointOf = Callable[[VerdictRow, Row], tuple[float, float]]
 COLOURS = {
     "refuted": "#b3261e", "diverged": "#8250df", "error": "#8250df", "inconclusive": "#e3b341",
@@ -166,7 +168,7 @@ class Plots:
         return self._draw_errors("invariant", problem, quantity, ax)
 
     def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision.
+        """Draw errors against the measured time of a path's steps, a line for each scheme beside what it claims.
 
         Parameters
         ----------
@@ -181,7 +183,7 @@ class Plots:
             return times.get(row.key, nan) * number(level, "steps"), number(level, "estimate")
 
         ax, title = self._draw_lines(
-            self._one(measure=measure, problem=problem, quantity=quantity), time_and_error, ax
+            self._one(measure=measure, problem=problem, quantity=quantity), time_and_error, ax, _with_claim
         )
         return _label(_require_lines(ax, title), title, "seconds a path", "error")
 
@@ -227,14 +229,16 @@ class Plots:
             ax.axhline(axis.rule, color="0.4", ls="--")
         return ax
 
-    def _draw_lines(self, row: VerdictRow, point: PointOf, ax: Axes | None) -> tuple[Axes, str]:
+    def _draw_lines(
+        self, row: VerdictRow, point: PointOf, ax: Axes | None, label: LabelOf = attrgetter("scheme")
+    ) -> tuple[Axes, str]:
         """Draw a line for each scheme, of what a row is about; return the axes and their title."""
         ax, names = axes_of(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
         for one, marker in zip(self._choose(**names), cycle(MARKERS), strict=False):
             found = [point(one, level) for level in self._levels(one)]
             points = sorted((x, abs(y)) for x, y in found if x > 0.0 and y)
             if points:
-                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=one.scheme)
+                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=label(one))
         return ax, f"{row.measure} {row.quantity} on {row.problem}"
 
     def _choose(self, **wanted: str) -> list[VerdictRow]:
@@ -276,6 +280,11 @@ def axes_of(ax: Axes | None) -> Axes:
     except ImportError as error:
         raise UsageError(MISSING) from error
     return plt.subplots(layout="constrained")[1]
+
+
+def _with_claim(row: VerdictRow) -> str:
+    """Return a scheme beside what it claims, and what was found of that."""
+    return f"{row.scheme}: {row.claim or 'no claim'} {SYMBOLS[row.verdict][0]}"
 
 
 def _fits(row: Row, wanted: Mapping[str, str]) -> bool:

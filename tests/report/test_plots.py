@@ -84,11 +84,11 @@ def test_schemes_are_compared_by_the_numbers_of_the_levels(plots, kind):
 
 
 def test_work_is_the_measured_time_of_the_steps(plots):
-    """Errors stand against steps times the time of one; without a measured time there is nothing to draw."""
+    """Errors stand against steps times the time of one, beside the claim; without a time there is nothing to draw."""
     levels = [{**row, "steps": str(round(1.0 / float(row["h"])))} for row in plots.levels]
     details = [{**row.cells, "step_seconds": "0.002"} for row in plots.rows]
     ax = Plots(plots.rows, levels, details).work("gbm")
-    found, _ = points(ax, "some-euler")
+    found, _ = points(ax, "some-euler: order >= 0.5 ✓")
     assert found == [(0.002 * round(1 / h), e) for h, e in zip(SIZES, ERRORS, strict=True)]
     with pytest.raises(UsageError, match="nothing to draw: strong x on gbm has no measured times"):
         Plots(plots.rows, levels).work("gbm")

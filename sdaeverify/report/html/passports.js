@@ -88,10 +88,20 @@ function problemPage(_, name) {
   const measured = ["strong", "weak", "invariant", "drift"].filter((measure) => own.some((one) => one.measure === measure && (one.levels.h || []).length));
   return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["Brownian motions", passport.noise && String(passport.noise)], ["horizon", passport.horizon && `${short(passport.horizon)} (${passport.units})`],
     ["traits", passport.traits && listed(passport.traits)], ["observables", passport.observables && listed(passport.observables)], ["source", passport.source]]),
-    heading(2, "Truths"), passport.truths && passport.truths.length ? el("ul", {}, passport.truths.map((truth) => el("li", {}, truth))) : el("p", { class: "soft" }, "None: nothing is verified by paths alone."),
+    ...choicesOn(name), heading(2, "Truths"), passport.truths && passport.truths.length ? el("ul", {}, passport.truths.map((truth) => el("li", {}, truth))) : el("p", { class: "soft" }, "None: nothing is verified by paths alone."),
     heading(2, "Controls: does it tell orders apart?"), controls(passport, own),
     ...measured.map((measure) => [heading(2, `${measure}, all schemes`), ...sameNoise(name, "", measure)]).flat(),
     ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure, (one) => one.scheme)).flat(), ...stabilityOf(own, (one) => one.scheme)];
+}
+
+/** Return the work that each scheme needs for an accuracy, the least first, for each measure of errors. */
+function choicesOn(problem) {
+  const here = (DATA.choices || []).filter((one) => one.problem === problem);
+  const rows = (one) => one.schemes.map((each) => [badge(each.verdict), schemeLink(each.scheme), each.claim || "none", order(each.order), each.noise, short(each.error, 2),
+    finite(each.steps) ? `${each.beyond ? "~" : ""}${each.steps}` : "", finite(each.seconds) ? `${short(1e6 * each.seconds, 3)} µs` : "?"]);
+  return here.length ? [heading(2, "Which scheme for this problem?"),
+    el("p", { class: "soft" }, "Work for the accuracy that half of the schemes reach, the least first: the measured time of the steps of a path. ~ more steps than were made, by the order; ? errors are within their noise, or take too many steps."),
+    ...here.map((one) => [heading(3, `${one.measure} ${one.quantity}: error ${short(one.accuracy)}`), table(["", "scheme", "claim", "order", "noise", "error at the finest h", "steps", "work"], rows(one))]).flat()] : [];
 }
 
 function controls(passport, own) {

@@ -6,6 +6,7 @@ from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
+from ..choice import choices, curves
 from ..class_words import LOOKS, hint
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
@@ -56,10 +57,19 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "costs": list(_costs(tables.levels)),
         "densities": list(_densities(tables.levels)),
         "absent": _texts(tables.absent, (*CELL, "reason")),
+        "choices": list(_choices(rows, tables)),
         "passports": dict(passports or {}),
         "reach": reach(settings_of(tables.run).confidence),
         "labels": [[column.name, column.label] for column in LABELLED],
     }
+
+
+def _choices(rows: Sequence[VerdictRow], tables: SavedTables) -> Iterator[dict[str, Any]]:
+    """Yield the work that each scheme needs on a problem, for each measure of errors, by its first quantity."""
+    found, noise = curves(rows, tables.levels, tables.details), tables.run.get("noise", {})
+    for problem, measure in dict.fromkeys((each.row.problem, each.row.measure) for each in found if each.points):
+        told = choices(found, problem, (measure, ""), noise)
+        yield told.record
 
 
 def to_json(value: float) -> float | str | None:

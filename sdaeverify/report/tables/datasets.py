@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from ..arrays import Array
-from ..errors import UsageError
-from .folders import NAMES
+from ...arrays import Array
+from ...errors import UsageError
+from ..folders import NAMES
 
 if TYPE_CHECKING:
     import xarray

@@ -1,0 +1,140 @@
+"""``choose``: which scheme needs the least work for an accuracy on a problem."""
+
+from collections.abc import Iterator
+from math import isfinite, nan
+from typing import Any
+
+import click
+from rich.text import Text
+
+from ...api import Result, load, verify
+from ...contracts.labels import parse_label
+from ...errors import UsageError
+from ...report.choice import ERRORS, FARTHEST, Choice, Choices
+from ...report.plain import empty_table, visible, wrap_text
+from ...report.sentences import SYMBOLS, mark
+from .. import options
+from ..console import complain, output, output_to_stderr, print_json, print_texts
+from ..exit_codes import ExitCode, codes_in_words
+from ..loading import load_and_warn
+
+WORDS = {
+    ExitCode.OK: "at least one scheme reaches the accuracy",
+    ExitCode.USAGE: "wrong usage",
+    ExitCode.NOTHING: "no scheme is known to reach it",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
+}
+HEADINGS = ("", "scheme", "order", "noise", "error", "steps", "work", "")
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+# Enough for errors to be told from each other; a run of more paths is given by --run.
+PATHS = 2048
+
+
+@click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
+@click.argument("problem", metavar="PROBLEM[PARAMETERS]")
+@options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Of which errors.")
+@options.once("--quantity", metavar="NAME", help="Of which component or observable.  [default: the first]")
+@options.once("--accuracy", type=float, help="Error that is wanted.  [default: what half of the schemes reach]")
+@click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {options.SELECTION}")
+@options.once(
+    "--run", type=options.PLACE, metavar="DIR", help="Take errors and times of a finished run; run nothing."
+)
+@options.once("--paths", type=int, default=PATHS, help="Number of paths at most.")
+@options.once("--levels", metavar="COARSEST..FINEST", default="8..256", help="Numbers of steps, doubling.")
+@options.seed
+@options.once("-j", "--jobs", type=click.IntRange(min=1), default=1, help="Worker processes.")
+@click.option("--json", "as_json", is_flag=True, help="For programs: an object with a list of schemes.")
+@options.plugins
+def choose(problem: str, as_json: bool, **asked: Any) -> ExitCode:
+    """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
+
+    The work is the time of the steps of a path, measured on this machine; the verdict is the one on what the scheme
+    claims of these errors on this problem.
+    """
+    accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
+    if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):
+        raise UsageError(f"--accuracy expects a positive number, the error that is wanted, got {accuracy:g}")
+    if any(letter in problem.partition("[")[0] for letter in ",*?"):
+        raise UsageError(f"choose takes one problem, got {problem!r:.200}; sdaeverify list problems has their names")
+    load_and_warn(asked["plugins"])
+    with output_to_stderr():
+        result = _result(problem, asked)
+    label = _label(result, problem)
+    found = result.choose(label, asked["measure"], asked["quantity"] or "", accuracy)
+    code = ExitCode.OK if any(isfinite(one.seconds) for one in found.found) else ExitCode.NOTHING
+    if as_json:
+        print_json({**found.record, "reaching": int(code is ExitCode.OK)})
+        return code
+    _show(found, result)
+    if code is ExitCode.NOTHING:
+        complain("error", f"no scheme is known to reach {found.accuracy:g}; give more --paths or finer --levels")
+    return code
+
+
+def _result(problem: str, asked: dict[str, Any]) -> Result:
+    if asked["run"] is not None:
+        return load(asked["run"])
+    numbers = {name: asked[name] for name in ("paths", "levels", "seed", "jobs", "plugins")}
+    return verify(list(asked["schemes"]), [problem], [asked["measure"]], **numbers)
+
+
+def _label(result: Result, problem: str) -> str:
+    """Return the label under which a problem is in a result: one that was run alone is the only one."""
+    labels = list(dict.fromkeys(row.problem for row in result.rows.verdicts))
+    if problem in labels or not labels:
+        return problem
+    named = [label for label in labels if parse_label(label) == parse_label(problem)]
+    return named[0] if named else labels[0] if len(labels) == 1 else problem
+
+
+def _show(found: Choices, result: Result) -> None:
+    console = output()
+    plain = console.options.ascii_only
+    print_texts(console, wrap_text(visible(_heading(found)), console.width))
+    table = empty_table(*HEADINGS)
+    least = min((one.seconds for one in found.found if isfinite(one.seconds)), default=nan)
+    for one in found.found:
+        table.add_row(
+            *(Text(visible(cell)) for cell in _cells(one, least, plain=plain)), style=SYMBOLS[one.verdict][2]
+        )
+    console.print(table)
+    print_texts(console, (line for note in _notes(found, result) for line in wrap_text(visible(note), console.width)))
+
+
+def _heading(found: Choices) -> str:
+    what = f"{found.measure} {found.quantity}"
+    return f"Which scheme for {found.problem}: work for an error of {what} of {found.accuracy:g}, the least first."
+
+
+def _cells(one: Choice, least: float, *, plain: bool) -> Iterator[str]:
+    yield mark(one.verdict, plain=plain)
+    yield one.scheme
+    yield f"{one.order:.2f}" if isfinite(one.order) else ""
+    yield one.noise
+    yield f"{one.error:.1e}" if isfinite(one.error) else ""
+    yield f"{'~' * one.beyond}{one.steps:.0f}" if isfinite(one.steps) else ""
+    yield _time(one.seconds) if isfinite(one.seconds) else "?"
+    yield f"x {one.seconds / least:.1f}" if isfinite(one.seconds) else ""
+
+
+def _time(seconds: float) -> str:
+    scale, unit = next(((s, u) for s, u in UNITS if seconds >= s), UNITS[-1])
+    return f"{seconds / scale:.3g} {unit}"
+
+
+def _notes(found: Choices, result: Result) -> Iterator[str]:
+    names = [one.scheme for one in found.found if one.verdict == "verified"]
+    yield f"verified on {found.problem}: {', '.join(names) or 'none'}"
+    if any(one.beyond for one in found.found):
+        yield "~ more steps than were made, by the order"
+    unknown = [one.scheme for one in found.found if not isfinite(one.seconds)]
+    if unknown:
+        why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
+        yield f"? {why}: {', '.join(unknown)}"
+    here = (row for row in result.rows.absent if row["problem"] == found.problem and row["measure"] == found.measure)
+    if others := len({row["scheme"] for row in here}):
+        yield f"{others} further schemes do not solve it; sdaeverify matrix -p {found.problem} --dry-run says why"
+    further = found.quantities[1:] if found.quantity == found.quantities[0] else found.quantities[:1]
+    if further:
+        yield f"other quantities, for --quantity: {', '.join(further)}"
+    yield "error: at the finest step size; work: time of the steps of a path, measured on this machine"

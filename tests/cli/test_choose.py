@@ -1,0 +1,85 @@
+"""``choose``: a table of schemes by their work, JSON for programs, and a line for each mistake."""
+
+import json
+
+import pytest
+
+from sdaeverify import verify
+
+FEW = ("-s", "milstein,euler-maruyama,displaced-euler", "--paths", "512", "--levels", "8..64")
+
+
+@pytest.fixture
+def eighty(monkeypatch):
+    """Make the terminal 80 columns wide."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.mark.usefixtures("eighty")
+def test_a_table_of_eighty_columns(call):
+    """The least work first, with order, noise, steps and verdict; then who is verified, and what else there is."""
+    outcome = call("choose", "gbm", *FEW, "--accuracy", "0.03")
+
+    lines = outcome.out.splitlines()
+    assert outcome.code == 0
+    assert all(len(line.rstrip()) <= 80 for line in lines)
+    assert lines[0].startswith("Which scheme for gbm: work for an error of strong x of 0.03")
+    places = [next(i for i, line in enumerate(lines) if name in line) for name in ("milstein", "euler-maruyama")]
+    assert places == sorted(places)
+    assert any("displaced-euler" in line and "?" in line for line in lines)
+    assert "verified on gbm: milstein, euler-maruyama" in lines
+
+
+def test_json_is_one_object(call):
+    """With problem, measure, quantity, accuracy and a list of schemes, unknown numbers being null."""
+    outcome = call("choose", "gbm", *FEW, "--accuracy", "0.03", "--json")
+
+    told = json.loads(outcome.out)
+    assert (told["problem"], told["measure"], told["quantity"], told["accuracy"]) == ("gbm", "strong", "x", 0.03)
+    assert [one["scheme"] for one in told["schemes"]] == ["milstein", "euler-maruyama", "displaced-euler"]
+    assert told["schemes"][2]["seconds"] is None
+
+
+def test_a_finished_run_is_asked(call, tmp_path):
+    """Nothing is computed where a folder is given; the table is that of the run."""
+    verify("milstein", "gbm", "strong", paths=512).save(tmp_path / "run")
+    outcome = call("choose", "gbm", "--run", "run")
+
+    assert outcome.code == 0
+    assert "milstein" in outcome.out
+
+
+def test_no_scheme_reaches_it(call):
+    """What no order can tell is exit code 5, in one line."""
+    outcome = call(
+        "choose", "gbm", "-s", "displaced-euler", "--paths", "256", "--levels", "8..32", "--accuracy", "1e-9"
+    )
+
+    assert outcome.code == 5
+    assert "no scheme is known to reach 1e-09" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["gmb"], "unknown problem 'gmb'; did you mean gbm"),
+        (["gbm", "--accuracy", "0"], "--accuracy expects a positive number, the error that is wanted, got 0"),
+        (["gbm", "--accuracy", "nan"], "--accuracy expects a positive number"),
+        (["gbm", "-m", "drift"], "'drift' is not one of 'strong', 'weak'"),
+        (["gbm", "--quantity", "y", *FEW], "no strong error of y on gbm; there are x, x@T"),
+        (["gbm", "--run", "nowhere"], "nowhere holds no run"),
+        (["gbm,ou"], "choose takes one problem, got 'gbm,ou'"),
+        (["*"], "choose takes one problem, got '*'"),
+        (["gbm", "--levels", "8..9"], "levels expects"),
+        (["gbm", "-s", "baoab"], "no strong error of anything on gbm"),
+        ([], "missing argument"),
+    ],
+    ids=repr,
+)
+def test_mistakes(call, words, message):
+    """One line, exit code 2."""
+    outcome = call("choose", *words)
+
+    (line,) = outcome.err.splitlines()
+    assert message in line
+    assert outcome.code == 2

@@ -1,0 +1,78 @@
+"""Which scheme for a problem: steps and work for an accuracy come from the errors and times of a run."""
+
+import math
+
+import pytest
+
+from facade import choices, curves
+from report.rows import level, read, verdict
+from sdaeverify import UsageError, verify
+
+SIZES = [8, 16, 32, 64]
+
+
+def curve(scheme, errors, *, noise=0.0, order="1.0", seconds=1e-6, problem="gbm"):
+    """Return what is needed of a scheme with these errors at 8, 16, ... steps."""
+    row = verdict(scheme=scheme, problem=problem, path_order=order)
+    levels = [
+        level(scheme=scheme, problem=problem, quantity=row["quantity"], steps=str(n), estimate=str(e),
+              std_error=str(noise), fitted="")
+        for n, e in zip(SIZES, errors, strict=True)
+    ]  # fmt: skip
+    return row, levels, {**row, "step_seconds": str(seconds)}
+
+
+def chosen(*found, accuracy=math.nan, quantity=""):
+    """Return the choices among some curves."""
+    rows, levels, details = zip(*found, strict=True)
+    known = curves(read(*rows), [each for some in levels for each in some], details)
+    return choices(known, "gbm", ("strong", quantity), {"a": "dW, H"}, accuracy)
+
+
+def test_steps_are_interpolated_and_extrapolated_by_the_order():
+    """Between two levels on the line through both; beyond the finest with the order, which is said."""
+    found = chosen(curve("a", [0.8, 0.4, 0.2, 0.1]), curve("b", [0.8, 0.4, 0.2, 0.15], seconds=4e-6), accuracy=0.1)
+    assert [(one.scheme, one.steps, one.beyond) for one in found.found] == [("a", 64.0, False), ("b", 96.0, True)]
+    assert [one.seconds for one in found.found] == pytest.approx([64e-6, 384e-6])
+    (one, _) = chosen(curve("a", [0.8, 0.4, 0.2, 0.1]), curve("b", [9, 9, 9, 9]), accuracy=0.3).found
+    assert one.steps == math.ceil(16 * 0.4 / 0.3)
+    assert one.noise == "dW, H"
+
+
+def test_the_least_work_comes_first_and_what_is_not_known_last():
+    """A dear step may need fewer of them; errors within their noise, and orders of 0, tell no work."""
+    known = curve("dear", [0.1, 0.05, 0.025, 0.0125], seconds=1e-5), curve("cheap", [0.8, 0.4, 0.2, 0.1])
+    unknown = curve("noisy", [0.1, 0.1, 0.1, 0.1], noise=0.05), curve("stuck", [1.0, 1.0, 1.0, 1.0], order="0.05")
+    found = chosen(*unknown, *known, accuracy=0.1)
+    assert [one.scheme for one in found.found] == ["cheap", "dear", "noisy", "stuck"]
+    assert [math.isfinite(one.seconds) for one in found.found] == [True, True, False, False]
+
+
+def test_errors_that_rise_again_do_not_count_as_reached():
+    """An accuracy is reached where all finer levels have it, too: a zero of the error is no accuracy."""
+    (one,) = chosen(curve("a", [0.8, 0.01, 0.3, 0.1]), accuracy=0.2).found
+    assert 32 < one.steps <= 64
+
+
+def test_half_of_the_schemes_reach_the_accuracy_that_is_left_out():
+    """The median of the errors at the finest level, rounded up."""
+    found = chosen(*(curve(name, [0.8, 0.4, 0.2, e]) for name, e in (("a", 0.012), ("b", 0.042), ("c", 0.19))))
+    assert found.accuracy == 0.05
+    assert sum(not one.beyond for one in found.found) == 2
+
+
+def test_what_was_not_measured_is_an_error_of_the_user():
+    """One line with the quantities that there are."""
+    with pytest.raises(UsageError, match="no strong error of z on gbm; there are x"):
+        chosen(curve("a", [0.8, 0.4, 0.2, 0.1]), quantity="z")
+    with pytest.raises(UsageError, match="no strong error of anything on gbm"):
+        chosen(curve("a", [0.8, 0.4, 0.2, 0.1], problem="ou"))
+
+
+def test_a_result_chooses():
+    """Milstein's order 1 needs fewer steps than Euler's 1/2, and the noise of both is told."""
+    result = verify("milstein,euler-maruyama", "gbm", "strong", paths=1024, levels=4)
+    found = {one.scheme: one for one in result.choose("gbm", accuracy=0.03).found}
+    assert found["milstein"].steps < found["euler-maruyama"].steps
+    assert {one.noise for one in found.values()} == {"dW"}
+    assert {one.verdict for one in found.values()} == {"verified"}
