@@ -236,6 +236,7 @@ from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula
 from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.record import Record
+from sdaeverify.trees.stationary.combinations import stationary_conditions
 from sdaeverify.trees.taylor import RichEquation
 from sdaeverify.trees.universal import TIME_0, Universal
 from sdaeverify.verdicts import path_tests

@@ -47,6 +47,12 @@ def constant_noise(sigma: float) -> dict[str, Any]:
     }
 
 
+def gradient_noise(sigma: float) -> dict[str, Any]:
+    """Return the same where the drift does not depend on time: every drift of one component is a gradient."""
+    noise = constant_noise(sigma)
+    return {**noise, "traits": noise["traits"] | {"overdamped-gradient"}}
+
+
 def matrix(value: float, x: Array) -> Array:
     """Return a number as a matrix on every path of x, shape (1, 1, P)."""
     return np.full((1, 1, x.shape[-1]), value)

@@ -7,7 +7,7 @@ from sdaeverify import SDE, Array, Chart, Increment, Line, hookimpl
 
 from . import _controls as controls
 from ._arguments import check_least
-from ._known import constant_noise, limits, monomials, solution
+from ._known import gradient_noise, limits, monomials, solution
 
 OBSERVABLES = {**monomials("x", "x^2", "x^4"), "cos x": lambda t, s: np.cos(s["x"][0])}
 
@@ -40,7 +40,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
     return SDE(
         controls=controls.ADDITIVE,
         drift=lambda t, x: x - x * x * x,
-        **constant_noise(sigma),
+        **gradient_noise(sigma),
         start=[x_0],
         horizon=horizon,
         observables=OBSERVABLES,

@@ -6,7 +6,7 @@ from sdaeverify import SDE, Array, Chart, Increment, Line, MeanSquareStability, 
 
 from . import _controls as controls
 from . import _normal_law as normal
-from ._known import constant_noise, solution
+from ._known import gradient_noise, solution
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
@@ -44,7 +44,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
     return SDE(
         controls=controls.STATIONARY,
         drift=lambda t, x: -a * x,
-        **constant_noise(sigma),
+        **gradient_noise(sigma),
         start=[x_0],
         horizon=horizon,
         observables=normal.OBSERVABLES,

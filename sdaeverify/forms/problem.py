@@ -123,7 +123,7 @@ class Problem:
         if self.has_constraints:
             traits |= {"constrained"}
         traits |= {"no-delay"}
-        traits |= ADDITIVE if "additive-noise" in traits else frozenset()
+        traits |= ADDITIVE if traits & {"additive-noise", "overdamped-gradient"} else frozenset()
         return traits | {"commutative-noise"} if traits & COMMUTING else traits
 
     @property

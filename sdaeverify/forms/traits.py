@@ -51,6 +51,11 @@ GENERAL: tuple[Trait, ...] = (
         "problem), so that Euler-Maruyama is Milstein's scheme.",
     ),
     Trait(
+        "overdamped-gradient",
+        "The drift is -grad V and does not depend on time, the diffusion is sigma Id with a constant number sigma: "
+        "the invariant density, where there is one, is proportional to exp(-2 V/sigma^2).",
+    ),
+    Trait(
         "normal-milstein-term",
         "DB_j(x) B_k(x) is orthogonal to the manifold g = 0 of an SDE's constraint, at points x of it, so that a "
         "projection supplies what Euler-Maruyama lacks.",

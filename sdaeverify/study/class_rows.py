@@ -11,7 +11,7 @@ from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, Marker
 from ..trees.classes import CLASSES, EquationClass
-from ..trees.report import MEASURES, ClassRow, ClassVerdict, rows_of
+from ..trees.report import MEASURES, ClassRow, ClassVerdict, measures_of, rows_of
 from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
@@ -101,5 +101,5 @@ def _ask(scheme: Scheme, kind: EquationClass, marker: Marker, index: int) -> Row
 def _failed(scheme: Scheme, kind: EquationClass, why: str) -> Rows:
     return tuple(
         ClassRow(scheme.label, kind.name, kind.motions or 0, measure, ClassVerdict.ERROR, premise=why)
-        for measure in MEASURES
+        for measure in measures_of(kind)
     )

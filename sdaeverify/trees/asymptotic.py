@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from .conditions import WEAK, Condition
+from .conditions import STRONG, Condition
 
 # Step sizes, and what is rounding in a component of the step.
 SIZES = (2.0**-8, 2.0**-12, 2.0**-16)
@@ -36,7 +36,7 @@ class Rate(NamedTuple):
 
     def order(self, measure: str) -> float:
         """Return the order that the defect leaves to a measure; infinite if it does not concern it."""
-        if measure == WEAK:
+        if measure != STRONG:
             return np.inf if self.condition.on_paths else self.power - 1.0
         if self.condition.on_paths:
             return self.power - 0.5

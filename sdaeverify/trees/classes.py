@@ -46,9 +46,23 @@ class EquationClass:
         """Whether each noise moves one component, which alone its coefficient depends on."""
         return "diagonal-noise" in self.traits
 
+    @property
+    def overdamped(self) -> bool:
+        """Whether the drift is a gradient and the noise sigma dW: conditions are those of the invariant measure."""
+        return "overdamped-gradient" in self.traits
+
+    @property
+    def covers(self) -> str:
+        """What else the equations and a scheme have to be, in words."""
+        if not self.overdamped:
+            return ""
+        return "drift -grad V, noise sigma dW, both equation and scheme ergodic (nothing of Langevin dynamics)"
+
     def trees(self, motions: int, top: int) -> list[Tree]:
         """Return the trees up to a weight that do not vanish by themselves."""
         grown = grow(motions, top, additive=self.additive)
+        if self.overdamped:
+            return [each for each in grown if TIME not in each.colours]
         return [each for each in grown if is_diagonal(each)] if self.diagonal else grown
 
     def basis(self, trees: Sequence[Tree], motions: int) -> list[Combination]:
@@ -75,6 +89,7 @@ CLASSES = (
     EquationClass("commutative", frozenset({"commutative-noise"})),
     EquationClass("vanishing-milstein-term", frozenset({"vanishing-milstein-term"})),
     EquationClass("general"),
+    EquationClass("overdamped-gradient", frozenset({"overdamped-gradient", "additive-noise"})),
 )
 
 

@@ -8,7 +8,7 @@ With the defects Delta = phi - I of a step, whose weights are h^(w/2) times func
 (Milstein & Tretyakov 2004, sections 1.1 and 2.2; Burrage & Burrage 2000; Roessler 2006; Debrabant & Kvaerno 2008).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -22,6 +22,7 @@ from ..probing import Nodes
 from .grow import Forest, Tree, formula, multisets
 from .moments import Combination, ExactMoments
 from .record import ROUNDING, Record
+from .stationary.combinations import ForestCombination
 
 # Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
 TOLERANCE = 1e-8
@@ -29,6 +30,7 @@ TOLERANCE = 1e-8
 AT_ONCE, DENOMINATOR, SIMPLE = 512, 48, 1.0
 STRONG: str = "strong"
 WEAK: str = "weak"
+INVARIANT: str = "invariant"
 
 
 class Condition(NamedTuple):
@@ -53,6 +55,8 @@ class Condition(NamedTuple):
         Below which a defect is none.
     power : float
         Of h, with which the defect vanishes where weights depend on h; NaN where they do not.
+    others : tuple of (Forest, Fraction)
+        What else is in a linear combination of means, which the forest leads.
     """
 
     forest: Forest
@@ -64,6 +68,7 @@ class Condition(NamedTuple):
     known: bool = True
     tolerance: float = TOLERANCE
     power: float = nan
+    others: tuple[tuple[Forest, Fraction], ...] = ()
 
     @property
     def held(self) -> bool:
@@ -77,8 +82,8 @@ class Condition(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The forest as a formula."""
-        return formula(self.forest)
+        """The forest, or the combination of forests, as a formula."""
+        return formula(self.forest) + "".join(map(_term, self.others))
 
     @property
     def texts(self) -> tuple[str, str]:
@@ -91,6 +96,12 @@ class Condition(NamedTuple):
             return "no function of the record", "I"
         factor = f"{self.found:.4g} I" if abs(self.found) > self.tolerance else "0"
         return (factor if self.rest <= self.tolerance else f"{factor} and {self.rest:.2g} else"), "I"
+
+
+def _term(other: tuple[Forest, Fraction]) -> str:
+    forest, c = other
+    size = "" if abs(c) == 1 else f"{abs(c)} "
+    return f" {'-' if c < 0 else '+'} {size}{formula(forest)}"
 
 
 def number_text(value: float, tolerance: float) -> str:
@@ -196,6 +207,30 @@ class Conditions:
         names = tuple(self.names[i] for i in places)
         return Condition(names, False, defect, float(found), wanted, tolerance=self.tolerance)
 
+    def of_combinations(self, rule: Weighed, combinations: Sequence[ForestCombination]) -> list[Condition]:
+        """Return the conditions on linear combinations of means; none of the trees is itself a combination."""
+        places = {each: place for place, each in enumerate(self.names)}
+        forests = list({forest: None for some in combinations for forest in some})
+        rows = [tuple(places[each] for each in forest) for forest in forests]
+        found = dict(zip(forests, map(float, means_of_products(rule.psi, rule.nodes.weights, rows)), strict=True))
+        return [self._combined_condition(some, found) for some in combinations]
+
+    def _combined_condition(self, combination: ForestCombination, found: Mapping[Forest, float]) -> Condition:
+        wanted = {forest: self.moments.mean(forest) for forest in combination}
+        # Increments have the moments of the solution nearly always: what is left says more without them.
+        told = {
+            forest: c
+            for forest, c in combination.items()
+            if not _is_increments(forest) or abs(found[forest] - wanted[forest]) > self.tolerance
+        }
+        terms = told or combination
+        first, *others = terms.items()
+        mean = sum(float(c) * found[forest] for forest, c in terms.items()) / float(first[1])
+        exact = sum((c * wanted[forest] for forest, c in terms.items()), Fraction(0)) / first[1]
+        rest = tuple((forest, c / first[1]) for forest, c in others)
+        defect = abs(mean - float(exact)) / (1.0 + abs(float(exact)))
+        return Condition(first[0], False, defect, mean, exact, tolerance=self.tolerance, others=rest)
+
     @cached_property
     def _is_plain(self) -> bool:
         return all(len(each) == 1 for each in self.basis)
@@ -203,6 +238,10 @@ class Conditions:
     def forests(self, top: int) -> list[tuple[int, ...]]:
         """Return all forests up to a weight, as places in the basis, by weight."""
         return [places for weight in range(1, top + 1) for places in multisets(self.weights, weight)]
+
+
+def _is_increments(forest: Forest) -> bool:
+    return all(not each.kids for each in forest)
 
 
 def _part_of(found: Array, wanted: Array, weights: Array) -> tuple[float, float]:
@@ -244,7 +283,7 @@ def order_of(conditions: Sequence[Condition], top: int, measure: str) -> float:
     top : int
         The largest weight that was looked at.
     measure : str
-        ``strong`` or ``weak``.
+        ``strong``, ``weak`` or ``invariant``.
     """
     failing = [each for each in conditions if not each.held]
     for twice in range(1, top):
@@ -260,10 +299,10 @@ def belongs(condition: Condition, measure: str, p: float) -> bool:
     ----------
     condition : Condition
     measure : str
-        ``strong`` or ``weak``.
+        ``strong``, ``weak`` or ``invariant``.
     p : float
     """
-    if measure == WEAK:
+    if measure != STRONG:
         return not condition.on_paths and condition.weight <= 2 * p + 1
     if condition.on_paths:
         return condition.weight <= 2 * p

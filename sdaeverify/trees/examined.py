@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import nan
 
+import numpy as np
+
 from .asymptotic import SIZES, Rate, order_left, rates, slowest
-from .conditions import STRONG, WEAK, Condition, Weighed, belongs, breaking, means_of_products, order_of
+from .conditions import INVARIANT, STRONG, WEAK, Condition, Weighed, belongs, breaking, means_of_products, order_of
 from .nodes import FEWER, rule_nodes
 from .probes import Probe
 from .record import Record
+from .stationary.combinations import ForestCombination, stationary_conditions
 from .weights import H
 
 # Rates are compared with orders, which are multiples of 1/2.
@@ -50,11 +53,19 @@ class Examined:
         """Return all conditions with what is found in units of h^(w/2) with steps of size h."""
         probe, conditions = self.probe, self.probe.conditions
         rule = probe.weighed(probe.rule, h)
+        if probe.kind.overdamped:
+            return conditions.of_combinations(rule, self.combinations)
         means = conditions.of_means(rule, conditions.forests(probe.top))
         if probe.scheme.law.bounded:
             return means
         record = Record(probe.noise, probe.motions, conditions.moments)
         return [*conditions.on_paths(probe.weighed(probe.points, h), rule, record, probe.top - 1), *means]
+
+    @cached_property
+    def combinations(self) -> list[ForestCombination]:
+        """The conditions of the invariant measure."""
+        probe = self.probe
+        return stationary_conditions(probe.conditions.trees, probe.noises, probe.top)
 
     @cached_property
     def rates(self) -> list[Rate]:
@@ -113,10 +124,14 @@ class Examined:
         )
 
     def _mean_at(self, condition: Condition, rule: Weighed) -> float:
-        places = tuple(self.probe.conditions.names.index(each) for each in condition.forest)
-        return float(means_of_products(rule.psi, rule.nodes.weights, [places])[0])
+        forests = [condition.forest, *(forest for forest, _ in condition.others)]
+        factors = np.array([1.0, *(float(c) for _, c in condition.others)])
+        places = [tuple(map(self.probe.conditions.names.index, forest)) for forest in forests]
+        return float(factors @ means_of_products(rule.psi, rule.nodes.weights, places))
 
     @property
     def measures(self) -> tuple[str, ...]:
         """The measures whose orders follow: a bounded law tells no paths."""
+        if self.probe.kind.overdamped:
+            return (INVARIANT,)
         return (WEAK,) if self.probe.scheme.law.bounded else (STRONG, WEAK)

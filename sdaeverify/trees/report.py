@@ -16,7 +16,7 @@ from ..forms import SDE
 from ..registry.load import load_registry
 from ..registry.selection import select_schemes
 from .classes import CLASSES, EquationClass
-from .conditions import STRONG, WEAK, Condition
+from .conditions import INVARIANT, STRONG, WEAK, Condition
 from .examined import Examined
 from .probes import Probe, probe_of
 from .problem_file import problem_file
@@ -37,9 +37,11 @@ class ClassVerdict(StrEnum):
 # Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
 # weight brings a multiple of those before.
 LEAST, CHEAP, GROWTH = 3, 500, 4
+# Invariant measures of order 2 need the weight 5.
+STATIONARY = 5
 # Motions where nobody says how many: many up to a weight, few above.
 FEW, MANY, QUICK = 2, 3, 4
-MEASURES = (STRONG, WEAK)
+MEASURES = (STRONG, WEAK, INVARIANT)
 MOST_MOTIONS, MOST_WEIGHT = 4, 8
 
 
@@ -50,7 +52,7 @@ class ClassRow:
     Attributes
     ----------
     scheme, kind, measure : str
-        Label of the scheme, name of the class, ``strong`` or ``weak``.
+        Label of the scheme, name of the class, ``strong``, ``weak`` or ``invariant``.
     motions : int
         Number of Brownian motions.
     verdict : ClassVerdict
@@ -175,6 +177,10 @@ class OrderReport:
         row = next((row for row in self.rows if row.first == condition), None)
         if row is None:
             raise UsageError(f"condition {condition.name!r:.200} is none of this report")
+        if row.measure == INVARIANT:
+            raise UsageError(
+                "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
+            )
         traits = class_named(row.kind).traits
         return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, traits)
 
@@ -199,7 +205,8 @@ def orders(
     scheme : str or Scheme
         A name with parameters, or a scheme itself, as `verify` takes it.
     classes : str or sequence of str, optional
-        Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general; all if left out.
+        Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general,
+        overdamped-gradient; all if left out.
     motions : int
         Number of Brownian motions where a class has no number of its own: what holds holds for as many.
     weight : int, optional
@@ -306,10 +313,23 @@ def _motions_of(kind: EquationClass, motions: int) -> int:
 
 def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
-    claimed = [needed(found[1]) for name in MEASURES if (found := claimed_order(probe, name))]
+    claimed = [needed(found[1]) for name in measures_of(probe.kind) if (found := claimed_order(probe, name))]
+    if probe.kind.overdamped:
+        return max([STATIONARY, *claimed])
     top = max([LEAST, *claimed])
     cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
     return top + 1 if cheap else top
+
+
+def measures_of(kind: EquationClass) -> tuple[str, ...]:
+    """Return what is asked of a class.
+
+    Parameters
+    ----------
+    kind : EquationClass
+        The class.
+    """
+    return (INVARIANT,) if kind.overdamped else (STRONG, WEAK)
 
 
 def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
@@ -337,7 +357,7 @@ def claimed_measures(scheme: Scheme, kind: EquationClass) -> list[str]:
         The class.
     """
     probe = probe_of(scheme, kind, _motions_of(kind, FEW), LEAST)
-    return [] if Examined(probe).why_not else [measure for measure in MEASURES if claimed_order(probe, measure)]
+    return [] if Examined(probe).why_not else [each for each in measures_of(kind) if claimed_order(probe, each)]
 
 
 def _rows(of: Examined) -> Iterator[ClassRow]:
@@ -346,7 +366,7 @@ def _rows(of: Examined) -> Iterator[ClassRow]:
     if of.why_not:
         yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=of.why_not)
         return
-    for measure in MEASURES:
+    for measure in measures_of(probe.kind):
         promise, claim = claimed_order(probe, measure) or (None, None)
         if claim or measure in of.measures:
             yield _told(of, replace(row, measure=measure, promise=promise), claim)
@@ -371,7 +391,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=premise_fails or of.probe.premises,
+        premise=premise_fails or ", ".join(filter(None, (of.probe.kind.covers, of.probe.premises))),
     )
 
 

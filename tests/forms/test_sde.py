@@ -51,6 +51,8 @@ def known(parts):
     return Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
 
 
+CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
+GRADIENT = {"traits": {"overdamped-gradient"}, **CONSTANT}
 REFUSED = [
     ({"horizon": 0.0}, "horizon must be a positive time, got 0.0"),
     ({"horizon": np.inf}, "horizon must be a positive time, got inf"),
@@ -91,6 +93,9 @@ REFUSED = [
     ({"traits": {"additive-noise"}, "diffusion": uneven}, "trait additive-noise: the diffusion"),
     ({"traits": {"diagonal-noise"}, "diffusion": uneven}, "trait diagonal-noise: the diffusion"),
     ({"traits": {"commutative-noise"}}, "trait commutative-noise: DB_j B_k and DB_k B_j differ"),
+    ({**GRADIENT, "diffusion": lambda t, x: np.diag([1.0, 2.0])[..., None]}, "the diffusion is no multiple of Id"),
+    ({**GRADIENT, "drift": lambda t, x: (1.0 + t) * x}, "trait overdamped-gradient: the drift depends on time"),
+    ({**GRADIENT, "drift": lambda t, x: x[::-1] * [[1.0], [2.0]]}, "trait overdamped-gradient: Df is not symmetric"),
     ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
 ]
 OFF_THE_ELLIPSE = [
@@ -153,9 +158,6 @@ def test_components_have_names():
     assert {name: rows.tolist() for name, rows in named.items()} == {"q": [[0, 1, 2]], "p": [[3, 4, 5]]}
 
 
-CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
-
-
 @pytest.mark.parametrize(
     ("changes", "traits"),
     [
@@ -166,6 +168,10 @@ CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
             {"additive-noise", "vanishing-milstein-term", "commutative-noise"},
         ),
         ({"traits": {"diagonal-noise"}, **CONSTANT}, {"diagonal-noise", "commutative-noise"}),
+        (
+            {**GRADIENT, "drift": lambda t, x: -x * (x * x).sum(axis=0)},
+            {"overdamped-gradient", "additive-noise", "vanishing-milstein-term", "commutative-noise"},
+        ),
     ],
 )
 def test_traits_that_follow_are_added(changes, traits):

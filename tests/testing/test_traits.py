@@ -58,6 +58,40 @@ def test_false_traits_are_noticed(name):
     assert text
 
 
+def overdamped(drift, diffusion):
+    """Return an equation whose coefficients are changed after the form has looked at them."""
+    problem = SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: np.eye(2)[..., None],
+        start=[1.0, 2.0],
+        noise_dim=2,
+        horizon=1.0,
+        source="planted",
+        traits=frozenset({"overdamped-gradient"}),
+    )
+    object.__setattr__(problem, "drift", drift)
+    object.__setattr__(problem, "diffusion", diffusion)
+    return problem
+
+
+NO_GRADIENTS = {
+    "right": (lambda t, x: -x * (x * x).sum(axis=0), lambda t, x: 0.3 * np.eye(2)[..., None], ""),
+    "turns": (lambda t, x: -x + 1e-3 * x[::-1] * [[1.0], [-1.0]], lambda t, x: np.eye(2)[..., None], "Df less"),
+    "later": (lambda t, x: -x * (1.0 + 1e-9 * t), lambda t, x: np.eye(2)[..., None], "depends on time"),
+    "uneven": (lambda t, x: -x, lambda t, x: np.diag([1.0, 1.001])[..., None], "no multiple of Id"),
+}
+
+
+@pytest.mark.parametrize("name", NO_GRADIENTS)
+def test_overdamped_dynamics_are_told_from_others(name):
+    """The right one passes; a drift that turns or depends on time and uneven noise are noticed."""
+    drift, diffusion, words = NO_GRADIENTS[name]
+    text = against("overdamped-gradient", lambda: overdamped(drift, diffusion))
+
+    assert words in text
+    assert bool(text) == bool(words)
+
+
 def delayed(**changes):
     """Return dx = -2 x dt + v dW with a delay, and without y, changed."""
     fields = {

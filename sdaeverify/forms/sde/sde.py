@@ -259,6 +259,20 @@ class SDE(Problem):
         stated = "commutative-noise" in self.traits and not self.traits & COMMUTING
         if stated and not self.why_not_derivative_of_diffusion() and not self._commutes(0.5 * self.horizon, y):
             raise ProblemError("trait commutative-noise: DB_j B_k and DB_k B_j differ")
+        if "overdamped-gradient" in self.traits and (why := self._why_not_gradient(y)):
+            raise ProblemError(f"trait overdamped-gradient: {why}")
+
+    def _why_not_gradient(self, x: Array) -> str:
+        B, d = self.diffusion(0.0, x), self.dimension
+        if B.shape[1] != d or not np.allclose(B, B[0, 0] * np.eye(d)[..., None], rtol=1e-12, atol=0.0):
+            return "the diffusion is no multiple of Id"
+        if not np.array_equal(self.drift(0.0, x), self.drift(0.5 * self.horizon, x)):
+            return "the drift depends on time"
+        if self.why_not_derivative_of_drift():
+            return ""
+        J = np.asarray(self.derivative_of_drift(0.0, x))
+        symmetric = np.allclose(J, J.swapaxes(0, 1), rtol=0.0, atol=1e-10 * np.abs(J).max())
+        return "" if symmetric else "Df is not symmetric: the drift is no gradient"
 
     def _commutes(self, t: float, x: Array) -> bool:
         B = np.broadcast_to(self.diffusion(t, x), (self.dimension, self.noise_dim, x.shape[-1]))

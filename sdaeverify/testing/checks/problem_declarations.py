@@ -158,6 +158,21 @@ def _normal_milstein_term(subject: ProblemSubject) -> str:
     return ""
 
 
+def _gradient(subject: ProblemSubject) -> str:
+    """Compare the diffusion with a multiple of Id, and the derivative of the drift with its transpose."""
+    x, B, f = subject.x, subject.B, subject.equation.drift
+    unit = np.eye(len(x))[..., None]
+    if B.shape[1] != len(x) or not np.array_equal(B, B[0, 0] * unit + 0.0 * B):
+        return "the diffusion is no multiple of Id"
+    values = [f(t, x) + 0.0 * x for t in TIMES]
+    if not all(np.array_equal(value, values[0]) for value in values):
+        return "the drift depends on time"
+    columns = [first(lambda z: f(WHEN, z) + 0.0 * z, x, unit[k] + 0.0 * x) for k in range(len(x))]
+    J = np.stack(columns, axis=1)
+    text = excess(J - J.swapaxes(0, 1), 2 * FIRST_ERROR, values[0])
+    return f"Df less its transpose is {text}" if text else ""
+
+
 def _free(subject: ProblemSubject) -> str:
     problem = subject.problem
     return "it has a constraint" if problem.has_constraints or problem.residuals(subject.start()) else ""
@@ -233,6 +248,7 @@ EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
     "commutative-noise": _commutative,
     "vanishing-milstein-term": _no_milstein_term,
     "normal-milstein-term": _normal_milstein_term,
+    "overdamped-gradient": _gradient,
     "algebraic": _index_1,
     "no-delay": _no_delay,
     "delayed-noise": _delayed_noise,

@@ -1,0 +1,88 @@
+"""Conditions of the invariant measure of overdamped dynamics dx = -grad V dt + sigma dW.
+
+With E u(x+) = u + h A_0 u + h^2 A_1 u + ... a scheme has the invariant density rho = exp(-2 V/sigma^2)/Z up to the
+order p if the integrals of A_j u against rho vanish for all u and j < p (Abdulle, Vilmart & Zygalakis 2014, theorem
+3.3). Those of the solution do, so that the defects Delta of the means of forests have to satisfy, weight by weight,
+
+    sum over forests of  Delta(F)/sigma(F)  int D^n u (F(tau_1), ..., F(tau_n)) rho dx = 0     for all u and V.
+
+Integrations by parts take all derivatives from u, which leaves polynomials in derivatives of V; each of their
+coefficients is a linear equation for the Delta (Laurent & Vilmart 2020, whose exotic aromatic trees are these terms).
+A power of sigma goes with the number of factors V alone: sigma^2 = 2 loses nothing, and rho is then exp(phi) with the
+drift grad phi.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from fractions import Fraction
+from math import factorial, prod
+
+from ..grow import Forest, Tree, multisets
+from .by_parts import Monomial, by_parts
+
+# A linear combination of means of forests of one weight, led by the one that it is named after.
+ForestCombination = dict[Forest, Fraction]
+
+
+def stationary_conditions(trees: Sequence[Tree], motions: int, top: int) -> list[ForestCombination]:
+    """Return the independent conditions on means of forests, by weight.
+
+    Parameters
+    ----------
+    trees : sequence of Tree
+        Those of additive noise without leaves of time, by weight.
+    motions : int
+        Number d of Brownian motions and of components.
+    top : int
+        The largest weight.
+    """
+    weights = [each.weight for each in trees]
+    found: list[ForestCombination] = []
+    for weight in range(1, top + 1):
+        forests = [tuple(trees[i] for i in places) for places in multisets(weights, weight)]
+        # Conditions are solved for the means of few large trees.
+        found += _solved(sorted(sorted(forests, reverse=True), key=len), motions)
+    return found
+
+
+def _solved(forests: Sequence[Forest], motions: int) -> list[ForestCombination]:
+    """Return a basis of the equations of some forests of one weight, each solved for the first forest in it."""
+    place = {forest: i for i, forest in enumerate(forests)}
+    equations: dict[Monomial, dict[int, Fraction]] = {}
+    for forest in forests:
+        share = Fraction(1, forest_symmetry(forest))
+        for monomial, c in by_parts(forest, motions).items():
+            equations.setdefault(monomial, {})[place[forest]] = share * c
+    solved: dict[int, dict[int, Fraction]] = {}
+    for equation in equations.values():
+        _solve(equation, solved)
+    return [{forests[i]: c for i, c in sorted(row.items())} for _, row in sorted(solved.items())]
+
+
+def _solve(equation: dict[int, Fraction], solved: dict[int, dict[int, Fraction]]) -> None:
+    """Add an equation to those that are solved for their first unknowns, which stay free of each other's."""
+    rest = dict(equation)
+    for pivot in [each for each in equation if each in solved]:
+        _add(rest, solved[pivot], -rest[pivot])
+    if not rest:
+        return
+    first = min(rest)
+    row = {i: c / rest[first] for i, c in rest.items()}
+    for other in solved.values():
+        if first in other:
+            _add(other, row, -other[first])
+    solved[first] = row
+
+
+def _add(to: dict[int, Fraction], other: dict[int, Fraction], scale: Fraction) -> None:
+    for i, c in other.items():
+        if total := to.get(i, Fraction(0)) + scale * c:
+            to[i] = total
+        else:
+            to.pop(i, None)
+
+
+def forest_symmetry(forest: Forest) -> int:
+    """Return the number of permutations of nodes that leave a forest as it is."""
+    counts = Counter(forest)
+    return prod(factorial(n) * each.symmetry**n for each, n in counts.items())
