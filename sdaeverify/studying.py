@@ -14,7 +14,7 @@ from .contracts.finding import UNMEASURED, tier_name
 from .contracts.labels import parse_label
 from .contracts.matching import match
 from .contracts.specs import ProblemSpec, check_scheme, unknown
-from .noise.brownian import Brownian, LevelNoise, Piece, Source
+from .noise.brownian import Brownian, LevelNoise, Piece, Source, refine
 from .registry.load import Registry
 from .registry.selection import only, select_measures, select_problems, select_schemes
 from .simulate.chains import Chains
@@ -58,6 +58,7 @@ __all__ = [
     "only",
     "parse_label",
     "plan",
+    "refine",
     "run_block",
     "select_measures",
     "select_problems",

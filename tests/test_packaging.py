@@ -56,11 +56,12 @@ def test_wheel_writes_a_plugin(installed, tmp_path):
 
 
 def test_wheel_holds_no_tests(installed):
-    """Only the eight packages, their metadata and nothing else are in the wheel."""
+    """Only the nine packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
 
     packages = {
-        f"sdaeverify_{part}" for part in ("bridges", "lab", "measures", "papers", "planted", "problems", "schemes")
+        f"sdaeverify_{part}"
+        for part in ("adaptive", "bridges", "lab", "measures", "papers", "planted", "problems", "schemes")
     }
     assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()

@@ -248,7 +248,7 @@ def test_shipped_plugins_come_first(install: Install) -> None:
         ("import fake_missing", "ModuleNotFoundError: No module named 'fake_missing'"),
         ("x = = 1", "SyntaxError: invalid syntax (fake_plugin.py, line 1)"),
         ("raise SystemExit(3)", "SystemExit: 3"),
-        ("", "implements no hook; expected one of sdaeverify_calibration"),
+        ("", "implements no hook; expected one of sdaeverify_adaptive"),
         (hook("sdaeverify_calibration", "return ['gbm']"), "sdaeverify_calibration expects each to be Calib"),
         (hook("sdaeverify_schemes", "yield 1 / 0"), "ZeroDivisionError: division by zero"),
         (hook("sdaeverify_schemes", "pass"), "sdaeverify_schemes returned None, expected an iterable"),

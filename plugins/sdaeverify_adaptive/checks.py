@@ -1,0 +1,101 @@
+"""Two properties of a solver that hold without an order: its steps are its own, and its noise is the path's."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Problem
+from sdaeverify.errors import FAULTS, one_line
+
+from .contract import Adaptive
+from .path import Path
+from .sample import checked
+
+OWN_STEPS, KEEPS_ITS_PATH = "own steps", "keeps its path"
+# Rows that are solved alone.
+ROWS = 3
+# Half of the digits: what rounding may become that is done in another order for one path than for several.
+HALF = float(np.sqrt(np.finfo(float).eps))
+
+
+class Answer(NamedTuple):
+    """What a check found.
+
+    Attributes
+    ----------
+    check : str
+    failed : str
+        What is wrong, in a sentence; empty if nothing is.
+    skipped : str
+        Why it was not made; empty if it was.
+    """
+
+    check: str
+    failed: str = ""
+    skipped: str = ""
+
+
+def check(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> list[Answer]:
+    """Return the answers to both checks.
+
+    Parameters
+    ----------
+    solver : Adaptive
+    view : Problem
+        In the solver's form.
+    path : Path
+        Of several rows.
+    tolerance : float
+        So small that steps are rejected.
+    """
+    answers = []
+    for name, made in ((OWN_STEPS, own_steps), (KEEPS_ITS_PATH, keeps_its_path)):
+        try:
+            answers.append(made(solver, view, path, tolerance))
+        except FAULTS as error:
+            answers.append(Answer(name, one_line(error)))
+    return answers
+
+
+def own_steps(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Answer:
+    """Check that a row that is solved alone is the row of the batch: its steps do not depend on the other rows.
+
+    Parameters
+    ----------
+    solver, view, path, tolerance
+        As of `check`.
+    """
+    if solver.own_noise:
+        return Answer(OWN_STEPS, skipped="it has noise of its own")
+    together = checked(solver, solver.solve(view, path, tolerance), path.paths)
+    for row in range(min(ROWS, path.paths)):
+        alone = checked(solver, solver.solve(view, path.only(np.array([row])), tolerance), 1)
+        counts = [(int(each.steps[i]), int(each.rejected[i])) for each, i in ((together, row), (alone, 0))]
+        x, y = together.state[:, row], alone.state[:, 0]
+        if counts[0] != counts[1] or np.any(np.abs(x - y) > HALF * (1.0 + np.abs(x))):
+            apart = float(np.max(np.abs(x - y)))
+            steps = f"{counts[0][0]} steps and {counts[0][1]} rejected in a batch of {path.paths}"
+            return Answer(
+                OWN_STEPS, f"row {row} has {steps}, {counts[1][0]} and {counts[1][1]} alone: {apart:.2g} apart"
+            )
+    return Answer(OWN_STEPS)
+
+
+def keeps_its_path(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Answer:
+    """Check that the motions that a solver says it has used are those of the path at these times.
+
+    Parameters
+    ----------
+    solver, view, path, tolerance
+        As of `check`.
+    """
+    found = checked(solver, solver.solve(view, path, tolerance), path.paths)
+    if found.times is None or found.W is None:
+        return Answer(KEEPS_ITS_PATH, skipped="the solver does not report its noise")
+    apart, size = 0.0, 1.0
+    for tick, W in zip(found.times, found.W, strict=True):
+        known = path.at(tick).W
+        apart, size = max(apart, float(np.max(np.abs(W - known)))), max(size, float(np.max(np.abs(known))))
+    if not apart <= HALF * size:
+        return Answer(KEEPS_ITS_PATH, f"the motions it reports are up to {apart:.2g} from the path at the same times")
+    return Answer(KEEPS_ITS_PATH)
