@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from math import nan
+from math import inf, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -20,9 +20,8 @@ from .errors import UsageError
 from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.choice import Choices, choices, curves
 from .report.files import require_writable
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.passports import noise_in_words, passports
@@ -31,6 +30,7 @@ from .report.progress import KINDS
 from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
+from .report.tables.choice import Choices, choices, curves
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
@@ -126,7 +126,15 @@ class Result:
         scheme, problem : str
             Labels.
         measure : str
+
+        Raises
+        ------
+        UsageError
+            If the result has no such cell.
         """
+        keys = {row.key[:3] for row in self.rows.verdicts} | {key_of(row)[:3] for row in self.rows.absent}
+        if (scheme, problem, measure) not in keys:
+            raise UsageError(f"the result has no cell of {scheme!r:.200} on {problem!r:.200}, {measure!r:.200}")
         return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
 
     @property
@@ -176,6 +184,8 @@ class Result:
         UsageError
             If nothing was measured of it.
         """
+        if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
+            raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
         details = [row for rows in self.rows.details.values() for row in rows]
         known = curves(self.rows.verdicts, _records(self.levels), details)
         return choices(known, problem, (measure, quantity), self.run.get("noise", {}), accuracy)
@@ -220,7 +230,7 @@ class Result:
         UsageError
             If the folder cannot be written into.
         """
-        target = Path(folder)
+        target = folder_of("save", folder)
         require_writable(target)
         asked = {CLASSES: self.classes} if self.results else {}
         save_tables(target, {**self.tables, **asked}, self.run)
@@ -290,6 +300,10 @@ def verify(
     LostExecutorError
         If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
     """
+    for kind, given in (("schemes", schemes), ("problems", problems), ("measures", measures)):
+        if isinstance(given, list) and not given:
+            # A list that a program has made, and found nothing for, is not meant to stand for everything.
+            raise UsageError(f"an empty list of {kind}; leave {kind} out to have all of them")
     numbers: dict[str, Any] = dict(options)
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
     limits, settings = _check_options(**asked), settings_from(**numbers)
@@ -332,8 +346,8 @@ def _check_options(
         raise UsageError(f"jobs must be at least 1, got {jobs}")
     if progress not in {None, *KINDS}:
         raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
-    if out is not None and not isinstance(out, str | Path):
-        raise UsageError(f"out must be a folder, got {out!r:.200}")
+    if out is not None:
+        folder_of("out", out)
     if memory is not None and not isinstance(memory, str):
         raise UsageError(f"memory must be a size such as '2G', got {memory!r:.200}")
     if not (executor is None or isinstance(executor, str) or callable(getattr(executor, "submit", None))):
@@ -458,7 +472,25 @@ def load(folder: str | Path) -> Result:
     UsageError
         If the folder holds no run, or one of another version of this program.
     """
-    if not isinstance(folder, str | Path) or not str(folder).strip():
-        raise UsageError(f"load expects the folder of a run, got {folder!r:.200}")
-    rows, tables, run = read_result(Path(folder))
-    return Result(rows, tables, settings_of(run, Path(folder) / RUN), run)
+    place = folder_of("load", folder)
+    rows, tables, run = read_result(place)
+    return Result(rows, tables, settings_of(run, place / RUN), run)
+
+
+def folder_of(name: str, given: object) -> Path:
+    """Return a folder that somebody has named.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument or function, for messages.
+    given : object
+
+    Raises
+    ------
+    UsageError
+        If it is no path, or empty, which would be the folder that the program is in.
+    """
+    if not isinstance(given, str | Path) or not str(given).strip():
+        raise UsageError(f"{name} expects a folder, got {given!r:.200}")
+    return Path(given)

@@ -181,12 +181,12 @@ from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 from sdaeverify.report.cells import names
-from sdaeverify.report.choice import choices, curves
 from sdaeverify.report.files import FORMULA, UNFINISHED, harmless, write_table, write_whole
 from sdaeverify.report.folders import LEVELS as folders_LEVELS
 from sdaeverify.report.folders import RUN, SavedTables, read_tables, read_verdicts, save_tables
 from sdaeverify.report.folders import VERDICTS as folders_VERDICTS
 from sdaeverify.report.plain import escape
+from sdaeverify.report.tables.choice import choices, curves
 from sdaeverify.report.tables.columns import MEAN, dictionary
 from sdaeverify.report.verdict_row import VERDICTS, Interval, VerdictRow
 from sdaeverify.simulate.chains import (

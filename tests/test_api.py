@@ -149,7 +149,7 @@ def test_a_folder_holds_evidence_tables_and_page(tmp_path, capsys):
         ({"levels": "16..48"}, "levels expects a number of levels or COARSEST..FINEST steps such as 8..256"),
         ({"levels": "16..64", "coarsest": 8}, "levels begin with 16 steps, but coarsest is 8"),
         ({"progress": "loud"}, "progress must be one of auto, plain, none, got 'loud'"),
-        ({"out": 3}, "out must be a folder, got 3"),
+        ({"out": 3}, "out expects a folder, got 3"),
         ({"timeout": "long"}, "timeout must be a number, got 'long'"),
         ({"timeout": -1.0}, "timeout expects a number of seconds, or 0 for no limit, got -1"),
         ({"memory": 3}, "memory must be a size such as '2G', got 3"),

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from facade import load_plugins, load_registry
-from sdaeverify import UsageError, api, verify
+from sdaeverify import Claim, Scheme, SdaeverifyError, Settings, UsageError, api, hunt, load, orders, sample, verify
 from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
 
 ODD = [3, 1.5, object(), b"gbm", [None], [["gbm"]], {3: 1}, {3}, "no such", float("nan"), int, [int], [object()]]
@@ -91,3 +91,86 @@ def test_a_folder_that_cannot_be(tmp_path):
     for folder in ("x" * 5000, "a\0b", tmp_path / "loop"):
         with pytest.raises(UsageError, match="cannot write into"):
             result.save(folder)
+
+
+STRONG = {"measure": "strong", "source": "a test"}
+MISTAKES: dict[str, tuple[Callable[[object], object], str]] = {
+    "no such scheme": (lambda _: sample("no", "gbm"), "unknown scheme 'no'"),
+    "two schemes": (lambda _: sample("milstein,heun", "gbm"), "expected the label of one scheme"),
+    "a class": (lambda _: sample(Scheme, "gbm"), "write Scheme\\(\\)"),
+    "no problem": (lambda _: sample("milstein", None), "expected"),
+    "steps": (lambda _: sample("milstein", "gbm", steps=10), "steps must be 8 times a power of 2, got 10"),
+    "half a step": (lambda _: sample("milstein", "gbm", steps=8.5), "steps must be a whole number"),
+    "no paths": (lambda _: sample("milstein", "gbm", paths=0), "paths must be from 1 to 256, got 0"),
+    "seed": (lambda _: sample("milstein", "gbm", seed=-1), "seed must be between 0 and"),
+    "form": (lambda _: sample("half-explicit-euler", "gbm"), "needs a HolonomicSDAE; this problem is an SDE"),
+    "component": (lambda _: few()["y"], "no component 'y'; there are x"),
+    "component number": (lambda _: few()[0], "no component 0; there are x"),
+    "index": (lambda _: few().plot("x", 3), "index must be from 0 to 0 for x, got 3"),
+    "index in words": (lambda _: few().plot("x", "first"), "index must be a whole number, got 'first'"),
+    "axes of paths": (lambda _: few().plot("x", ax=3), "ax expects the axes of a matplotlib figure, got 3"),
+    "cell": (lambda made: made.cell("heun", "gbm"), "no cell of 'heun' on 'gbm'"),
+    "details": (lambda made: made.details("weak"), "no rows of measure 'weak'"),
+    "details of many": (lambda made: made.details(["strong"]), "no rows of measure"),
+    "command": (lambda made: made.command("heun", "gbm", "strong"), "no cell of 'heun' on 'gbm', 'strong'"),
+    "save nowhere": (lambda made: made.save(None), "save expects a folder, got None"),
+    "save here": (lambda made: made.save(""), "save expects a folder, got ''"),
+    "load bytes": (lambda _: load(b"run"), "load expects a folder, got b'run'"),
+    "load what is no name": (lambda _: load("a\0b"), "holds no run: cannot read verdicts.csv"),
+    "choose a problem": (lambda made: made.choose("ou"), "no strong error of anything on ou"),
+    "choose a measure": (lambda made: made.choose("gbm", "drift"), "no drift error of anything on gbm"),
+    "choose in words": (lambda made: made.choose("gbm", accuracy="small"), "accuracy must be a number, got 'small'"),
+    "choose nothing": (lambda made: made.choose("gbm", accuracy=0.0), "accuracy expects a positive error, got 0"),
+    "picture of a scheme": (lambda made: made.plot.convergence("heun"), "the result has no scheme 'heun'"),
+    "picture of a measure": (lambda made: made.plot.matrix("drift"), "the result has no measure 'drift'"),
+    "picture of no density": (lambda made: made.plot.density(), "no density of coordinate 1 is known"),
+    "axes of work": (
+        lambda made: made.plot.work(ax="here"),
+        "ax expects the axes of a matplotlib figure",
+    ),
+    "orders of none": (lambda _: orders("milstien"), "did you mean milstein"),
+    "orders of all": (lambda _: orders(None), "orders expects one scheme, got None"),
+    "class": (lambda _: orders("milstein", classes="zz"), "unknown class 'zz'; known are ode"),
+    "motions": (lambda _: orders("milstein", motions=0), "motions must be from 1 to 4, got 0"),
+    "motions in words": (lambda _: orders("milstein", motions="3"), "motions must be a whole number, got '3'"),
+    "weight": (lambda _: orders("milstein", weight=-1), "weight must be from 1 to 8, got -1"),
+    "hunt for nobody": (lambda _: hunt(None), "hunt expects the schemes that are hunted"),
+    "hunt with a word": (
+        lambda _: hunt("milstein", forms="SDE"),
+        "forms expects a list of names, such as \\['SDE'\\]",
+    ),
+    "hunt with a seed": (lambda _: hunt("milstein", seed="a"), "seed must be a whole number, got 'a'"),
+    "hunt for long": (lambda _: hunt("milstein", minutes=-1), "minutes must be positive, got -1"),
+    "an empty list": (lambda _: verify([], "gbm", **SMALL), "an empty list of schemes; leave schemes out"),
+    "out of nothing": (lambda _: verify("milstein", "gbm", out="", **SMALL), "out expects a folder, got ''"),
+    "executor": (lambda _: verify("milstein", "gbm", executor="zz", **SMALL), "unknown executor 'zz'"),
+    "order in words": (lambda _: Claim(value="0.5", **STRONG), "a claimed order is a number, not a text; got '0.5'"),
+    "order of nothing": (lambda _: Claim(value=0, **STRONG), "must be finite and larger than its margin"),
+    "one quantity": (lambda _: Claim(value=1.0, quantities="x", **STRONG), "expects a tuple of texts"),
+    "margin": (lambda _: Claim(value=1.0, margin=2.0, **STRONG), "must be finite and larger than its margin"),
+    "settings": (lambda _: Settings(paths=-1), "paths must be at least 40, got -1"),
+}
+
+
+def few():
+    """Return a few paths."""
+    return sample("milstein", "gbm", steps=8, paths=3)
+
+
+@pytest.fixture(scope="module")
+def made():
+    """Return a small result."""
+    return verify("milstein", "gbm", "strong", **SMALL)
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistakes(mistake, made):
+    """A wrong name, number, folder or shape is one line that says what was expected."""
+    if "picture" in mistake or "ax" in mistake:
+        pytest.importorskip("matplotlib", reason="needs the extra plot").use("agg")
+    call, message = MISTAKES[mistake]
+
+    with pytest.raises(SdaeverifyError, match=message) as raised:
+        call(made)
+
+    assert len(str(raised.value).splitlines()) == 1

@@ -143,6 +143,8 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
     if isinstance(given, str):
         if bound is not None:
             return Bound(given, bound, 1.0 if share is None else share)
+        if given.strip().replace(".", "", 1).isdecimal():
+            raise SchemeError(f"a claimed order is a number, not a text; got {given!r}")
         return Exact() if given == ROUND_OFF else Word(given)
     if bound is not None:
         raise SchemeError(f"a bound is of a claim in words; got {given!r}, {bound!r}")

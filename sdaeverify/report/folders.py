@@ -133,7 +133,7 @@ def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
     """
     try:
         rows = read_rows(file)
-    except (OSError, UnicodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}") from error
     if rows and (lacking := {*names} - {*rows[0]}):

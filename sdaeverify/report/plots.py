@@ -92,6 +92,9 @@ class Plots:
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
         ax, found = axes_of(ax), self._choose(measure=measure)
+        if not found:
+            what = f"measure {measure!r:.200}" if measure else "rows"
+            raise UsageError(f"nothing to draw: the result has no {what}")
         schemes, problems = sorted({row.scheme for row in found}), sorted({row.problem for row in found})
         for y, scheme in enumerate(schemes):
             for x, problem in enumerate(problems):
@@ -271,9 +274,11 @@ def axes_of(ax: Axes | None) -> Axes:
     Raises
     ------
     UsageError
-        If there is no matplotlib.
+        If there is no matplotlib, or they are none.
     """
     if ax is not None:
+        if not hasattr(ax, "errorbar"):
+            raise UsageError(f"ax expects the axes of a matplotlib figure, got {ax!r:.200}")
         return ax
     try:
         from matplotlib import pyplot as plt  # noqa: PLC0415 - only pictures need it

@@ -111,7 +111,7 @@ class Paths:
         """
         name = next(iter(self.components)) if component is None else component
         values = self[name]
-        if not 0 <= index < values.shape[1]:
+        if not 0 <= whole("index", index) < values.shape[1]:
             raise UsageError(f"index must be from 0 to {values.shape[1] - 1} for {name}, got {index!r}")
         ax = axes_of(ax)
         ax.plot(self.times, values[:, index], lw=0.8)

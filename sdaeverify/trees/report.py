@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import whole
 from ..errors import UsageError
 from ..forms import SDE
 from ..registry.load import load_registry
@@ -238,9 +239,9 @@ def check_numbers(motions: int, weight: int | None) -> None:
     UsageError
         If one is out of its range.
     """
-    if not 1 <= motions <= MOST_MOTIONS:
+    if not 1 <= whole("motions", motions) <= MOST_MOTIONS:
         raise UsageError(f"motions must be from 1 to {MOST_MOTIONS}, got {motions!r}")
-    if weight is not None and not 1 <= weight <= MOST_WEIGHT:
+    if weight is not None and not 1 <= whole("weight", weight) <= MOST_WEIGHT:
         raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
 
 

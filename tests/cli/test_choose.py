@@ -24,10 +24,9 @@ def test_a_table_of_eighty_columns(call):
     assert outcome.code == 0
     assert all(len(line.rstrip()) <= 80 for line in lines)
     assert lines[0].startswith("Which scheme for gbm: work for an error of strong x of 0.03")
-    places = [next(i for i, line in enumerate(lines) if name in line) for name in ("milstein", "euler-maruyama")]
-    assert places == sorted(places)
+    assert lines[3].rstrip().endswith("x 1.0")
     assert any("displaced-euler" in line and "?" in line for line in lines)
-    assert "verified on gbm: milstein, euler-maruyama" in lines
+    assert {"verified on gbm: milstein, euler-maruyama", "verified on gbm: euler-maruyama, milstein"} & {*lines}
 
 
 def test_json_is_one_object(call):
@@ -36,8 +35,10 @@ def test_json_is_one_object(call):
 
     told = json.loads(outcome.out)
     assert (told["problem"], told["measure"], told["quantity"], told["accuracy"]) == ("gbm", "strong", "x", 0.03)
-    assert [one["scheme"] for one in told["schemes"]] == ["milstein", "euler-maruyama", "displaced-euler"]
-    assert told["schemes"][2]["seconds"] is None
+    *known, last = told["schemes"]
+    assert {one["scheme"] for one in known} == {"milstein", "euler-maruyama"}
+    assert known[0]["seconds"] <= known[1]["seconds"]
+    assert (last["scheme"], last["seconds"]) == ("displaced-euler", None)
 
 
 def test_a_finished_run_is_asked(call, tmp_path):

@@ -10,9 +10,9 @@ from rich.text import Text
 from ...api import Result, load, verify
 from ...contracts.labels import parse_label
 from ...errors import UsageError
-from ...report.choice import ERRORS, FARTHEST, Choice, Choices
 from ...report.plain import empty_table, visible, wrap_text
 from ...report.sentences import SYMBOLS, mark
+from ...report.tables.choice import ERRORS, FARTHEST, Choice, Choices
 from .. import options
 from ..console import complain, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
@@ -75,7 +75,7 @@ def _result(problem: str, asked: dict[str, Any]) -> Result:
     if asked["run"] is not None:
         return load(asked["run"])
     numbers = {name: asked[name] for name in ("paths", "levels", "seed", "jobs", "plugins")}
-    return verify(list(asked["schemes"]), [problem], [asked["measure"]], **numbers)
+    return verify(asked["schemes"], [problem], [asked["measure"]], **numbers)
 
 
 def _label(result: Result, problem: str) -> str:

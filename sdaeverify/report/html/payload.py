@@ -6,12 +6,12 @@ from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
-from ..choice import choices, curves
 from ..class_words import LOOKS, hint
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import counts_of
+from ..tables.choice import choices, curves
 from ..tables.columns import CLASS_COLUMNS, MEAN
 from ..tables.command import CELL, commands_of, orders_command
 from ..verdict_row import LABELLED, VERDICTS, Interval, VerdictRow

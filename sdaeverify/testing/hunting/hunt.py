@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from ...api import Schemes
+from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from .options import HuntOptions
 
@@ -35,6 +36,8 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
     MissingLibraryError
         If hypothesis is not installed.
     """
+    if schemes is None or (not isinstance(schemes, str | Scheme) and not schemes):
+        raise UsageError(f"hunt expects the schemes that are hunted, such as 'milstein', got {schemes!r:.200}")
     if unknown := sorted(set(options) - set(HuntOptions.__annotations__)):
         known = ", ".join(HuntOptions.__annotations__)
         raise UsageError(f"unknown option {', '.join(unknown)} of a hunt; known are {known}")

@@ -52,6 +52,10 @@ class HuntOptions:
     tell: Callable[[str], object] = str
 
     def __post_init__(self) -> None:
+        whole("seed", self.seed)
+        for name in ("when", "forms"):
+            if isinstance(given := getattr(self, name), str):
+                raise UsageError(f"{name} expects a list of names, such as [{given!r:.200}], got {given!r:.200}")
         if self.examples is not None and whole("examples", self.examples) < 1:
             raise UsageError(f"examples must be at least 1, got {self.examples}")
         if self.minutes is not None and not number("minutes", self.minutes) > 0.0:

@@ -11,11 +11,11 @@ from math import ceil, floor, isfinite, log2, log10, nan
 from statistics import median
 from typing import Any
 
-from ..errors import UsageError
-from .cells import Row, grouped, number
-from .folders import key_of
-from .pictures import AXES, CLEAR, known_order
-from .verdict_row import VerdictRow
+from ...errors import UsageError
+from ..cells import Row, grouped, number
+from ..folders import key_of
+from ..pictures import AXES, CLEAR, known_order
+from ..verdict_row import VerdictRow
 
 # Measures whose levels are errors, which more steps make smaller.
 ERRORS = tuple(measure for measure, axis in AXES.items() if axis.paid_by_steps)
