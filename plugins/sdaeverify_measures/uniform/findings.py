@@ -135,7 +135,7 @@ def fall_tests(fitted: Fit) -> PathTests:
     if not np.isfinite([low, high]).all():
         return PathTests.none("the interval of the order along paths is not finite")
     size = f"{quantity.means()[last]:.2g} at h = {quantity.h[last]:.3g}"
-    text = "error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; a limit off by a third of it is not seen"
+    text = "error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; a limit off by a third of it does not show"
     figures = {"order": slope.value, "low": low, "high": high, "size": size}
     reason = Reason(text, Kind.ORDER, figures)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)
