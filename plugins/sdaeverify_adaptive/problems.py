@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, Pathwise, Truth, hookimpl
+from sdaeverify import SDE, Array, Increment, Moment, Pathwise, Truth, hookimpl, on_request
 
 SOURCE = "Ito's formula; Gaines & Lyons 1997, section 4, for the role of the area"
 # Of the area of a step of length h, given dW and H: variance h^2/12.
@@ -15,6 +15,7 @@ OBSERVABLES = {
 }
 
 
+@on_request
 def heisenberg(horizon: float = 1.0) -> SDE:
     """Levy area: dx_1 = dW_1, dx_2 = dW_2, dx_3 = x_1 dW_2; the same in the senses of Ito and of Stratonovich.
 
@@ -24,7 +25,7 @@ def heisenberg(horizon: float = 1.0) -> SDE:
     Parameters
     ----------
     horizon : float
-        Final time T: E x_3^2 = T^2/2.
+        Final time T, in any unit: E x_3^2 = T^2/2.
 
     Source
     ------
@@ -48,6 +49,7 @@ def heisenberg(horizon: float = 1.0) -> SDE:
     return _area_equation(lambda t, x: 0.0 * x, diffusion, derivative, truths, horizon)
 
 
+@on_request
 def shear(horizon: float = 1.0) -> SDE:
     """Shear: dx_1 = dW_1, dx_2 = dW_2, dx_3 = x_1 o (dW_1 + dW_2) = x_1 dW_1 + x_1 dW_2 + dt/2.
 
@@ -57,7 +59,7 @@ def shear(horizon: float = 1.0) -> SDE:
     Parameters
     ----------
     horizon : float
-        Final time T: E x_3 = T/2, E x_3^2 = 5 T^2/4.
+        Final time T, in any unit: E x_3 = T/2, E x_3^2 = 5 T^2/4.
 
     Source
     ------

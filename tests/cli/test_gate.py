@@ -332,7 +332,7 @@ def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_p
     assert outcome.code == ExitCode.REFUTED
     wrong = by_class["every-sde[of=scalar]"]
     assert (wrong["status"], wrong["decided_by"]) == ("failed", "TA")
-    assert wrong["reason"] == "order 0.5: the condition b1(b1) fails, found 0, wanted I"
+    assert wrong["reason"] == "Order 0.5: the condition b1(b1) fails, found 0, wanted I."
     assert wrong["reproduce"].startswith("python -m sdaeverify orders wrong --class scalar --plugin")
     assert by_class["every-sde[of=additive]"]["status"] == "passed"
 
