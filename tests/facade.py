@@ -20,7 +20,6 @@ from sdaeverify.contracts.labels import (
     Label,
     Parameter,
     dataclass_parameters,
-    did_you_mean,
     make_label,
     matches,
     parse_label,
@@ -33,6 +32,7 @@ from sdaeverify.contracts.opened import home_of
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
 from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, function_parameters, problem_spec
+from sdaeverify.contracts.spelling import did_you_mean
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits

@@ -14,7 +14,7 @@ import click
 from click.shell_completion import shell_complete
 
 from .. import __version__
-from ..contracts.labels import did_you_mean
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, PluginError, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_disabled, origin_of
 from .console import PROGRAM, complain, silence

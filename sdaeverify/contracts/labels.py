@@ -9,17 +9,15 @@ import inspect
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
-from difflib import SequenceMatcher
 from fnmatch import fnmatchcase
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
 from ..errors import ParameterError, UsageError
+from .spelling import did_you_mean
 
-# Nobody misspells a name into something longer.
-LONGEST = 100
 REQUIRED = inspect.Parameter.empty
 SYNTAX = "expected name[key=value,...]"
 KINDS: tuple[tuple[type, str], ...] = (
@@ -188,17 +186,6 @@ def checked_values(owner: str, parameters: Sequence[Parameter], values: Mapping[
 def describe_kind(default: object) -> str:
     """Return in words which values a parameter with this default takes; empty if none can be read."""
     return next((words for kind, words in KINDS if isinstance(default, kind)), "")
-
-
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
-    if len(word) > LONGEST:
-        return ""
-    scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
-    least = max(0.6, max(scores.values(), default=0.0) - 0.1)
-    close = [other for other, score in scores.items() if score >= least]
-    close = close or [other for other in scores if word and word.lower() in other.lower()]
-    return f"; did you mean {' or '.join(close[:3])}?" if close else ""
 
 
 def matches(glob: str, label: str) -> bool:

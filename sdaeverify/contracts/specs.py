@@ -20,7 +20,6 @@ from .labels import (
     checked_values,
     dataclass_parameters,
     describe_kind,
-    did_you_mean,
     function_parameters,
     make_label,
     parse_label,
@@ -28,6 +27,7 @@ from .labels import (
 )
 from .measure import Measure
 from .scheme import Claim, Scheme
+from .spelling import did_you_mean
 
 CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "local_order_is_global", "source")
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.

@@ -5,7 +5,8 @@ from typing import Annotated, Any, TypeVar
 
 import msgspec
 
-from ..contracts.labels import did_you_mean, matches
+from ..contracts.labels import matches
+from ..contracts.spelling import did_you_mean
 from ..errors import UsageError, is_blank
 
 Text = Annotated[str, msgspec.Meta(min_length=1)]

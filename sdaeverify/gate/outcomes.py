@@ -6,8 +6,9 @@ from enum import StrEnum
 
 from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
-from ..contracts.labels import did_you_mean, matches
+from ..contracts.labels import matches
 from ..contracts.scheme import Claim
+from ..contracts.spelling import did_you_mean
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult

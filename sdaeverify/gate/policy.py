@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import structs
 
-from ..contracts.labels import did_you_mean
 from ..contracts.settings import Settings, require
+from ..contracts.spelling import did_you_mean
 from ..errors import UsageError
 from ..workers.limits import read_memory
 from .expected import FailingClaim, Text, validate

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from ..contracts.finding import UNMEASURED, Verdict
-from ..contracts.labels import did_you_mean
 from ..contracts.matching import match
 from ..contracts.scheme import Claim, Scheme, is_about
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems

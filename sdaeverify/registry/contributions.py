@@ -14,7 +14,7 @@ from typing import Any
 
 import pluggy
 
-from ..contracts.labels import Parameter, dataclass_parameters, did_you_mean, function_parameters, read_values
+from ..contracts.labels import Parameter, dataclass_parameters, function_parameters, read_values
 from ..contracts.scheme import Scheme
 from ..contracts.specs import (
     check_name,
@@ -25,6 +25,7 @@ from ..contracts.specs import (
     problem_name,
     problem_spec,
 )
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, ParameterError, PluginError, UsageError, one_line
 from . import hookspecs
 from .discovery import FURTHER, Origin, entry_points

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from ..contracts.labels import did_you_mean
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, PluginError, one_line
 
 GROUP = "sdaeverify"

@@ -13,10 +13,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ..contracts.labels import did_you_mean
 from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_line
 from .contributions import (
     HOOKS,

@@ -8,7 +8,7 @@ from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from ..contracts.labels import did_you_mean
+from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import load_source
 from ..registry.load import Registry

@@ -8,7 +8,8 @@ from typing import Any
 import click
 from rich.text import Text
 
-from ...contracts.labels import did_you_mean, parse_label, split_list
+from ...contracts.labels import parse_label, split_list
+from ...contracts.spelling import did_you_mean
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes

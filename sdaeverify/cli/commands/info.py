@@ -17,9 +17,10 @@ from rich.text import Text
 import sdaeverify
 
 from ... import forms
-from ...contracts.labels import REQUIRED, Parameter, describe_kind, did_you_mean, parse_label
+from ...contracts.labels import REQUIRED, Parameter, describe_kind, parse_label
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.specs import ProblemSpec
+from ...contracts.spelling import did_you_mean
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
 from ...noise.brownian import Increment

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 from rich.text import Text
 
-from ...contracts.labels import did_you_mean
+from ...contracts.spelling import did_you_mean
 from ...errors import UsageError
 from ...report.cells import grouped
 from ...report.class_words import class_lines, class_notes, hint

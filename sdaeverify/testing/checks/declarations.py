@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
+from ...contracts.labels import dataclass_parameters, parse_label, read_values
 from ...contracts.matching import match
 from ...contracts.scheme import Claim, is_text
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, check_scheme
+from ...contracts.spelling import did_you_mean
 from ...errors import FAULTS
 from ...forms import components
 from ...gate.untested import known_quantities, unknown_quantities

@@ -1,0 +1,18 @@
+"""How near a mistyped name must be to a known one for a message to name that."""
+
+from collections.abc import Iterable
+from difflib import SequenceMatcher
+
+# Nobody misspells a name into something longer.
+LONGEST = 100
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
+    if len(word) > LONGEST:
+        return ""
+    scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
+    least = max(0.6, max(scores.values(), default=0.0) - 0.1)
+    close = [other for other, score in scores.items() if score >= least]
+    close = close or [other for other in scores if word and word.lower() in other.lower()]
+    return f"; did you mean {' or '.join(close[:3])}?" if close else ""
