@@ -39,7 +39,7 @@ class Sines(NamedTuple):
     Attributes
     ----------
     sizes : ndarray, shape (n, R)
-    rates : ndarray, shape (n, R, k)
+    rates : ndarray, shape (n, R, k), or (1, R, k) where all have the same
     """
 
     sizes: Array
@@ -47,11 +47,21 @@ class Sines(NamedTuple):
 
     def derivative(self, z: Array, directions: Sequence[Array]) -> Array:
         """Return the mixed derivative in some directions, shape (n, P); z and they have the shape (n or 1, k, P)."""
-        phase = self.rates @ z + 0.5 * np.pi * len(directions)
-        product = np.sin(phase)
+        product = _sine(_times(self.rates, z) + 0.5 * np.pi * len(directions))
         for each in directions:
             product = product * (self.rates @ each)
-        return np.asarray((self.sizes[:, None] @ product)[:, 0])
+        return _times(self.sizes[:, None], product)[:, 0]
+
+
+def _times(matrix: Array, z: Array) -> Array:
+    """Return a product with real and imaginary parts, one by one: ten times as fast as with complex numbers."""
+    return np.asarray(matrix @ z.real + 1j * (matrix @ z.imag) if np.iscomplexobj(z) else matrix @ z)
+
+
+def _sine(z: Array) -> Array:
+    if not np.iscomplexobj(z):
+        return np.asarray(np.sin(z))
+    return np.asarray(np.sin(z.real) * np.cosh(z.imag) + 1j * (np.cos(z.real) * np.sinh(z.imag)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +92,7 @@ class RichEquation:
         of_noise = RATE * normal((M, SINES, STILL + 2))
         of_noise[..., 1:-1] *= VARIETY
         sizes = normal((2, M, SINES)) / np.sqrt(SINES)
-        return Sines(sizes[0], np.repeat(of_drift[None], M, axis=0)), Sines(sizes[1], of_noise)
+        return Sines(sizes[0], of_drift[None]), Sines(sizes[1], of_noise)
 
     @cached_property
     def x(self) -> Array:
@@ -91,8 +101,7 @@ class RichEquation:
         return rng.uniform(-1.0, 1.0, (self.dimension, self.states))
 
     def _all(self, t: float, x: Array) -> Array:
-        z = np.concatenate([x, np.full((1, x.shape[1]), t)])
-        return np.asarray(np.broadcast_to(z, (self.motions, *z.shape)))
+        return np.concatenate([x, np.full((1, x.shape[1]), t)])[None]
 
     def _own(self, t: float, x: Array) -> Array:
         """Return x_j, p and t for each j, shape (M, k, P)."""
@@ -163,7 +172,7 @@ class RichEquation:
             whole[0, -1] = 1.0
         else:
             whole[0, : self.motions] = vector
-        return np.asarray(np.broadcast_to(whole, (self.motions, *whole.shape[1:])))
+        return whole
 
     def _own_direction(self, vector: Array | None) -> Array:
         own = np.zeros((self.motions, STILL + 2, self.states))
