@@ -110,19 +110,21 @@ def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -
     solved: dict[Tree, Relation] = {}
     top = max(each.weight for each in trees)
     pairs = [(k, j) for k in range(1, motions + 1) for j in range(1, motions + 1) if every_pair or j < k]
+    arguments = [list(_arguments(trees, weight)) for weight in range(top)]
     for weight in range(2, top + 1):
         # In a product lower relations have been used already: it is enough to graft those that are solved.
         lower = [(each.weight, {each: Fraction(1), **rest}) for each, rest in solved.items()]
-        new = [*_roots(trees, weight, pairs, every_pair=every_pair), *_grafted(trees, weight, lower, motions)]
+        roots = _roots(arguments[weight - 2], pairs, every_pair=every_pair)
+        new = [*roots, *_grafted(arguments, weight, lower, motions)]
         _solve_for_trees(new, solved)
     return solved
 
 
 def _roots(
-    trees: Sequence[Tree], weight: int, pairs: Iterable[tuple[int, int]], *, every_pair: bool
+    some: Iterable[Sequence[Tree]], pairs: Sequence[tuple[int, int]], *, every_pair: bool
 ) -> Iterator[Relation]:
-    """Yield the derivatives of DB_k B_j, or of DB_k B_j - DB_j B_k, by all arguments of a weight."""
-    for arguments in _arguments(trees, weight - 2):
+    """Yield the derivatives of DB_k B_j, or of DB_k B_j - DB_j B_k, by some arguments."""
+    for arguments in some:
         for k, j in pairs:
             relation = _derived(arguments, k, j)
             if not every_pair:
@@ -149,13 +151,13 @@ def _derived(arguments: Sequence[Tree], k: int, j: int) -> Relation:
 
 
 def _grafted(
-    trees: Sequence[Tree], weight: int, lower: Iterable[tuple[int, Relation]], motions: int
+    arguments: Sequence[list[list[Tree]]], weight: int, lower: Iterable[tuple[int, Relation]], motions: int
 ) -> Iterator[Relation]:
-    """Yield relations of lower weight as one of the arguments of a coefficient."""
+    """Yield relations of lower weight as one of the arguments of a coefficient, beside others of each weight."""
     for below, relation in lower:
         for colour in range(motions + 1):
             rest = weight - below - root_weight(colour)
-            for others in _arguments(trees, rest) if rest >= 0 else ():
+            for others in arguments[rest] if rest >= 0 else ():
                 grafted: Relation = {}
                 for each, c in relation.items():
                     whole = tree(colour, (each, *others))

@@ -17,7 +17,7 @@ from ..forms import SDE
 from ..registry.load import load_registry
 from ..registry.selection import select_schemes
 from .classes import CLASSES, EquationClass
-from .conditions import INVARIANT, STRONG, WEAK, Condition
+from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
 from .probes import Probe, probe_of
 from .problem_file import problem_file
@@ -384,6 +384,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     falls_short = claim is not None and order < claim.floor and bool(of.breaking(row.measure))
     inexact = of.why_not_exact(row.measure) if falls_short else ""
     premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim)
+    premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.kind.covers, of.probe.premises)
     return replace(
         row,
         verdict=_verdict(of, claim, refutes=falls_short and not inexact, premise_fails=bool(premise_fails)),
@@ -392,8 +393,19 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=premise_fails or ", ".join(filter(None, (of.probe.kind.covers, of.probe.premises))),
+        premise=premise_fails or ", ".join(filter(None, premises)),
     )
+
+
+def _impossible(of: Examined, measure: str, claim: Order | None) -> str:
+    """Return that the record of the noise cannot give an order, whatever a scheme makes of it, or an empty text."""
+    asked = (each for each in of.breaking(measure) if claim and belongs(each, measure, claim.least))
+    beyond = next((each for each in asked if not each.known), None)
+    if claim is None or beyond is None:
+        return ""
+    given = " and ".join(sorted(of.probe.noise))
+    text = f"no scheme that is given {given} alone can have {measure} order {claim.least:g}"
+    return f"{text} ({beyond.name} is beyond it)"
 
 
 def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> ClassVerdict:

@@ -41,7 +41,7 @@ class Sines(NamedTuple):
     Attributes
     ----------
     sizes : ndarray, shape (n, R)
-    rates : ndarray, shape (n, R, k)
+    rates : ndarray, shape (n, R, k), or (1, R, k) where all have the same
     """
 
     sizes: Array
@@ -49,12 +49,27 @@ class Sines(NamedTuple):
 
     def derivative(self, z: Array, directions: Sequence[Array]) -> Array:
         """Return the mixed derivative in some directions, shape (n, P); z and they have the shape (n or 1, k, P)."""
-        phase = self.rates @ z + 0.5 * np.pi * len(directions)
-        product = np.sin(phase)
+        product = _sine(_times(self.rates, z) + 0.5 * np.pi * len(directions))
         for each in directions:
             product = product * (self.rates @ each)
-        summed: Array = (self.sizes[:, None] @ product)[:, 0]
+        summed: Array = _times(self.sizes[:, None], product)[:, 0]
         return summed
+
+
+def _times(matrix: Array, z: Array) -> Array:
+    """Return a product with real and imaginary parts, one by one: ten times as fast as with complex numbers."""
+    product: Array = matrix @ z.real + 1j * (matrix @ z.imag) if np.iscomplexobj(z) else matrix @ z
+    return product
+
+
+def _sine(z: Array) -> Array:
+    sine: Array = np.sin(z) if not np.iscomplexobj(z) else _complex_sine(z.real, z.imag)
+    return sine
+
+
+def _complex_sine(x: Array, y: Array) -> Array:
+    sine: Array = np.sin(x) * np.cosh(y) + 1j * (np.cos(x) * np.sinh(y))
+    return sine
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +100,7 @@ class RichEquation:
         of_noise = RATE * normal((M, SINES, STILL + 2))
         of_noise[..., 1:-1] *= VARIETY
         sizes = normal((2, M, SINES)) / np.sqrt(SINES)
-        return Sines(sizes[0], np.repeat(of_drift[None], M, axis=0)), Sines(sizes[1], of_noise)
+        return Sines(sizes[0], of_drift[None]), Sines(sizes[1], of_noise)
 
     @cached_property
     def x(self) -> Array:
@@ -164,7 +179,7 @@ class RichEquation:
             whole[0, -1] = 1.0
         else:
             whole[0, : self.motions] = vector
-        return np.asarray(np.broadcast_to(whole, (self.motions, *whole.shape[1:])))
+        return whole
 
     def _own_direction(self, vector: Array | None) -> Array:
         own = np.zeros((self.motions, STILL + 2, self.states))

@@ -38,3 +38,11 @@ def test_three_motions_at_weak_order_two(benchmark, report, one_core):
     report("seconds of three motions, weak order 2", perf_counter() - begun, "2")
     done = subprocess.run([sys.executable, "-c", LARGE], capture_output=True, text=True, check=True)
     report("megabytes of the same, in a process of its own", int(done.stdout) / 1024, "300")
+
+
+@pytest.mark.parametrize("scheme", ["platen-weak-2-general", "stochastic-theta"])
+def test_all_classes_with_three_motions(scheme, benchmark, report, one_core):
+    """Every class that a scheme accepts, with the relations of commuting noise up to weight 5, or Newton's method."""
+    begun = perf_counter()
+    benchmark.pedantic(orders, (scheme, None, 3), rounds=1)
+    report(f"seconds of all classes with three motions, {scheme}", perf_counter() - begun, "3")

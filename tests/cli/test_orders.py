@@ -13,9 +13,13 @@ class Odd(Scheme):
     def step(self, problem, state, t, h, noise):
         return Step(problem.euler(t, state, h, noise))
 
+class Bold(Odd):
+    name: ClassVar[str] = "bold"
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=1.0, source="nowhere"),)
+
 @hookimpl
 def sdaeverify_schemes():
-    return [Odd()]
+    return [Odd(), Bold()]
 """
 
 
@@ -40,6 +44,18 @@ def test_a_refuted_claim_has_its_tree(call, tmp_path):
     assert outcome.code == 1
     assert "odd, scalar, weak: f(t): found 0, wanted 1/2\n    f\n    └─ t\n" in outcome.out
     assert "def counterexample(" in problem.read_text()
+
+
+def test_a_record_that_cannot_give_an_order_is_told_before_the_tree(call, tmp_path):
+    """Strong order 1 for general noise needs areas: a reader learns that no scheme could have it, then what fails."""
+    plugin = tmp_path / "odd.py"
+    plugin.write_text(PLUGIN)
+    outcome = call("orders", "bold", "--class", "general", "--motions", "2", "--plugin", str(plugin))
+    words = " ".join(outcome.out.split())
+
+    assert outcome.code == 1
+    sentence = "no scheme that is given dW alone can have strong order 1 (b1(b2) is beyond it)"
+    assert words.index(sentence) < words.index("bold, general, strong: b1(b1): found 0, wanted I")
 
 
 def test_rows_for_programs(call):

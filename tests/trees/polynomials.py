@@ -43,11 +43,9 @@ def elementary(fields: Sequence[Sequence[Array]], trees: Sequence, z: Array) -> 
 
 
 def product(p: Array, q: Array) -> Array:
-    """Return the product of two polynomials, cut at the size of the arrays, which it must not exceed."""
-    size = p.shape[0]
-    whole = np.zeros([2 * size - 1] * p.ndim)
+    """Return the product of two polynomials, without the powers that are beyond the size of the arrays."""
+    found = np.zeros_like(q)
     for place in np.argwhere(p):
-        whole[tuple(slice(i, i + size) for i in place)] += p[tuple(place)] * q
-    inside = whole[(slice(0, size),) * p.ndim]
-    assert np.count_nonzero(whole) == np.count_nonzero(inside)
-    return inside
+        inside = tuple(slice(0, size - i) for i, size in zip(place, q.shape, strict=True))
+        found[tuple(slice(i, None) for i in place)] += p[tuple(place)] * q[inside]
+    return found

@@ -203,6 +203,8 @@ def test_a_record_that_cannot_give_an_order_is_told_before_the_scheme_is_blamed(
 
     assert (row.verdict, row.order) == ("refuted", 1.0)
     assert (row.first.name, row.first.known, row.first.texts) == ("f(b1)", False, ("no function of the record", "I"))
+    assert row.premise.startswith("no scheme that is given dW alone can have strong order 1.5 (f(b1) is beyond it)")
+    assert "no scheme" not in orders(SIX[3], "additive", 2).premises["additive"]
 
 
 def test_a_local_order_that_is_not_the_global_one_refutes_nothing():

@@ -5,9 +5,12 @@ import pytest
 from sdaeverify import UsageError, orders, verify
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
-from trees.wrong import SIX, SignedHeun
+from trees.wrong import SIX, FewSigns, SignedHeun
 
-RIGHT = [PlatenWeak2General(), PlatenWeak2General(), PlatenWeak2General(), SignedHeun(), MilsteinAreas()]
+GENERAL = PlatenWeak2General()
+RIGHT = [GENERAL, GENERAL, GENERAL, SignedHeun(), MilsteinAreas(), GENERAL]
+# The shipped problem that shows each of the errors.
+SEEING = [*["turning-frame"] * 3, "product-force", "three-motions", "four-motions"]
 
 
 def judged(scheme, file, measure):
@@ -16,16 +19,27 @@ def judged(scheme, file, measure):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wrong", "right"), [*zip(SIX[:5], RIGHT, strict=True)])
+@pytest.mark.parametrize(("wrong", "right"), [*zip(SIX, RIGHT, strict=True)])
 def test_the_engine_refutes_the_wrong_scheme_there_and_verifies_the_right_one(wrong, right, tmp_path):
     """One step on a few trees shows what all shipped problems hide."""
-    report = orders(wrong, "additive" if isinstance(wrong, SignedHeun) else "general", 3)
+    numbers = (4, 4) if isinstance(wrong, FewSigns) else (3, None)
+    report = orders(wrong, "additive" if isinstance(wrong, SignedHeun) else "general", *numbers)
     measure = "strong" if isinstance(wrong, MilsteinAreas) else "weak"
     file = tmp_path / "problem.py"
     file.write_text(report.to_problem(report.failing[0]))
 
     assert judged(wrong, file, measure) == {"refuted"}
     assert judged(right, file, measure) == {"verified"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("wrong", "right", "problem"), [*zip(SIX, RIGHT, SEEING, strict=True)])
+def test_shipped_problems_refute_the_wrong_scheme_and_verify_the_right_one(wrong, right, problem):
+    """Each of the six errors shows on one of the problems that were made to see it."""
+    measure = "strong" if isinstance(wrong, MilsteinAreas) else "weak"
+
+    assert set(verify(wrong, problem, measure).verdicts.verdict) == {"refuted"}
+    assert set(verify(right, problem, measure).verdicts.verdict) == {"verified"}
 
 
 def test_the_file_says_what_it_is_about(tmp_path):

@@ -84,14 +84,14 @@ def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
 
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
-    """Yield what a reader asks next below the table: trees of failing conditions, premises, reasons."""
+    """Yield what a reader asks next below the table: premises, reasons, trees of failing conditions."""
+    yield ""
+    for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
+        yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
     for row in rows:
         if row.verdict is ClassVerdict.REFUTED and row.first:
             yield ""
             yield from _failing(row)
-    yield ""
-    for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
-        yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
 
 
 def _cells(row: ClassRow) -> tuple[str, ...]:

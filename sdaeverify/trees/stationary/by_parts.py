@@ -1,14 +1,13 @@
 """Integrations by parts against exp(phi): what is left of derivatives of u is a polynomial in derivatives of phi."""
 
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 from itertools import product
 
 from ..grow import DRIFT, Forest, Tree
 
-# A product of derivatives of phi by coordinates 1, ..., d, each sorted, and a polynomial of such.
+# A product of derivatives of phi by coordinates 1, ..., d, each sorted, and a polynomial of such with whole numbers.
 Monomial = tuple[tuple[int, ...], ...]
-Polynomial = dict[Monomial, Fraction]
+Polynomial = dict[Monomial, int]
 
 
 def by_parts(forest: Forest, dimension: int) -> Polynomial:
@@ -24,7 +23,7 @@ def by_parts(forest: Forest, dimension: int) -> Polynomial:
     noises = sum(colour > DRIFT for each in forest for colour in each.colours)
     total: Polynomial = {}
     for components in product(*(_components(each, dimension) for each in forest)):
-        q: Polynomial = {(): Fraction(2) ** (noises // 2)}
+        q: Polynomial = {(): 2 ** (noises // 2)}
         for _, factors in components:
             q = {_sorted((*monomial, *factors)): c for monomial, c in q.items()}
         for direction, _ in components:
@@ -56,9 +55,9 @@ def _moved(q: Polynomial, direction: int) -> Polynomial:
     return moved
 
 
-def _sum(to: Polynomial, terms: Iterable[tuple[Monomial, Fraction]]) -> None:
+def _sum(to: Polynomial, terms: Iterable[tuple[Monomial, int]]) -> None:
     for monomial, c in terms:
-        to[monomial] = to.get(monomial, Fraction(0)) + c
+        to[monomial] = to.get(monomial, 0) + c
 
 
 def _sorted(factors: Iterable[tuple[int, ...]]) -> Monomial:
