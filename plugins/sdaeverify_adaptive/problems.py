@@ -33,14 +33,10 @@ def heisenberg(horizon: float = 1.0) -> SDE:
     """
 
     def diffusion(t: float, x: Array) -> Array:
-        B = _two_motions(x)
-        B[2, 1] = x[0]
-        return B
+        return _rows(np.stack([0.0 * x[0], x[0]]))
 
     def derivative(t: float, x: Array, y: Array) -> Array:
-        B = np.zeros_like(y, shape=(3, 2, y.shape[1]))
-        B[2, 1] = y[0]
-        return B
+        return _rows(np.stack([0.0 * y[0], y[0]]), motion=0.0)
 
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
         return np.asarray(z + np.stack([*noise.dW, z[0] * noise.dW[1] + _integral(noise)]))
@@ -70,14 +66,10 @@ def shear(horizon: float = 1.0) -> SDE:
         return np.stack([0.0 * x[0], 0.0 * x[0], 0.0 * x[0] + 0.5])
 
     def diffusion(t: float, x: Array) -> Array:
-        B = _two_motions(x)
-        B[2] = x[0]
-        return B
+        return _rows(np.stack([x[0], x[0]]))
 
     def derivative(t: float, x: Array, y: Array) -> Array:
-        B = np.zeros_like(y, shape=(3, 2, y.shape[1]))
-        B[2] = y[0]
-        return B
+        return _rows(np.stack([y[0], y[0]]), motion=0.0)
 
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
         dW_1, dW_2 = noise.dW
@@ -87,10 +79,11 @@ def shear(horizon: float = 1.0) -> SDE:
     return _area_equation(drift, diffusion, derivative, truths, horizon)
 
 
-def _two_motions(x: Array) -> Array:
-    B = np.zeros_like(x, shape=(3, 2, x.shape[1]))
-    B[0, 0] = B[1, 1] = 1.0
-    return B
+def _rows(third: Array, motion: float = 1.0) -> Array:
+    """Return a given third row below a multiple of the identity, shape (3, 2, P)."""
+    nothing = 0.0 * third[0]
+    one = nothing + motion
+    return np.stack([np.stack([one, nothing]), np.stack([nothing, one]), third])
 
 
 def _integral(noise: Increment) -> Array:
