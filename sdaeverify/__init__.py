@@ -4,7 +4,7 @@ import ast
 from importlib import import_module
 from pathlib import Path
 
-__version__ = "0.1.0"
+__version__ = "0.9.0"
 
 # Whoever asks for a name pays for its module: every run of pytest imports the plugin of this package, most of them
 # without need of numpy; tables need pandas, which workers do not. The names stand once, in the stub beside this file.
