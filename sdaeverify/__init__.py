@@ -5,7 +5,7 @@ import logging
 from importlib import import_module
 from pathlib import Path
 
-__version__ = "0.1.0"
+__version__ = "0.9.0"
 
 # Quiet unless the program that uses it asks for more: logging.basicConfig(level="INFO").
 logging.getLogger(__name__).addHandler(logging.NullHandler())

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -65,3 +66,63 @@ def test_wheel_holds_no_tests(installed):
     }
     assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    """Build the sdist and unpack it where nothing else of the repository is."""
+    folder = tmp_path_factory.mktemp("sdist")
+    build = [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (archive,) = folder.glob("*.tar.gz")
+    with tarfile.open(archive) as packed:
+        packed.extractall(folder, filter="data")
+    return folder / archive.name.removesuffix(".tar.gz")
+
+
+def in_sources(sources, *words):
+    """Run a module of Python with the sources of the sdist in the place of what is installed."""
+    path = os.pathsep.join(str(sources / part) for part in (".", "plugins", "problems"))
+    environment = {**os.environ, "PYTHONPATH": path, "DOCS_GALLERY": "none"}
+    command = [sys.executable, "-m", *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=sources, env=environment)
+
+
+@pytest.mark.slow
+def test_sdist_builds_the_wheel(installed, sources, tmp_path):
+    """The wheel that is built from the sdist has the files of the one that is built from the repository."""
+    made = in_sources(sources, "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), ".")
+
+    assert made.returncode == 0, made.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name for name in archive.namelist() if not name.endswith("/RECORD")}
+    here = {path.relative_to(installed).as_posix() for path in installed.rglob("*") if path.is_file()}
+    assert names == {name for name in here if not name.endswith("/RECORD") and "__pycache__" not in name}
+
+
+@pytest.mark.slow
+def test_sdist_builds_the_site(sources):
+    """The site is built from the sdist, without a warning."""
+    pytest.importorskip("sphinx_design")
+    made = in_sources(sources, "sphinx", "-W", "-q", "docs", "docs/_site")
+
+    assert made.returncode == 0, made.stderr
+    assert (sources / "docs" / "_site" / "index.html").is_file()
+
+
+@pytest.mark.slow
+def test_sdist_passes_its_tests(sources):
+    """The quick tests pass from the sdist."""
+    made = in_sources(sources, "pytest", "-q", "-n", "0", "-m", "quick", "-p", "no:cacheprovider")
+
+    assert made.returncode == 0, made.stdout[-2000:]
+
+
+@pytest.mark.slow
+def test_an_index_takes_it(sources):
+    """The metadata of the sdist is whole, and its README renders."""
+    pytest.importorskip("twine")
+    checked = in_sources(sources, "twine", "check", "--strict", str(sources.with_name(f"{sources.name}.tar.gz")))
+
+    assert checked.returncode == 0, checked.stdout

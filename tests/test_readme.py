@@ -2,12 +2,16 @@
 
 import importlib
 import re
+import shlex
+import tomllib
 from pathlib import Path
 
+import click
 import pytest
 
 from facade import sdaeverify
-from sdaeverify import sample, verify
+from sdaeverify import __version__, sample, verify
+from sdaeverify.testing import checks
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -66,12 +70,37 @@ def test_ci_uses_the_command_of_the_readme():
     assert command in quiet
 
 
-def test_links_of_the_readme_lead_somewhere():
-    """A link to a file of the repository names one that is there."""
-    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
+REPOSITORY = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["urls"]["Repository"]
+RAW = REPOSITORY.replace("github.com", "raw.githubusercontent.com")
 
-    assert [link for link in links if not (ROOT / link).exists()] == []
+
+def test_links_of_the_readme_lead_somewhere():
+    """A link is whole, as an index of packages needs it, and names a file of the repository that is there."""
+    links = re.findall(r"\]\(([^)]+)\)", README)
+    files = [re.sub(rf"^(?:{re.escape(REPOSITORY)}/blob|{re.escape(RAW)})/main/", "", link) for link in links]
+
+    assert [file for file in files if not (ROOT / file).is_file()] == []
+    assert [link for link in links if "://" not in link] == []
     assert len(links) > 10
+
+
+@pytest.mark.parametrize("page", ["README.md", "CITATION.cff", "pyproject.toml", "docs/install.md"])
+def test_there_is_one_address(page):
+    """Every address of the repository is the one of the package's metadata."""
+    named = re.findall(r"https://(?:github|raw\.githubusercontent)\.com/[\w.-]+/[\w.-]+", (ROOT / page).read_text())
+
+    assert {url.removesuffix(".git").rstrip("/.") for url in named} <= {REPOSITORY, RAW}
+    assert named
+
+
+def test_there_is_one_version():
+    """Package, metadata and citation tell the same version, and the citation its date."""
+    citation = (ROOT / "CITATION.cff").read_text()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+    assert project["version"] == __version__
+    assert re.search(r"^version: (.+)$", citation, re.MULTILINE).group(1) == __version__
+    assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", citation, re.MULTILINE)
 
 
 PLACE = re.compile(r"`((?:sdaeverify|plugins|problems|tests|docs|reports)/[\w./-]+|\.ci/run)`")
@@ -80,6 +109,7 @@ TELLING = [
     ROOT / "CONTRIBUTING.md",
     *sorted((ROOT / "docs").glob("[eh]*/*.md")),
     ROOT / "docs/tutorial.md",
+    ROOT / "docs/install.md",
 ]
 
 
@@ -158,3 +188,52 @@ def test_what_pages_quote_and_include_is_made(monkeypatch):
     assert set(re.findall(r"\{\{ (\w+) \}\}", text)) <= set(made["counts"].counts(reports / "reference"))
     assert set(re.findall(r"generated/(pieces/[\w-]+\.md)", text)) == set(pages)
     assert [name for name, page in (pages | made["reference"].reference_pages()).items() if not page.strip()] == []
+
+
+def test_each_command_has_an_example_that_parses(monkeypatch):
+    """The reference shows an example of each command, with options that it has."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    examples = importlib.import_module("reference").EXAMPLES
+    context = click.Context(sdaeverify)
+
+    assert set(sdaeverify.list_commands(context)) <= set(examples)
+    for name in sdaeverify.list_commands(context):
+        command, (first, *words) = sdaeverify.get_command(context, name), shlex.split(examples[name])
+        assert first == name
+        command.make_context(name, words, parent=context)
+
+
+def test_each_mistake_has_a_repair(monkeypatch):
+    """The page of each check of the kit says how to repair what it found."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    repairs = importlib.import_module("repairs").REPAIRS
+
+    for kind in ("scheme", "problem"):
+        assert {check.name for check in checks(kind)} == set(repairs[kind])
+
+
+# Formulas as docstrings write them, and as they are typeset.
+TYPESET = {
+    "dx = f(t, x) dt + B dW": r"\,dx = f(t, x) \,dt + B \,dW",
+    "x+ = x + sqrt(h) sigma xi": r"x^{+} = x + \sqrt{h} \sigma  \xi",
+    "(h/2) sum_j DB_j B_j": r"\tfrac{h}{2} \sum _{j} DB_{j} B_{j}",
+    "r^ = M^{-1} grad g(r+) eta": r"\hat{r} = M^{-1} \nabla  g(r^{+}) \eta ",
+}
+
+
+@pytest.mark.parametrize(("plain", "tex"), TYPESET.items())
+def test_a_formula_of_a_docstring_is_typeset(monkeypatch, plain, tex):
+    """Symbols, roots, fractions and indices of plain text become TeX."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+
+    assert importlib.import_module("formulas").tex(plain).split() == tex.split()
+
+
+def test_prose_of_a_docstring_stays_prose(monkeypatch):
+    """Only formulas of a sentence are typeset: not its articles, its words and its code."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    told = importlib.import_module("formulas").typeset(
+        "A path keeps `x = 1` for h > 0, and the sum of a step.", lambda formula: f"<{formula}>", str
+    )
+
+    assert told == "A path keeps `x = 1` for <h > 0>, and the sum of a step."

@@ -1,12 +1,12 @@
-"""Docstrings are written for ``help``: formulas in them are plain text, and reStructuredText must read no markup."""
+"""Docstrings are written for ``help``: formulas in them are plain text, which pages typeset."""
 
 import re
 from collections.abc import Iterator
 from typing import Any
 
+from formulas import display, is_formula, typeset
 from sphinx.application import Sphinx
 
-CODE = re.compile(r"(``.+?``|`.+?`)")
 UNDERLINE = re.compile(r"-{3,}$")
 
 
@@ -21,28 +21,36 @@ def _rewrite(_app: Sphinx, _what: str, _name: str, _thing: object, _options: Any
 
 
 def plain(lines: list[str]) -> Iterator[str]:
-    """Escape markup in prose; indented blocks above the first section are formulas, and become literal."""
-    in_section, in_formula = False, False
-    for number, line in enumerate(lines):
-        after = lines[number + 1] if number + 1 < len(lines) else ""
-        in_section |= bool(UNDERLINE.match(after.strip())) and bool(line.strip())
-        indented = line.startswith("    ")
-        if indented and not in_section and not in_formula and not (number and lines[number - 1].strip()):
-            in_formula = True
-            if not _announced(lines[:number]):
-                yield from ("::", "")
-        in_formula &= indented or not line.strip()
-        yield line if in_formula else escaped(line)
+    """Escape markup in prose; typeset indented blocks above the first section, or leave them literal."""
+    in_section = False
+    for indented, block in _blocks(lines):
+        in_section |= any(UNDERLINE.match(line.strip()) for line in block)
+        written = [line for line in block if line.strip()]
+        if in_section:
+            yield from map(escaped, block)
+        elif not indented:
+            yield from (escaped(re.sub("::$", ":" * (line != "::"), line)) for line in block)
+        elif all(map(is_formula, written)):
+            yield from ("", ".. math::", "", f"    {display(written)}", "")
+        else:
+            yield from ("", "::", "", *block, "")
 
 
-def _announced(above: list[str]) -> bool:
-    told = [line for line in above if line.strip()]
-    return bool(told) and told[-1].rstrip().endswith("::")
+def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
+    """Yield runs of lines that are indented, or not; an empty line is of the run before it."""
+    indented, block = False, list[str]()
+    for line in lines:
+        if line.strip() and line.startswith("    ") != indented:
+            yield indented, block
+            indented, block = not indented, []
+        block.append(line)
+    yield indented, block
 
 
 def escaped(line: str) -> str:
-    """Escape what is no code."""
-    if UNDERLINE.match(line.strip()):
-        return line
-    parts = CODE.split(line)
-    return "".join(part if CODE.fullmatch(part) else re.sub(r"([*|]|_(?=\W|$))", r"\\\1", part) for part in parts)
+    """Typeset the formulas of a line, and escape what is no code."""
+    return line if UNDERLINE.match(line.strip()) else typeset(line, lambda formula: f":math:`{formula}`", _plain)
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"([*|]|_(?=\W|$))", r"\\\1", text)

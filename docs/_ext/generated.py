@@ -7,6 +7,7 @@ from typing import Any
 from findings import finding_pages
 from kept import kept_pages
 from mistakes import mistake_pages
+from names import name_pages
 from passports import passport_pages
 from reference import reference_pages
 from sphinx.application import Sphinx
@@ -25,6 +26,7 @@ def _write(app: Sphinx) -> None:
     reference = root / "reports" / "reference"
     pages = {
         **reference_pages(),
+        **name_pages(),
         **finding_pages(reference),
         **kept_pages(root / "reports"),
         **mistake_pages(),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from markup import page, prose, table, toctree, verbatim
+from repairs import REPAIRS
 
 from sdaeverify.testing import checks
 from testing import test_problem_checks, test_scheme_checks
@@ -32,9 +33,9 @@ def mistake_pages() -> dict[str, str]:
         )
     ]
     told = (
-        "`sdaeverify check NAME` puts a scheme or a problem to the kit. Each check has a page: what it says, what it "
-        "asks and why, and a subject in which the mistake is planted. The message is what the kit said of that "
-        "subject while this page was made."
+        "`sdaeverify check NAME` runs the conformance checks on a scheme or a problem. Each check has a page: the "
+        "message, what it means, how to repair it, and the smallest example. The message was printed for that "
+        "example while the page was made."
     )
     pages = {f"mistakes/{kind}-{name}.md": text for kind, own in found.items() for name, (_, text) in own.items()}
     return {"mistakes.md": page("Mistakes that the kit finds", told, *index), **pages}
@@ -48,10 +49,12 @@ def _pages(kind: str) -> Iterator[tuple[str, tuple[str, str]]]:
         title = prose(WHERE.sub("", outcome["reason"]))
         text = page(
             title,
-            f"Said by the check `{name}` of a {kind}, which asks:",
-            prose(inspect.cleandoc(known[name].function.__doc__ or "")),
+            "## What it means",
+            f"The check `{name}` of a {kind} failed. " + prose(inspect.cleandoc(known[name].function.__doc__ or "")),
+            "## How to repair it",
+            REPAIRS[kind][name],
             *_planted(subject, name, kind),
-            f"Ask it alone, in a test: `check_{kind}(...)`, row `{name}`. All checks: [](../mistakes.md).",
+            f"Make this check alone, in Python: `check_{kind}(...)`, row `{name}`. All checks: [](../mistakes.md).",
         )
         yield name, (title, text)
 
@@ -59,8 +62,8 @@ def _pages(kind: str) -> Iterator[tuple[str, tuple[str, str]]]:
 def _planted(subject: Any, name: str, kind: str) -> Iterator[str]:
     source = _source(subject, name, kind)
     if source:
-        yield "## A subject in which it is planted"
-        yield LEGEND if kind == "scheme" else ""
+        yield "## The smallest example"
+        yield "The mistake is planted here. " + LEGEND * (kind == "scheme")
         yield verbatim(source, "python")
 
 

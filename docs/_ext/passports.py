@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markup import page, prose, table, toctree, verbatim
+from formulas import described, summary
+from markup import page, prose, table, toctree
 from matplotlib import pyplot as plt
 
 from sdaeverify import sample
@@ -64,7 +65,7 @@ def passport_pages(pictures: Path, reference: Path) -> dict[str, str]:
 
 
 def _summary(passport: Mapping[str, Any]) -> str:
-    return prose(passport["text"].partition("\n")[0])
+    return summary(passport["text"].partition("\n")[0])
 
 
 def _passport(name: str, registry: Registry) -> dict[str, Any]:
@@ -88,7 +89,7 @@ def _scheme(scheme: Any, rows: Rows, pictures: Path) -> str:
     own = [row for row in rows if row.scheme.partition("[")[0] == scheme.name]
     return page(
         scheme.name,
-        verbatim(told["text"]),
+        described(told["text"]),
         f"Form: {told['form']}. Source: {prose(told['source'] or 'that of its claims')}.",
         _parameters(told["parameters"]),
         "## What it claims",
@@ -114,7 +115,7 @@ def _problem(name: str, registry: Registry, rows: Rows, pictures: Path) -> str:
     )
     return page(
         name,
-        verbatim(told["text"]),
+        described(told["text"]),
         "; ".join(filter(None, facts)) + ". " + ("" if own else RUN_ON_REQUEST),
         f"Traits: {', '.join(f'`{trait}`' for trait in told['traits'])}." if told["traits"] else "",
         _parameters(told["parameters"]),
@@ -205,5 +206,7 @@ def _candidates(rows: Rows) -> Iterable[str]:
 def _measures(registry: Registry) -> str:
     told = (measure_passport(entry.thing) for _, entry in sorted(registry.measures.items()))
     return page(
-        "Measures", "What each asks, and how it judges.", *(f"## {p['label']}\n\n{verbatim(p['text'])}" for p in told)
+        "Measures",
+        "What each asks, and how it judges.",
+        *(f"## {p['label']}\n\n{described(p['text'])}" for p in told),
     )

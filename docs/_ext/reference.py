@@ -1,12 +1,9 @@
 """The reference: the command line, exit codes, hooks, entry points, public names."""
 
-import inspect
 import textwrap
 import tomllib
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import click
 from markup import page, prose, table, verbatim
@@ -21,20 +18,6 @@ from sdaeverify.registry.load import load_registry
 from sdaeverify.report.tables.columns import dictionary
 
 WIDTH = 110
-ROOMS = {
-    "sdaeverify": "sdaeverify: schemes, problems, runs",
-    "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
-    "sdaeverify.probing": "sdaeverify.probing: for authors of measures that probe one step",
-    "sdaeverify.path_errors": "sdaeverify.path_errors: for authors of measures of errors along paths",
-    "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
-    "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
-    "sdaeverify.commands": "sdaeverify.commands: for authors of commands",
-    "sdaeverify.studying": "sdaeverify.studying: plans, noise and the time loop",
-    "sdaeverify.errors": "sdaeverify.errors: what is raised",
-    "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
-    "sdaeverify_papers": "sdaeverify_papers: experiments of papers",
-    "sdaeverify_lab": "sdaeverify_lab: planted bugs and calibration cases",
-}
 
 
 def reference_pages() -> dict[str, str]:
@@ -50,7 +33,6 @@ def reference_pages() -> dict[str, str]:
         "words.md": words(
             "Claims, noise and measures in words", lambda name: name in {"claims", "noise", "measures"}
         ),
-        **{f"api/{room}.rst": api(room, title) for room, title in ROOMS.items()},
     }
 
 
@@ -58,14 +40,35 @@ def command_line() -> str:
     """Return the help of every command."""
     parent = click.Context(cli, info_name="sdaeverify", max_content_width=100, terminal_width=100)
     names = cli.list_commands(parent)
-    return page("Command line", *(_command(name, parent) for name in names))
+    told = "Each command has `--help`. The shell completes names and options: [](../install.md)."
+    return page("Command line", told, *(_command(name, parent) for name in names))
 
 
 def _command(name: str, parent: click.Context) -> str:
     command = cli.get_command(parent, name)
     assert command is not None
     told = command.get_help(click.Context(command, info_name=name, parent=parent))
-    return f"## sdaeverify {name}\n\n{verbatim(told)}"
+    example = f"For example:\n\n{verbatim(f'sdaeverify {EXAMPLES[name]}', 'sh')}"
+    return f"## sdaeverify {name}\n\n{example}\n{verbatim(told)}"
+
+
+EXAMPLES = {
+    "calibrate": "calibrate --repetitions 100 --only slope",
+    "check": "check milstein gbm --json",
+    "compare": "compare before after --factor 1.2",
+    "demo": "demo --out demo",
+    "gate": "gate --tier smoke --seed-from date",
+    "hunt": "hunt milstein -m strong --when scalar-noise --examples 50 --out found.py",
+    "info": "info HolonomicSDAE",
+    "list": "list schemes --json",
+    "matrix": "matrix -s 'milstein,euler-*' -p gbm,ou -m strong --paths 2048 --lf -x",
+    "merge": "merge shard1 shard2 --out whole",
+    "new-plugin": "new-plugin my-schemes",
+    "orders": "orders sra1 --class additive",
+    "reproduce": "reproduce 'lindner-*' --budget smoke",
+    "selftest": "selftest --only 'planted-*'",
+    "show": "show reports/latest milstein gbm",
+}
 
 
 def words(title: str, chosen: Callable[[str], bool]) -> str:
@@ -139,34 +142,3 @@ def traits() -> str:
     told = "A trait is a fact of a problem; a claim holds where the problem has the traits that it names in `when=`."
     asked = "`sdaeverify info traits` also shows which schemes ask for each."
     return page("Traits", told, asked, table(["trait", "meaning"], rows))
-
-
-def api(room: str, title: str) -> str:
-    """Return the public names of a room, each with its docstring."""
-    module = import_module(room)
-    names = sorted((name for name in module.__all__ if not name.startswith("_")), key=str.lower)
-    lines = [title, "=" * len(title), ""]
-    if room != "sdaeverify":
-        lines += [f".. automodule:: {room}", "   :no-members:", ""]
-    return "\n".join(
-        [*lines, f".. currentmodule:: {room}", "", *(_entry_in(room, name, getattr(module, name)) for name in names)]
-    )
-
-
-def _entry_in(room: str, name: str, thing: Any) -> str:
-    """Return what is told of a public name: all in the first room that has it, in others where that is."""
-    first = next(each for each in ROOMS if getattr(import_module(each), name, None) is thing)
-    return _entry(name, thing) if first == room else f"{name}\n{'-' * len(name)}\n\nSee :doc:`{first}`.\n"
-
-
-def _entry(name: str, thing: Any) -> str:
-    underline = "-" * len(name)
-    if inspect.isclass(thing) and thing.__module__.startswith("sdaeverify"):
-        methods = [m for m in vars(thing) if not m.startswith("_") and inspect.isfunction(vars(thing)[m])]
-        members = f"   :members: {', '.join(methods)}\n" if methods else ""
-        return f"{name}\n{underline}\n\n.. autoclass:: {name}\n{members}"
-    if inspect.ismodule(thing):
-        return f"{name}\n{underline}\n\n{(thing.__doc__ or '').strip()}\n"
-    if inspect.isfunction(inspect.unwrap(thing)):
-        return f"{name}\n{underline}\n\n.. autofunction:: {name}\n"
-    return f"{name}\n{underline}\n\n::\n\n    {' '.join(repr(thing).split()):.300}\n"

@@ -21,7 +21,7 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-PATIENCE = 300
+PATIENCE = 900
 
 
 class Running(SphinxDirective):

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from sdaeverify import __version__
+
 KEYS = {"kind", "name", "parameters", "summary", "plugin", "distribution", "version"}
 PLUGIN_KEYS = {
     "kind", "name", "distribution", "version", "module", "status", "reason", "schemes", "problems", "measures",
@@ -13,7 +15,7 @@ PLUGIN_KEYS = {
 
 def test_version(call):
     """The version is that of the package."""
-    assert call("--version").out == "sdaeverify 0.1.0\n"
+    assert call("--version").out == f"sdaeverify {__version__}\n"
 
 
 def test_no_command(call):
