@@ -231,10 +231,13 @@ from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubje
 from sdaeverify.trees.classes import CLASSES
 from sdaeverify.trees.conditions import Conditions
 from sdaeverify.trees.equivariance import related_equations
+from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
 from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
+from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
+from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.taylor import RichEquation
 from sdaeverify.trees.universal import TIME_0, Universal
 from sdaeverify.verdicts import path_tests

@@ -59,7 +59,7 @@ class Examined:
     @cached_property
     def rates(self) -> list[Rate]:
         """How fast defects vanish, where weights depend on h; none of diagonal noise, whose weights do not."""
-        return [] if self.probe.kind.diagonal else list(rates([self.found_at(h) for h in SIZES]))
+        return [] if self.probe.all_sizes else list(rates([self.found_at(h) for h in SIZES]))
 
     def order(self, measure: str) -> float:
         """Return the order that the conditions give; as information only where weights depend on h."""
@@ -102,7 +102,7 @@ class Examined:
         measure : str
         """
         probe, first = self.probe, next(iter(self.breaking(measure)), None)
-        if first is None or first.on_paths or probe.kind.diagonal or probe.scheme.law.bounded or not probe.fixed:
+        if first is None or first.on_paths or probe.all_sizes or probe.scheme.law.bounded or not probe.fixed:
             return ""
         other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
         found = self._mean_at(first, other)

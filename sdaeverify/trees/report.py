@@ -13,10 +13,12 @@ from .. import Scheme, UsageError
 from ..measuring import Order
 from ..registry.load import load_registry
 from ..registry.selection import select_schemes
-from .classes import CLASSES, EquationClass
+from . import TreeClass
+from .classes import CLASSES, OF_SDES, EquationClass
 from .conditions import STRONG, WEAK, Condition
 from .examined import Examined
-from .probes import Probe, probe_of
+from .posed.probe import PosedProbe
+from .probes import DiagonalProbe, Probe, UniversalProbe
 from .problem_file import problem_file
 
 
@@ -34,6 +36,8 @@ class ClassVerdict(StrEnum):
 # Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
 # weight brings a multiple of those before.
 LEAST, CHEAP, GROWTH = 3, 500, 4
+# Rules for expectations are exact up to this weight, whatever noise a step uses.
+EXACT = 5
 MEASURES = (STRONG, WEAK)
 MOST_MOTIONS, MOST_WEIGHT = 4, 8
 
@@ -123,7 +127,7 @@ class OrderReport:
             As `orders` takes them, which raises what this does.
         """
         check_numbers(motions, weight)
-        return cls(scheme, tuple(rows_of(scheme, classes_named(classes), motions, weight)))
+        return cls(scheme, tuple(rows_of(scheme, classes_named(scheme, classes), motions, weight)))
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -157,8 +161,10 @@ class OrderReport:
         row = next((row for row in self.rows if row.first == condition), None)
         if row is None:
             raise UsageError(f"condition {condition.name!r:.200} is none of this report")
-        traits = class_named(row.kind).traits
-        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, traits)
+        kind = next((each for each in OF_SDES if each.name == row.kind), None)
+        if kind is None:
+            raise UsageError(f"the condition {condition.name} is one of {row.kind}: a file is written of SDEs alone")
+        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, kind.traits)
 
     def __repr__(self) -> str:
         return self.table.to_string(index=False)
@@ -219,7 +225,13 @@ def check_numbers(motions: int, weight: int | None) -> None:
         raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
 
 
-def classes_named(names: str | Sequence[str] | None) -> list[EquationClass]:
+def classes_of(scheme: Scheme) -> dict[str, EquationClass | TreeClass]:
+    """Return by name the classes that a scheme can be asked about: those of the framework, and of its own forms."""
+    own = (kind for form in scheme.forms for kind in form.tree_classes())
+    return {kind.name: kind for kind in (*own, *CLASSES)}
+
+
+def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[EquationClass | TreeClass]:
     """Return the classes of some names, separated by commas if they are one text; all if there is none.
 
     Raises
@@ -227,34 +239,23 @@ def classes_named(names: str | Sequence[str] | None) -> list[EquationClass]:
     UsageError
         If a name is unknown.
     """
-    if names is None:
-        return list(CLASSES)
-    return [class_named(name) for name in (names.split(",") if isinstance(names, str) else names)]
-
-
-def class_named(name: str) -> EquationClass:
-    """Return the class of a name.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    known = {kind.name: kind for kind in CLASSES}
-    if name not in known:
-        raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
-    return known[name]
+    known = classes_of(scheme)
+    wanted = known if names is None else names.split(",") if isinstance(names, str) else names
+    for name in wanted:
+        if name not in known:
+            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
+    return [known[name] for name in wanted]
 
 
 def rows_of(
-    scheme: Scheme, kinds: Iterable[EquationClass], motions: int = 3, weight: int | None = None
+    scheme: Scheme, kinds: Iterable[EquationClass | TreeClass], motions: int = 3, weight: int | None = None
 ) -> Iterator[ClassRow]:
     """Yield what is found of a scheme for some classes; see `orders` for the numbers.
 
     Parameters
     ----------
     scheme : Scheme
-    kinds : iterable of EquationClass
+    kinds : iterable of EquationClass or TreeClass
         The classes.
     motions : int
     weight : int or None
@@ -264,11 +265,27 @@ def rows_of(
         yield from _rows(Examined(probe_of(scheme, kind, probe.motions, weight or _top(probe))))
 
 
+def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top: int) -> Probe:
+    """Return where the weights of a class are found.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass or TreeClass
+        The class.
+    motions : int
+    top : int
+    """
+    if isinstance(kind, TreeClass):
+        return PosedProbe(scheme, kind, motions, top)
+    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)
+
+
 def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
     claimed = [needed(claim) for name in MEASURES if (claim := claimed_order(probe, name))]
     top = max([LEAST, *claimed])
-    cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
+    cheap = top < EXACT and GROWTH * len(probe.trees(top)) <= CHEAP
     return top + 1 if cheap else top
 
 
