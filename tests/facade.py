@@ -238,6 +238,7 @@ from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
 from sdaeverify.trees.report import probe_of
+from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.taylor import RichEquation
 from sdaeverify.trees.universal import TIME_0, Universal
 from sdaeverify.verdicts import path_tests

@@ -80,6 +80,27 @@ class PosedProbe(AffineProbe):
         first = self.weighing.at_values(self.points, H, some)
         return max(largest_change(first, self.weighing.at_values(self.points, h, some)) for h in OTHERS)
 
+    @cached_property
+    def remainder(self) -> float:
+        """How far weights are from a power series in the number of scaled nodes, relative to them; 0 without one."""
+        weighing = self.weighing
+        if not self._scaled:
+            return 0.0
+        value, expected = weighing.interpolated(weighing.at_values(self.points, H, weighing.values))
+        return largest_change(expected, weighing.at_values(self.points, H, np.array([value]))[0])
+
+    @property
+    def why_not_every(self) -> str:
+        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        series = "" if self.remainder <= SAME else f"weights are no power series ({self.remainder:.2g})"
+        return ", ".join(filter(None, (super().why_not_every, series)))
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        series = (f"a power series in {name} to {self.remainder:.0e}" for name in sorted(self._scaled))
+        return ", ".join((super().premises, *series))
+
 
 def _names(each: Tree) -> frozenset[str]:
     return frozenset({each.name}).union(*map(_names, each.kids))

@@ -80,6 +80,13 @@ class PosedWeighing:
         low, high = self.kind.numbers
         return np.asarray((2.0 * values - low - high) / (high - low))
 
+    def interpolated(self, found: Array) -> tuple[float, Array]:
+        """Return a value between others, and what is there if what is found at all values is a power series."""
+        value = 0.5 * float(self.values[0] + self.values[1])
+        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(self._scaled(self.values), VALUES - 1))
+        at = np.polynomial.chebyshev.chebvander(self._scaled(np.array([value])), VALUES - 1)[0] @ inverse
+        return value, np.tensordot(at, found, axes=1)
+
     def at_values(self, nodes: Nodes, h: float, values: Array) -> Array:
         """Return phi(tau) h^(-w/2) at some values of the number times h, shape (G, N, K).
 
