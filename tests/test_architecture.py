@@ -17,6 +17,7 @@ import sdaeverify.numerics
 import sdaeverify.path_errors
 import sdaeverify.probing
 import sdaeverify.studying
+import sdaeverify.trees
 
 ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "sdaeverify"
@@ -66,6 +67,7 @@ ROOMS = (
     sdaeverify.path_errors,
     sdaeverify.probing,
     sdaeverify.studying,
+    sdaeverify.trees,
 )
 PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
 SHIPPED = {
@@ -78,7 +80,7 @@ JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
-MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 27, 16, 41
+MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 27, 16, 42
 PARAMETERS, COEFFICIENTS = 6, 8
 
 

@@ -17,6 +17,7 @@ ROOMS = {
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
     "sdaeverify.commands": "sdaeverify.commands: for authors of commands",
     "sdaeverify.studying": "sdaeverify.studying: plans, noise and the time loop",
+    "sdaeverify.trees": "sdaeverify.trees: order conditions of a form of one's own",
     "sdaeverify.errors": "sdaeverify.errors: what is raised",
     "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
     "sdaeverify_papers": "sdaeverify_papers: experiments of papers",

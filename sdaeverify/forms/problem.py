@@ -18,6 +18,7 @@ from .controls import Control
 from .equation import Equation
 from .names import article
 from .traits import ADDITIVE, COMMUTING, GENERAL, known_traits, unknown_traits
+from .tree_class import TreeClass
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
@@ -206,6 +207,11 @@ class Problem:
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return problems of the form that every scheme for it solves exactly; none unless the form knows some."""
+        return ()
+
+    @classmethod
+    def tree_classes(cls) -> tuple[TreeClass, ...]:
+        """Return the classes of equations of the form that order conditions are known of; none unless it says so."""
         return ()
 
     def ito(self) -> Equation | None:

@@ -9,14 +9,14 @@ from ..contracts.finding import CONDITIONS, Finding, Method, Reason, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
-from ..trees.classes import CLASSES
 from ..trees.report import (
     MEASURES,
     ClassRow,
     ClassVerdict,
     claimed_measures,
-    class_named,
-    every_sde,
+    classes_named,
+    classes_of,
+    every_equation,
     rows_of,
 )
 from .judging import CellResult
@@ -28,7 +28,7 @@ GATED = {
     ClassVerdict.REFUTED: Verdict.REFUTED,
     ClassVerdict.ERROR: Verdict.ERROR,
 }
-NAME, QUANTITY = "every-sde", "order conditions"
+NAME, QUANTITY = "every-equation", "order conditions"
 
 
 def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[CellResult]:
@@ -55,23 +55,23 @@ def class_cells(cells: Iterable[Cell]) -> Iterator[Cell]:
     """
     asked = dict.fromkeys((cell.scheme, cell.measure) for cell in cells if cell.measure.name in MEASURES)
     for scheme, measure in asked:
-        for kind in CLASSES:
+        for kind in classes_of(scheme).values():
             if measure.name in claimed_measures(scheme, kind):
                 yield _class_cell(scheme, kind.name, measure)
 
 
 def results_of_class(cell: Cell) -> list[CellResult]:
     """Return what order conditions say of the claim of a cell about a class, asked in this process."""
-    return [*class_results(rows_of(cell.scheme, [class_named(class_of(cell))], None), [cell])]
+    return [*class_results(rows_of(cell.scheme, classes_named(cell.scheme, [class_of(cell)]), None), [cell])]
 
 
 def _class_cell(scheme: Scheme, kind: str, measure: Measure) -> Cell:
-    return Cell(scheme, ProblemSpec(NAME, every_sde, (("of", kind),)), measure)
+    return Cell(scheme, ProblemSpec(NAME, every_equation, (("of", kind),)), measure)
 
 
 def is_of_class(cell: Cell) -> bool:
     """Tell whether a cell is about a class of equations."""
-    return cell.spec.function is every_sde
+    return cell.spec.function is every_equation
 
 
 def class_of(cell: Cell) -> str:

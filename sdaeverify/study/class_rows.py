@@ -10,8 +10,9 @@ from ..contracts.finding import UNMEASURED, Verdict
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, Marker
-from ..trees.classes import CLASSES, EquationClass
-from ..trees.report import MEASURES, ClassRow, ClassVerdict, measures_of, rows_of
+from ..trees import TreeClass
+from ..trees.classes import EquationClass
+from ..trees.report import MEASURES, ClassRow, ClassVerdict, classes_of, measures_of, rows_of
 from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
@@ -29,11 +30,11 @@ class ClassTask:
 
     Attributes
     ----------
-    kind : EquationClass
+    kind : EquationClass or TreeClass
     entries : tuple of Entry
     """
 
-    kind: EquationClass
+    kind: EquationClass | TreeClass
     entries: tuple[Entry, ...]
 
     @property
@@ -65,8 +66,11 @@ def class_rows(results: Sequence[CellResult], workers: Workers = HERE) -> Rows:
     measured = {each.cell.scheme for each in results if any(found.verdict in MEASURED for found in each.findings)}
     asked = dict.fromkeys((each.cell.scheme, each.cell.measure.name) for each in results)
     schemes = dict.fromkeys(of for of, name in asked if name in MEASURES and (of in measured or of not in failed))
-    entries = tuple(Entry(scheme, ()) for scheme in schemes)
-    sent = [Batch(workers, ClassTask(kind, entries), ask, LATE) for kind in CLASSES if entries]
+    kinds: dict[EquationClass | TreeClass, list[Entry]] = {}
+    for scheme in schemes:
+        for kind in classes_of(scheme).values():
+            kinds.setdefault(kind, []).append(Entry(scheme, ()))
+    sent = [Batch(workers, ClassTask(kind, tuple(entries)), ask, LATE) for kind, entries in kinds.items()]
     found = [each for batch in sent for each in _answers(batch)]
     rows = ((scheme, row) for scheme in schemes for of, some in found if of == scheme for row in some)
     return tuple(row for scheme, row in rows if (scheme, row.measure) in asked)
@@ -90,7 +94,7 @@ def ask(task: ClassTask, marker: Marker) -> list[Rows]:
     return [_ask(scheme, task.kind, marker, index) for index, scheme in enumerate(e.scheme for e in task.entries)]
 
 
-def _ask(scheme: Scheme, kind: EquationClass, marker: Marker, index: int) -> Rows:
+def _ask(scheme: Scheme, kind: EquationClass | TreeClass, marker: Marker, index: int) -> Rows:
     try:
         with marker.of(index):
             return tuple(rows_of(scheme, [kind], None))
@@ -98,7 +102,7 @@ def _ask(scheme: Scheme, kind: EquationClass, marker: Marker, index: int) -> Row
         return _failed(scheme, kind, one_line(error))
 
 
-def _failed(scheme: Scheme, kind: EquationClass, why: str) -> Rows:
+def _failed(scheme: Scheme, kind: EquationClass | TreeClass, why: str) -> Rows:
     return tuple(
         ClassRow(scheme.label, kind.name, kind.motions or 0, measure, ClassVerdict.ERROR, premise=why)
         for measure in measures_of(kind)

@@ -3,4 +3,17 @@
 Rooted trees whose nodes are drift, noise or time (`grow`) are the components of the `universal` SDE; what a step
 makes of each of them (`weights`) is compared with the exact solution, path by path as far as the noise of a step
 tells it (`record`), and in the mean (`moments`). Relations between elementary differentials make classes (`classes`).
+
+A form of one's own has order conditions as soon as it offers a class of its equations::
+
+    class Mine(Problem):
+        @classmethod
+        def tree_classes(cls):
+            return (MyTrees(),)                   # a TreeClass: kinds of nodes, a problem for given trees, relatives
+
+`Langevin` and `IndexOneSDAE` do the same; these are the names that such a class is written with.
 """
+
+from ..forms.tree_class import Grove, Grown, Node, Posed, Relatives, TreeClass
+
+__all__ = ["Grove", "Grown", "Node", "Posed", "Relatives", "TreeClass"]

@@ -36,11 +36,11 @@ class Rate(NamedTuple):
 
     def order(self, measure: str) -> float:
         """Return the order that the defect leaves to a measure; infinite if it does not concern it."""
-        if measure != STRONG:
-            return np.inf if self.condition.on_paths else self.power - 1.0
-        if self.condition.on_paths:
-            return self.power - 0.5
-        return self.power - 1.0 if len(self.condition.forest) == 1 else np.inf
+        condition = self.condition
+        if measure != STRONG and condition.on_paths:
+            return np.inf
+        left = self.power + 0.5 * condition.spent - (0.5 if condition.on_paths else 1.0)
+        return left if measure != STRONG or len(condition.forest) == 1 else np.inf
 
 
 def rates(found: Sequence[Sequence[Condition]]) -> Iterator[Rate]:

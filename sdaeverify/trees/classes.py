@@ -13,6 +13,8 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
+from ..forms import IndexOneSDAE, Langevin
+from . import TreeClass
 from .grow import DRIFT, TIME, TIME_LEAF, Tree, grow, multisets, root_weight, tree
 from .moments import Combination
 
@@ -81,7 +83,7 @@ class EquationClass:
         return "commuting" if "commutative-noise" in self.traits else ""
 
 
-CLASSES = (
+OF_SDES = (
     EquationClass("ode", frozenset({"additive-noise"}), 0),
     EquationClass("scalar", frozenset(), 1),
     EquationClass("additive", frozenset({"additive-noise"})),
@@ -91,6 +93,8 @@ CLASSES = (
     EquationClass("general"),
     EquationClass("overdamped-gradient", frozenset({"overdamped-gradient", "additive-noise"})),
 )
+# Those of the framework; a form of somebody else's brings its own.
+CLASSES: tuple[EquationClass | TreeClass, ...] = (*OF_SDES, *Langevin.tree_classes(), *IndexOneSDAE.tree_classes())
 
 
 def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -> dict[Tree, Relation]:

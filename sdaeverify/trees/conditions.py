@@ -19,10 +19,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..probing import Nodes
-from .grow import Forest, Tree, formula, multisets
+from .grow import DRIFT, PRODUCT, Forest, Tree, formula, multisets
 from .moments import Combination, ExactMoments
 from .record import ROUNDING, Record
-from .stationary.combinations import ForestCombination
+from .stationary import ForestCombination
 
 # Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
 TOLERANCE = 1e-8
@@ -79,6 +79,21 @@ class Condition(NamedTuple):
     def weight(self) -> int:
         """Twice the order of the terms it is about."""
         return sum(each.weight for each in self.forest)
+
+    @property
+    def spent(self) -> int:
+        """By how much later than other conditions it counts, in weight: products are not added up over steps.
+
+        An error of an algebraic component is one of that step alone, and what the next step makes of it in the others
+        has one more factor h, or dW with the mean 0.
+        """
+        is_product = any(each.colour == PRODUCT for each in self.forest)
+        return (1 if self.on_paths else 2) * is_product
+
+    @property
+    def due(self) -> int:
+        """The weight at which conditions that are added up over steps count as much."""
+        return self.weight + self.spent
 
     @property
     def name(self) -> str:
@@ -138,12 +153,20 @@ class Conditions:
     moments : ExactMoments
     tolerance : float
         What a defect is beyond, relative and in units of h^(w/2).
+    posed : sequence of Combination
+        What the solution has in the place of the basis, in trees of an SDE, where these are not the basis itself.
     """
 
     trees: Sequence[Tree]
     basis: Sequence[Combination]
     moments: ExactMoments
     tolerance: float = TOLERANCE
+    posed: Sequence[Combination] = ()
+
+    @property
+    def integrals(self) -> Sequence[Combination]:
+        """What the solution has in the place of the basis."""
+        return self.posed or self.basis
 
     @cached_property
     def names(self) -> list[Tree]:
@@ -176,8 +199,9 @@ class Conditions:
         record : Record
         top : int
         """
-        for (weight, parity), places in sorted(self._groups(top).items()):
-            projection = record.projected([self.basis[i] for i in places], weight, parity)
+        for (_, parity), places in sorted(self._groups(top).items()):
+            some = [self.integrals[i] for i in places]
+            projection = record.projected(some, max(map(_noises, some)), parity)
             wanted, at_rule = (record.values(projection, each.nodes) for each in (random, rule))
             for n, i in enumerate(places):
                 factor, rest = _part_of(rule.psi[i], at_rule[n], rule.nodes.weights)
@@ -188,9 +212,10 @@ class Conditions:
 
     def _groups(self, top: int) -> dict[tuple[int, int], list[int]]:
         groups: dict[tuple[int, int], list[int]] = {}
-        for place, each in enumerate(self.names):
+        for place, each in enumerate(self.integrals):
             if self.weights[place] <= top:
-                groups.setdefault((self.weights[place], self.moments.parity((each,))), []).append(place)
+                parity = self.moments.parity((next(iter(each)),))
+                groups.setdefault((self.weights[place], parity), []).append(place)
         return groups
 
     def of_means(self, rule: Weighed, forests: Sequence[tuple[int, ...]]) -> list[Condition]:
@@ -200,9 +225,9 @@ class Conditions:
 
     def _mean_condition(self, places: tuple[int, ...], found: float) -> Condition:
         if self._is_plain:
-            wanted = self.moments.mean(self.names[i] for i in places)
+            wanted = self.moments.mean(next(iter(self.integrals[i])) for i in places)
         else:
-            wanted = self.moments.mean_of_product(self.basis[i] for i in places)
+            wanted = self.moments.mean_of_product(self.integrals[i] for i in places)
         defect = abs(found - float(wanted)) / (1.0 + abs(float(wanted)))
         names = tuple(self.names[i] for i in places)
         return Condition(names, False, defect, float(found), wanted, tolerance=self.tolerance)
@@ -233,7 +258,7 @@ class Conditions:
 
     @cached_property
     def _is_plain(self) -> bool:
-        return all(len(each) == 1 for each in self.basis)
+        return all(list(each.values()) == [1] for each in self.integrals)
 
     def forests(self, top: int) -> list[tuple[int, ...]]:
         """Return all forests up to a weight, as places in the basis, by weight."""
@@ -242,6 +267,11 @@ class Conditions:
 
 def _is_increments(forest: Forest) -> bool:
     return all(not each.kids for each in forest)
+
+
+def _noises(of: Combination) -> int:
+    """Return the most nodes of noise in a tree: its integral is orthogonal to polynomials beyond that degree."""
+    return max(sum(colour > DRIFT for colour in each.colours) for each in of)
 
 
 def _part_of(found: Array, wanted: Array, weights: Array) -> tuple[float, float]:
@@ -303,10 +333,10 @@ def belongs(condition: Condition, measure: str, p: float) -> bool:
     p : float
     """
     if measure != STRONG:
-        return not condition.on_paths and condition.weight <= 2 * p + 1
+        return not condition.on_paths and condition.due <= 2 * p + 1
     if condition.on_paths:
-        return condition.weight <= 2 * p
-    return len(condition.forest) == 1 and condition.weight <= 2 * p + 1
+        return condition.due <= 2 * p
+    return len(condition.forest) == 1 and condition.due <= 2 * p + 1
 
 
 def breaking(conditions: Sequence[Condition], measure: str) -> list[Condition]:
@@ -317,6 +347,6 @@ def breaking(conditions: Sequence[Condition], measure: str) -> list[Condition]:
     conditions : sequence of Condition
     measure : str
     """
-    every = max((each.weight for each in conditions), default=0)
+    every = max((each.due for each in conditions), default=0)
     failing = [each for each in conditions if not each.held and belongs(each, measure, every)]
-    return sorted(failing, key=lambda each: (each.weight - (not each.on_paths), len(each.forest), len(each.name)))
+    return sorted(failing, key=lambda each: (each.due - (not each.on_paths), len(each.forest), len(each.name)))

@@ -12,7 +12,7 @@ from .conditions import INVARIANT, STRONG, WEAK, Condition, Weighed, belongs, br
 from .nodes import FEWER, rule_nodes
 from .probes import Probe
 from .record import Record
-from .stationary.combinations import ForestCombination, stationary_conditions
+from .stationary import ForestCombination, stationary_conditions
 from .weights import H
 
 # Rates are compared with orders, which are multiples of 1/2.
@@ -53,7 +53,7 @@ class Examined:
         """Return all conditions with what is found in units of h^(w/2) with steps of size h."""
         probe, conditions = self.probe, self.probe.conditions
         rule = probe.weighed(probe.rule, h)
-        if probe.kind.overdamped:
+        if probe.overdamped:
             return conditions.of_combinations(rule, self.combinations)
         means = conditions.of_means(rule, conditions.forests(probe.top))
         if probe.scheme.law.bounded:
@@ -70,7 +70,7 @@ class Examined:
     @cached_property
     def rates(self) -> list[Rate]:
         """How fast defects vanish, where weights depend on h; none of diagonal noise, whose weights do not."""
-        return [] if self.probe.kind.diagonal else list(rates([self.found_at(h) for h in SIZES]))
+        return [] if self.probe.all_sizes else list(rates([self.found_at(h) for h in SIZES]))
 
     def order(self, measure: str) -> float:
         """Return the order that the conditions give; as information only where weights depend on h."""
@@ -113,7 +113,7 @@ class Examined:
         measure : str
         """
         probe, first = self.probe, next(iter(self.breaking(measure)), None)
-        if first is None or first.on_paths or probe.kind.diagonal or probe.scheme.law.bounded or not probe.fixed:
+        if first is None or first.on_paths or probe.all_sizes or probe.scheme.law.bounded or not probe.fixed:
             return ""
         other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
         found = self._mean_at(first, other)
@@ -132,6 +132,6 @@ class Examined:
     @property
     def measures(self) -> tuple[str, ...]:
         """The measures whose orders follow: a bounded law tells no paths."""
-        if self.probe.kind.overdamped:
+        if self.probe.overdamped:
             return (INVARIANT,)
         return (WEAK,) if self.probe.scheme.law.bounded else (STRONG, WEAK)

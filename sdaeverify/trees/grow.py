@@ -2,6 +2,7 @@
 
 The tree [tau_1, ..., tau_k]_c is the elementary differential D^k c (F(tau_1), ..., F(tau_k)) of the coefficient c;
 a leaf t is a derivative by time. Its weight is twice its order in h: 1 for each noise node, 2 for each other one.
+Equations of other forms have nodes of other names (`posed`), some of which are products of what is below and weigh 0.
 """
 
 from collections import Counter
@@ -9,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import factorial, prod
 from typing import NamedTuple
 
-TIME, DRIFT = -1, 0
+PRODUCT, TIME, DRIFT = -2, -1, 0
 
 
 class Tree(NamedTuple):
@@ -18,17 +19,25 @@ class Tree(NamedTuple):
     Attributes
     ----------
     colour : int
-        Of the root: -1 time, 0 drift, j > 0 the j-th noise.
+        Of the root: -1 time, 0 drift, j > 0 the j-th noise, -2 a product.
     kids : tuple of Tree
         The subtrees at the root, sorted.
+    name : str
+        How the root is written, but for the number of a noise, where it is none of t, f and b.
     """
 
     colour: int
     kids: "tuple[Tree, ...]" = ()
+    name: str = ""
 
     def __str__(self) -> str:
         inside = ",".join(map(str, self.kids))
-        return node_name(self.colour) + (f"({inside})" if inside else "")
+        return self.root + (f"({inside})" if inside else "")
+
+    @property
+    def root(self) -> str:
+        """How the root is written."""
+        return node_name(self.colour, self.name)
 
     @property
     def weight(self) -> int:
@@ -63,17 +72,29 @@ TIME_LEAF = Tree(TIME)
 
 def root_weight(colour: int) -> int:
     """Return the weight of a node."""
-    return 1 if colour > DRIFT else 2
+    if colour > DRIFT:
+        return 1
+    return 0 if colour == PRODUCT else 2
 
 
-def node_name(colour: int) -> str:
-    """Return how a node is written: t, f, b1, b2, ..."""
-    return {TIME: "t", DRIFT: "f"}.get(colour, f"b{colour}")
+def node_name(colour: int, name: str = "") -> str:
+    """Return how a node is written: t, f, b1, b2, ..., or with another name."""
+    if colour > DRIFT:
+        return f"{name or 'b'}{colour}"
+    return name or {TIME: "t", DRIFT: "f"}[colour]
 
 
-def tree(colour: int, kids: Iterable[Tree] = ()) -> Tree:
-    """Return the tree with such a root and these subtrees in any order."""
-    return Tree(colour, tuple(sorted(kids)))
+def tree(colour: int, kids: Iterable[Tree] = (), name: str = "") -> Tree:
+    """Return the tree with such a root and these subtrees in any order.
+
+    Parameters
+    ----------
+    colour : int
+    kids : iterable of Tree
+    name : str
+        Of the root, where it has one of its own.
+    """
+    return Tree(colour, tuple(sorted(kids)), name)
 
 
 def formula(forest: Iterable[Tree]) -> str:
@@ -83,7 +104,7 @@ def formula(forest: Iterable[Tree]) -> str:
 
 def picture(of: Tree) -> list[str]:
     """Return the lines of a drawing, the root on top."""
-    lines = [node_name(of.colour)]
+    lines = [of.root]
     for place, kid in enumerate(of.kids):
         first, further = ("└─ ", "   ") if place == len(of.kids) - 1 else ("├─ ", "│  ")
         head, *rest = picture(kid)

@@ -44,9 +44,16 @@ class ExactMoments:
         return Fraction(self._count(tuple(sorted(map(self.place, trees)))), factorial(weight // 2))
 
     def mean_of_product(self, factors: Iterable[Combination]) -> Fraction:
-        """Return E prod sum c I(tau) over linear combinations of trees."""
-        terms = product(*(each.items() for each in factors))
-        return sum((prod(c for _, c in term) * self.mean(each for each, _ in term) for term in terms), Fraction(0))
+        """Return E prod sum c I(tau) over linear combinations of trees, each of trees of one weight and parity."""
+        some = [[*each.items()] for each in factors]
+        first = tuple(each[0][0] for each in some)
+        if self.parity(first):
+            return Fraction(0)
+        numbered = ([(_whole(c), self.place(each)) for each, c in items] for items in some)
+        total: Fraction | int = 0
+        for term in product(*numbered):
+            total += prod(c for c, _ in term) * self._count(tuple(sorted(place for _, place in term)))
+        return Fraction(total, factorial(sum(each.weight for each in first) // 2))
 
     def parity(self, forest: Forest) -> int:
         """Return in bits which noises have an odd number of nodes: the moment vanishes if any has."""
@@ -93,3 +100,8 @@ class ExactMoments:
                 if other == colour:
                     left.append(tuple(sorted(others[:j] + others[j + 1 :] + kids + more)))
         return left
+
+
+def _whole(c: Fraction) -> Fraction | int:
+    """Return a number as a whole one, which is faster, if it is one."""
+    return c.numerator if c.denominator == 1 else c

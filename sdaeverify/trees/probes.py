@@ -5,12 +5,14 @@ from functools import cached_property, lru_cache
 
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
-from ..forms import SDE
+from ..forms import SDE, Problem
 from ..probing import Nodes, OneStep
+from . import TreeClass
 from .asymptotic import largest_change
 from .classes import EquationClass
 from .conditions import Conditions, Weighed
 from .equivariance import Related, related_equations
+from .grow import Tree
 from .moments import ExactMoments
 from .nodes import COUNT, FEWEST, random_points, rule_nodes
 from .taylor import RichEquation, TaylorWeights, Unknowns, states_for, taylor_weights, unknowns_of
@@ -33,7 +35,7 @@ class Probe:
     Attributes
     ----------
     scheme : Scheme
-    kind : EquationClass
+    kind : EquationClass or TreeClass
     motions : int
         Number of Brownian motions.
     top : int
@@ -41,7 +43,7 @@ class Probe:
     """
 
     scheme: Scheme
-    kind: EquationClass
+    kind: EquationClass | TreeClass
     motions: int
     top: int
 
@@ -51,9 +53,23 @@ class Probe:
         return max(1, self.motions)
 
     @property
-    def problem(self) -> SDE:
+    def problem(self) -> Problem:
         """An equation of the class."""
         raise NotImplementedError
+
+    def trees(self, top: int) -> list[Tree]:
+        """Return the trees of the class up to a weight."""
+        raise NotImplementedError
+
+    @property
+    def overdamped(self) -> bool:
+        """Whether the invariant measure of overdamped dynamics alone is asked for."""
+        return False
+
+    @property
+    def covers(self) -> str:
+        """What else the equations and the scheme have to be, in words."""
+        return ""
 
     @property
     def noise(self) -> frozenset[str]:
@@ -73,7 +89,7 @@ class Probe:
     @property
     def conditions(self) -> Conditions:
         """The conditions of the class."""
-        return conditions_of(self.kind, self.motions, self.top, self.tolerance)
+        raise NotImplementedError
 
     @property
     def tolerance(self) -> float:
@@ -84,7 +100,7 @@ class Probe:
     def why_not_weighed(self) -> str:
         """Why a step has no weights though the scheme solves the class, or an empty text."""
         step = OneStep(self.scheme, self.problem)
-        if reason := step.why_not_comparable() or step.why_not_entered():
+        if reason := step.why_not_comparable() or step.why_not_entered(run=self.asks_for_runs):
             return reason
         try:
             self.weighed(self.points)
@@ -111,6 +127,16 @@ class Probe:
         raise NotImplementedError
 
     @property
+    def asks_for_runs(self) -> bool:
+        """Whether a run tells if further memory counts: not of forms whose states are always longer than x."""
+        return True
+
+    @property
+    def all_sizes(self) -> bool:
+        """Whether weights are those of all step sizes at once, from a series, and known no better than that."""
+        return False
+
+    @property
     def why_not_every(self) -> str:
         """Why conditions do not say enough of every equation of the class, or an empty text."""
         raise NotImplementedError
@@ -121,7 +147,66 @@ class Probe:
         raise NotImplementedError
 
 
-class UniversalProbe(Probe):
+class AffineProbe(Probe):
+    """A scheme on problems that have trees as components, and on equations that affine maps relate."""
+
+    @property
+    def equivariance(self) -> float:
+        """How far a step is from commuting with affine maps, relative to the states."""
+        raise NotImplementedError
+
+    @property
+    def homogeneity(self) -> float:
+        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        raise NotImplementedError
+
+    @property
+    def fixed(self) -> bool:
+        """Whether weights do not depend on the step size."""
+        return self.homogeneity <= SAME
+
+    @property
+    def why_not_every(self) -> str:
+        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        reasons = []
+        if self.equivariance > SAME:
+            reasons.append(f"a step does not commute with affine maps ({self.equivariance:.2g})")
+        if not self.fixed:
+            reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
+        return ", ".join(reasons)
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        return f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
+
+
+class SDEProbe(Probe):
+    """A scheme on a class of SDEs."""
+
+    kind: EquationClass
+
+    @property
+    def overdamped(self) -> bool:
+        """Whether the invariant measure of overdamped dynamics alone is asked for."""
+        return self.kind.overdamped
+
+    @property
+    def covers(self) -> str:
+        """What else the equations and the scheme have to be, in words."""
+        return self.kind.covers
+
+    def trees(self, top: int) -> list[Tree]:
+        """Return the trees up to a weight that do not vanish by themselves."""
+        return self.kind.trees(self.motions, top)
+
+    @property
+    def conditions(self) -> Conditions:
+        """The conditions of the class."""
+        return conditions_of(self.kind, self.motions, self.top, self.tolerance)
+
+
+class UniversalProbe(AffineProbe, SDEProbe):
     """A scheme on the universal SDE of a class."""
 
     tolerance = SAME
@@ -157,31 +242,11 @@ class UniversalProbe(Probe):
         first = self.weighing.weights(self.points, H)
         return max(largest_change(first, self.weighing.weights(self.points, h)) for h in OTHERS)
 
-    @property
-    def fixed(self) -> bool:
-        """Whether weights do not depend on the step size."""
-        return self.homogeneity <= SAME
 
-    @property
-    def why_not_every(self) -> str:
-        """Why conditions do not say enough of every equation of the class, or an empty text."""
-        reasons = []
-        if self.equivariance > SAME:
-            reasons.append(f"a step does not commute with affine maps ({self.equivariance:.2g})")
-        if not self.fixed:
-            reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
-        return ", ".join(reasons)
-
-    @property
-    def premises(self) -> str:
-        """The premises in words, where they hold."""
-        return f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
-
-
-class DiagonalProbe(Probe):
+class DiagonalProbe(SDEProbe):
     """A scheme on a rich equation with diagonal noise."""
 
-    tolerance = TAYLOR
+    tolerance, all_sizes = TAYLOR, True
 
     @cached_property
     def equation(self) -> RichEquation:
@@ -261,17 +326,3 @@ def conditions_of(kind: EquationClass, motions: int, top: int, tolerance: float)
     """
     trees = kind.trees(motions, top)
     return Conditions(trees, kind.basis(trees, motions), ExactMoments(), tolerance)
-
-
-def probe_of(scheme: Scheme, kind: EquationClass, motions: int, top: int) -> Probe:
-    """Return where the weights of a class are found.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    kind : EquationClass
-        The class.
-    motions : int
-    top : int
-    """
-    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)

@@ -93,14 +93,14 @@ class Record:
         return [forest for forest in forests if self.moments.parity(forest) == parity]
 
     def projected(self, of: Sequence[Combination], degree: int, parity: int) -> Projection:
-        """Return what the record tells of combinations of integrals of one degree and parity.
+        """Return what the record tells of combinations of integrals of one parity.
 
         Parameters
         ----------
         of : sequence of Combination
             Of trees of one weight.
         degree : int
-            That weight.
+            The largest number of nodes of noise in one of them: Hermite polynomials beyond it have no part in them.
         parity : int
             In bits which noises they have an odd number of nodes of.
         """

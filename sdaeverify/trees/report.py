@@ -16,10 +16,12 @@ from ..errors import UsageError
 from ..forms import SDE
 from ..registry.load import load_registry
 from ..registry.selection import select_schemes
-from .classes import CLASSES, EquationClass
+from . import TreeClass
+from .classes import CLASSES, OF_SDES, EquationClass
 from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
-from .probes import Probe, probe_of
+from .posed.probe import PosedProbe
+from .probes import DiagonalProbe, Probe, UniversalProbe
 from .problem_file import problem_file
 from .universal import Universal
 
@@ -38,6 +40,8 @@ class ClassVerdict(StrEnum):
 # Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
 # weight brings a multiple of those before.
 LEAST, CHEAP, GROWTH = 3, 500, 4
+# Rules for expectations are exact up to this weight, whatever noise a step uses.
+EXACT = 5
 # Invariant measures of order 2 need the weight 5.
 STATIONARY = 5
 # Motions where nobody says how many: many up to a weight, few above.
@@ -144,7 +148,7 @@ class OrderReport:
             As `orders` takes them, which raises what this does.
         """
         check_numbers(motions, weight)
-        return cls(scheme, tuple(rows_of(scheme, classes_named(classes), motions, weight)))
+        return cls(scheme, tuple(rows_of(scheme, classes_named(scheme, classes), motions, weight)))
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -182,8 +186,10 @@ class OrderReport:
             raise UsageError(
                 "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
             )
-        traits = class_named(row.kind).traits
-        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, traits)
+        kind = next((each for each in OF_SDES if each.name == row.kind), None)
+        if kind is None:
+            raise UsageError(f"the condition {condition.name} is one of {row.kind}: a file is written of SDEs alone")
+        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, kind.traits)
 
     def __repr__(self) -> str:
         return self.table.to_string(index=False)
@@ -245,7 +251,13 @@ def check_numbers(motions: int, weight: int | None) -> None:
         raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
 
 
-def classes_named(names: str | Sequence[str] | None) -> list[EquationClass]:
+def classes_of(scheme: Scheme) -> dict[str, EquationClass | TreeClass]:
+    """Return by name the classes that a scheme can be asked about: those of the framework, and of its own forms."""
+    own = (kind for form in scheme.forms for kind in form.tree_classes())
+    return {kind.name: kind for kind in (*own, *CLASSES)}
+
+
+def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[EquationClass | TreeClass]:
     """Return the classes of some names, separated by commas if they are one text; all if there is none.
 
     Raises
@@ -253,48 +265,43 @@ def classes_named(names: str | Sequence[str] | None) -> list[EquationClass]:
     UsageError
         If a name is unknown.
     """
-    if names is None:
-        return list(CLASSES)
-    return [class_named(name) for name in (names.split(",") if isinstance(names, str) else names)]
+    known = classes_of(scheme)
+    wanted = known if names is None else names.split(",") if isinstance(names, str) else names
+    for name in wanted:
+        if name not in known:
+            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
+    return [known[name] for name in wanted]
 
 
-def class_named(name: str) -> EquationClass:
-    """Return the class of a name.
-
-    Raises
-    ------
-    UsageError
-        If it is unknown.
-    """
-    known = {kind.name: kind for kind in CLASSES}
-    if name not in known:
-        raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
-    return known[name]
-
-
-def every_sde(of: str = "general", motions: int = 2) -> SDE:
-    """Return the universal SDE of a class, which stands for all smooth SDEs of it.
+def every_equation(of: str = "general") -> SDE:
+    """Return the universal SDE of a class with two motions, which stands for all smooth SDEs of it.
 
     Parameters
     ----------
     of : str
         Name of the class.
-    motions : int
-        Number of Brownian motions.
+
+    Raises
+    ------
+    UsageError
+        If it is no class of SDEs: a form poses its problems itself.
     """
-    kind = class_named(of)
+    kind = next((each for each in OF_SDES if each.name == of), None)
+    if kind is None:
+        raise UsageError(f"{of!r:.200} is no class of SDEs; known are {', '.join(each.name for each in OF_SDES)}")
+    motions = _motions_of(kind, FEW)
     return Universal(kind.trees(motions, LEAST), max(1, motions), kind.traits).sde
 
 
 def rows_of(
-    scheme: Scheme, kinds: Iterable[EquationClass], motions: int | None = 3, weight: int | None = None
+    scheme: Scheme, kinds: Iterable[EquationClass | TreeClass], motions: int | None = 3, weight: int | None = None
 ) -> Iterator[ClassRow]:
     """Yield what is found of a scheme for some classes; see `orders` for the numbers.
 
     Parameters
     ----------
     scheme : Scheme
-    kinds : iterable of EquationClass
+    kinds : iterable of EquationClass or TreeClass
         The classes.
     motions : int or None
         None for 3 where trees of few weights are asked for, else 2: what takes little time.
@@ -308,29 +315,45 @@ def rows_of(
         yield from _rows(Examined(probe_of(scheme, kind, probe.motions, top)))
 
 
-def _motions_of(kind: EquationClass, motions: int) -> int:
+def _motions_of(kind: EquationClass | TreeClass, motions: int) -> int:
     return motions if kind.motions is None else kind.motions
+
+
+def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top: int) -> Probe:
+    """Return where the weights of a class are found.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass or TreeClass
+        The class.
+    motions : int
+    top : int
+    """
+    if isinstance(kind, TreeClass):
+        return PosedProbe(scheme, kind, motions, top)
+    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)
 
 
 def _top(probe: Probe) -> int:
     """Return up to which weight trees are looked at."""
     claimed = [needed(found[1]) for name in measures_of(probe.kind) if (found := claimed_order(probe, name))]
-    if probe.kind.overdamped:
+    if INVARIANT in measures_of(probe.kind):
         return max([STATIONARY, *claimed])
     top = max([LEAST, *claimed])
-    cheap = GROWTH * len(probe.kind.trees(probe.motions, top)) <= CHEAP
+    cheap = top < EXACT and GROWTH * len(probe.trees(top)) <= CHEAP
     return top + 1 if cheap else top
 
 
-def measures_of(kind: EquationClass) -> tuple[str, ...]:
+def measures_of(kind: EquationClass | TreeClass) -> tuple[str, ...]:
     """Return what is asked of a class.
 
     Parameters
     ----------
-    kind : EquationClass
+    kind : EquationClass or TreeClass
         The class.
     """
-    return (INVARIANT,) if kind.overdamped else (STRONG, WEAK)
+    return (INVARIANT,) if isinstance(kind, EquationClass) and kind.overdamped else (STRONG, WEAK)
 
 
 def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
@@ -348,13 +371,13 @@ def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
     return max(orders, key=lambda found: found[1].least, default=None)
 
 
-def claimed_measures(scheme: Scheme, kind: EquationClass) -> list[str]:
+def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[str]:
     """Return of which measures a scheme claims an order for a class; nothing is run.
 
     Parameters
     ----------
     scheme : Scheme
-    kind : EquationClass
+    kind : EquationClass or TreeClass
         The class.
     """
     probe = probe_of(scheme, kind, _motions_of(kind, FEW), LEAST)
@@ -384,7 +407,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     falls_short = claim is not None and order < claim.floor and bool(of.breaking(row.measure))
     inexact = of.why_not_exact(row.measure) if falls_short else ""
     premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim)
-    premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.kind.covers, of.probe.premises)
+    premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.covers, of.probe.premises)
     return replace(
         row,
         verdict=_verdict(of, claim, refutes=falls_short and not inexact, premise_fails=bool(premise_fails)),

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -103,6 +104,25 @@ def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
     NoStepError
         If a step is truncated or fails, or is not finite.
     """
+    return _finite(step.read(moved(step, x, nodes, h)[1]), h)
+
+
+def moved(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Any, Any]:
+    """Return the scheme's own states before and after such a step.
+
+    Parameters
+    ----------
+    step : OneStep
+    x : ndarray, shape (d, S K)
+        The states before, each for all nodes.
+    nodes : Nodes
+    h : float
+
+    Raises
+    ------
+    NoStepError
+        If a step is truncated or fails.
+    """
     with np.errstate(all="ignore"):
         state = step.enter(x, TIME_0, h)
         states = x.shape[1] // len(nodes.weights)
@@ -110,7 +130,10 @@ def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
     for name, mask in (("fails", after.failed), ("is truncated", after.truncated)):
         if mask is not None and np.any(mask):
             raise NoStepError(f"a step of size {h:g} {name}")
-    new = step.read(after.state)
+    return state, after.state
+
+
+def _finite(new: Array, h: float) -> Array:
     if not np.isfinite(new).all():
         raise NoStepError(f"a step of size {h:g} is not finite")
     return new

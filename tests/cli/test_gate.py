@@ -327,16 +327,16 @@ def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_p
     (tmp_path / "pyproject.toml").write_text(everything)
     outcome = project("-s", "wrong", "-m", "strong")
     found = json.loads(Path("reports/gate/gate.json").read_text())["outcomes"]
-    by_class = {row["problem"]: row for row in found if row["problem"].startswith("every-sde")}
+    by_class = {row["problem"]: row for row in found if row["problem"].startswith("every-equation")}
 
     assert outcome.code == ExitCode.REFUTED
-    wrong = by_class["every-sde[of=scalar]"]
+    wrong = by_class["every-equation[of=scalar]"]
     assert (wrong["status"], wrong["decided_by"]) == ("failed", "TA")
     assert wrong["reason"] == "Order 0.5: the condition b1(b1) fails, found 0, wanted I."
     assert wrong["reproduce"].startswith("python -m sdaeverify orders wrong --class scalar --plugin")
-    assert by_class["every-sde[of=additive]"]["status"] == "passed"
+    assert by_class["every-equation[of=additive]"]["status"] == "passed"
 
     (tmp_path / "pyproject.toml").write_text(everything + "orders = false\n")
     project("-s", "wrong", "-m", "strong")
     found = json.loads(Path("reports/gate/gate.json").read_text())["outcomes"]
-    assert not any(row["problem"].startswith("every-sde") for row in found)
+    assert not any(row["problem"].startswith("every-equation") for row in found)

@@ -86,7 +86,7 @@ def test_results_of_classes_are_those_of_their_claims():
     results = list(class_results(rows_of(cells), cells))
     alone = {class_of(cell): results_of_class(cell) for cell in class_cells(cells)}
 
-    assert [result.cell.spec.label for result in results[-1:]] == ["every-sde"]
+    assert [result.cell.spec.label for result in results[-1:]] == ["every-equation"]
     assert {class_of(each.cell): each.findings[0].verdict for each in results} == {
         kind: found[0].findings[0].verdict for kind, found in alone.items()
     }

@@ -44,9 +44,9 @@ def test_a_test_for_each_claimed_cell():
 def test_a_test_for_each_claim_about_a_class():
     """Where no problems are named, a claim is put to the order conditions of each class, and a tree refutes it."""
     made = parameters(parametrize_with_claims([Mine()], measures=["weak"]))
-    subject, check = made["every-sde[of=additive]-mine-weak"]
+    subject, check = made["every-equation[of=additive]-mine-weak"]
 
-    assert "every-sde[of=scalar]-mine-weak" in made
+    assert "every-equation[of=scalar]-mine-weak" in made
     with pytest.raises(AssertionError, match=r"the condition f\(t\) fails, found 0, wanted 1/2"):
         check(subject)
 

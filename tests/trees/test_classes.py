@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from facade import CLASSES, RichEquation, grow
+from facade import OF_SDES, RichEquation, grow
 from trees.polynomials import directional, elementary, product
 
-BY_NAME = {kind.name: kind for kind in CLASSES}
+BY_NAME = {kind.name: kind for kind in OF_SDES}
 # Powers of each of x_1, x_2, x_3 and t are lower.
 SIZE = 5
 

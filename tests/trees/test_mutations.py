@@ -18,21 +18,24 @@ SUBJECTS = [
     ("heun", "HeunAdditive", "additive"),
     ("platen_weak_2", "PlatenWeak2", "scalar"),
     ("platen_weak_2_general", "PlatenWeak2General", "general"),
+    ("quicsort", "QUICSORT", "langevin"),
+    ("baoab", "BAOAB", "langevin"),
 ]
 FACTORS = (0.99, 1.01)
 FAMILIES = ("coefficients", "times", "higher_orders", "states", "contracts", "projections", "uniform")
 
 
 def is_number(node: ast.AST) -> bool:
-    """Tell whether a node is a number that is no index and no power."""
-    return isinstance(node, ast.Constant) and isinstance(node.value, float)
+    """Tell whether a node is a number that is no index and no power, and not 0, which stays what it is."""
+    return isinstance(node, ast.Constant) and isinstance(node.value, float) and node.value != 0.0
 
 
 def numbers(tree: ast.Module, name: str) -> list[ast.Constant]:
-    """Return the numbers in the step of a class."""
+    """Return the numbers in the step of a class, and in the constants of its module."""
     (scheme,) = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
     (step,) = [node for node in scheme.body if isinstance(node, ast.FunctionDef) and node.name == "step"]
-    return [node for node in ast.walk(step) if is_number(node)]
+    constants = [node for node in tree.body if isinstance(node, ast.Assign)]
+    return [node for part in (step, *constants) for node in ast.walk(part) if is_number(node)]
 
 
 def mutants(module: str, name: str, factor: float) -> list[tuple[str, Scheme]]:

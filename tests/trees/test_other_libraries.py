@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facade import CLASSES, RichEquation, Universal, related_equations
+from facade import OF_SDES, RichEquation, Universal, related_equations
 from sdaeverify import orders
 from sdaeverify_bridges.kit import why_not_bridged
 from sdaeverify_bridges.sdeint import SDEInt
@@ -20,7 +20,7 @@ def equations(kind):
 
 
 @pytest.mark.parametrize("stratonovich", [False, True])
-@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", OF_SDES, ids=lambda kind: kind.name)
 def test_equations_of_a_class_run_on_other_arrays(kind, stratonovich):
     """No equation of a class leaves the functions of NumPy, in neither calculus."""
     assert {why_not_bridged(each, stratonovich=stratonovich) for each in equations(kind)} == {""}
@@ -28,7 +28,7 @@ def test_equations_of_a_class_run_on_other_arrays(kind, stratonovich):
 
 def test_formulas_that_only_numpy_runs_are_found():
     """The check finds the fault that an assignment is."""
-    sde = related_equations(CLASSES[-1], 2).below
+    sde = related_equations(OF_SDES[-1], 2).below
 
     def drift(_t, x):
         moved = np.zeros(x.shape)

@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from ...arrays import Array
 from ..checks import vector
 from ..problem import briefly_signed
+from ..tree_class import TreeClass
 from .delay_sdae import DelaySDAE
 from .partials import Partials
+from .universal import IndexOneTrees
 
 
 @dataclass(frozen=True)
@@ -99,3 +101,8 @@ class IndexOneSDAE(DelaySDAE):
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "history", lambda _: start)
         super().__post_init__()
+
+    @classmethod
+    def tree_classes(cls) -> tuple[TreeClass, ...]:
+        """Return equations with any diffusion, and with a constant one."""
+        return IndexOneTrees(cls), IndexOneTrees(cls, additive=True)

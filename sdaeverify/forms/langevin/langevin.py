@@ -14,7 +14,9 @@ from ..checks import PROBES, check_known, check_not_negative, check_shape, colum
 from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
+from ..tree_class import TreeClass
 from ..trivial import SOURCE, SPEED, Trivial, Trivials
+from .universal import LangevinTrees
 
 
 class Damped(Problem):
@@ -88,6 +90,11 @@ class Langevin(Damped):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_dynamics()
+
+    @classmethod
+    def tree_classes(cls) -> tuple[TreeClass, ...]:
+        """Return dynamics with any force, and with one that has a potential."""
+        return LangevinTrees(cls), LangevinTrees(cls, gradient=True)
 
     def ito(self) -> SDE:
         """Return the equation of x = (q, p)."""

@@ -1,0 +1,253 @@
+"""Trees of index-1 equations: those of an SDE, and nodes of the constraint that weigh nothing.
+
+With dx = f(t, x, y) dt + sum_j b_j(t, x, y) dW_j and 0 = u(t, x, y), where u_y = -Id at the point without loss, the
+derivatives of y along a solution are trees with the root u, of which none stands alone on another one:
+
+    0 = prod_i z_tau_i - y_tau    for tau = [tau_1, ..., tau_k]_u,
+
+z being components of x or y, or t - t_0. Of the solution they are products of what stands on them.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...noise.brownian import BROWNIAN
+from ..tree_class import OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass
+
+ALL = frozenset({"x", "y", TIME})
+NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
+ADDITIVE = (NODES[0], Node("b", "x", integral=OVER_NOISE, most=0), NODES[2])
+# Random equations: differential and algebraic components below and above, and the sizes of terms.
+LOW, HIGH, SEED = (2, 1), (5, 3), 20260105
+SIZES = (0.7, 0.3, 0.1)
+Coefficient = Callable[[float, Array, Array], Array]
+
+
+@dataclass(frozen=True)
+class IndexOneTrees(TreeClass):
+    """Equations of index 1 with any smooth coefficients, or with a constant diffusion.
+
+    Attributes
+    ----------
+    form : type
+        `IndexOneSDAE`.
+    additive : bool
+        Whether the diffusion is constant.
+    """
+
+    form: Callable[..., Any]
+    additive: bool = False
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """The name of the class."""
+        return "index-1-additive" if self.additive else "index-1"
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:  # type: ignore[override]
+        """The kinds of nodes."""
+        return ADDITIVE if self.additive else NODES
+
+    def pose(self, grove: Grove) -> Posed:
+        """Return the equation of trees in x and in y, with one more component of each that stands still."""
+        system = _Products(grove)
+        problem = self._equation(
+            system.drift,
+            system.constant_diffusion if self.additive else system.diffusion,
+            system.constraint,
+            system.start,
+            drift_partials=system.drift_partials,
+            constraint_partials=system.constraint_partials,
+            algebraic=system.algebraic,
+            noise_dim=grove.motions,
+        )
+        rows = [(tree.node.of, int(row)) for tree, row in zip(grove.trees, system.rows, strict=True)]
+        return Posed(problem, rows, [1.0] * len(grove.trees), np.eye(grove.motions))
+
+    def relatives(self, motions: int) -> Relatives:
+        """Return random equations: above, f is A^+ f(t, A x + c, C y + e) + N k(t, x, y), and so are b and u."""
+        rng = np.random.Generator(np.random.Philox(key=SEED))
+        normal = rng.standard_normal
+        maps = {name: (normal((n, m)), normal((n, 1))) for name, n, m in zip("xy", LOW, HIGH, strict=True)}
+        f, F = _lifted(rng, maps, "x", 1)
+        b, B = _lifted(rng, maps, "x", motions, constant=self.additive)
+        u, U = _lifted(rng, maps, "y", 1)
+        (A, c), (_, e) = maps["x"], maps["y"]
+        x = 0.5 * np.cos(np.arange(1.0, HIGH[0] + 1.0))
+        below = self._random(f, b, lambda t, x, y: u(t, x, y) + (e - y)[:, None], (A @ x[:, None] + c)[:, 0])
+        above = self._random(F, B, lambda t, x, y: U(t, x, y) - y[:, None], x)
+        return Relatives(below, above, maps, np.eye(motions))
+
+    def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array) -> Any:
+        probe = np.zeros((1, 1)) + start[:, None]
+        of_y = HIGH[1] if len(start) == HIGH[0] else LOW[1]
+        return self._equation(
+            lambda t, x, y: f(t, x, y)[:, 0],
+            b,
+            lambda t, x, y: u(t, x, y)[:, 0],
+            start,
+            algebraic=of_y,
+            noise_dim=b(0.0, probe, np.zeros((of_y, 1))).shape[1],
+        )
+
+    def _equation(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array, **given: Any) -> Any:
+        return self.form(
+            drift=f,
+            diffusion=b,
+            constraint=u,
+            start=start,
+            noise=frozenset(BROWNIAN),
+            traits=frozenset({"additive-noise"}) if self.additive else frozenset(),
+            horizon=1.0,
+            source="trees of index-1 equations",
+            **given,
+        )
+
+
+def _lifted(
+    rng: np.random.Generator,
+    maps: Mapping[str, tuple[Array, Array]],
+    part: str,
+    columns: int,
+    *,
+    constant: bool = False,
+) -> tuple[Coefficient, Coefficient]:
+    """Return random fields below and above that the maps of x and y relate, as a part of the equation."""
+    (A, c), (C, e) = maps["x"], maps["y"]
+    rows, more = maps[part][0].shape
+    inverse, kernel = np.linalg.pinv(maps[part][0]), np.linalg.svd(maps[part][0])[2][rows:].T
+    below = _random_field(rng, (rows, columns), 0 if constant else sum(LOW) + 1)
+    beside = _random_field(rng, (more - rows, columns), 0 if constant else sum(HIGH) + 1)
+
+    def above(t: float, x: Array, y: Array) -> Array:
+        related = np.einsum("ij,jnp->inp", inverse, below(t, A @ x + c, C @ y + e))
+        return np.asarray(related + np.einsum("ij,jnp->inp", kernel, beside(t, x, y)))
+
+    return below, above
+
+
+def _random_field(rng: np.random.Generator, shape: tuple[int, int], variables: int) -> Coefficient:
+    """Return a random quadratic field in x, y and t, shape (n, l, P); a constant one of no variables."""
+    shapes = (shape, (*shape, variables), (*shape, variables, variables))
+    constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
+
+    def field(t: float, x: Array, y: Array) -> Array:
+        z = np.concatenate([x, y, np.full((1, x.shape[1]), t)])[:variables]
+        bent = np.einsum("nlij,ip,jp->nlp", quadratic, z, z)
+        return np.asarray(constant[..., None] + np.einsum("nli,ip->nlp", linear, z) + bent)
+
+    return field
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """The coefficients of the equation of trees: products of components around c, y having a part of its own.
+
+    Attributes
+    ----------
+    grove : Grove
+    """
+
+    grove: Grove
+
+    @cached_property
+    def of(self) -> dict[str, Array]:
+        """Places of the trees by the name of their roots' nodes."""
+        names = np.array([tree.node.name for tree in self.grove.trees])
+        return {name: np.flatnonzero(names == name) for name in "fbu"}
+
+    @cached_property
+    def rows(self) -> Array:
+        """Rows of the trees in x and in y, which have one more each."""
+        in_y = np.array([tree.node.of == "y" for tree in self.grove.trees])
+        return np.where(in_y, np.cumsum(in_y), np.cumsum(~in_y)) - 1
+
+    @property
+    def size(self) -> int:
+        """Number d of components of x."""
+        return len(self.grove.trees) - len(self.of["u"]) + 1
+
+    @cached_property
+    def origin(self) -> Array:
+        """The point c in x and y, shape (d + q, 1)."""
+        return np.asarray(0.75 * np.cos(1.0 + 2.0 * np.arange(len(self.grove.trees) + 2)))[:, None]
+
+    @property
+    def start(self) -> Array:
+        """The start of x."""
+        return self.origin[: self.size, 0]
+
+    @property
+    def algebraic(self) -> Array:
+        """The y at time 0: there only products of times are not 0."""
+        x, y = self.origin[: self.size], self.origin[self.size :].copy()
+        for _ in self.of["u"]:
+            y += self.constraint(0.0, x, y)
+        return y[:, 0]
+
+    @cached_property
+    def kids(self) -> Array:
+        """Places of the factors of each tree among x, y, 1 and t - t_0, shape (N, K)."""
+        trees, one = self.grove.trees, len(self.origin)
+        kids = np.full((len(trees), max([1, *(len(tree.kids) for tree in trees)])), one)
+        for row, tree in zip(kids, trees, strict=True):
+            row[: len(tree.kids)] = [one + 1 if kid < 0 else self._place(kid) for kid in tree.kids]
+        return kids
+
+    def _place(self, tree: int) -> int:
+        return int(self.rows[tree] + (self.size if self.grove.trees[tree].node.of == "y" else 0))
+
+    def _factors(self, name: str, t: float, x: Array, y: Array) -> Array:
+        """Return the factors of the trees with a node at their root, shape (K, n, P)."""
+        z = np.concatenate([x, y]) - self.origin
+        one, time = np.ones((1, x.shape[1])), np.full((1, x.shape[1]), t - self.grove.time)
+        return np.concatenate([z, one, time])[self.kids[self.of[name]].T]
+
+    def _spread(self, name: str, values: Array, rows: int) -> Array:
+        spread = np.zeros((rows, *values.shape[1:]), dtype=values.dtype)
+        spread[self.rows[self.of[name]]] = values
+        return spread
+
+    def drift(self, t: float, x: Array, y: Array) -> Array:
+        """Return f, shape (d, P)."""
+        return self._spread("f", np.prod(self._factors("f", t, x, y), axis=0), len(x))
+
+    def constraint(self, t: float, x: Array, y: Array) -> Array:
+        """Return u, shape (q, P)."""
+        products = np.prod(self._factors("u", t, x, y), axis=0)
+        return np.asarray(self._spread("u", products, len(y)) - (y - self.origin[self.size :]))
+
+    def diffusion(self, t: float, x: Array, y: Array) -> Array:
+        """Return B, shape (d, M, P)."""
+        return self._in_columns(np.prod(self._factors("b", t, x, y), axis=0))
+
+    def constant_diffusion(self, _t: float, _x: Array, _y: Array) -> Array:
+        """Return B of additive noise, shape (d, M, 1)."""
+        return self._in_columns(np.ones((len(self.of["b"]), 1)))
+
+    def _in_columns(self, values: Array) -> Array:
+        B = np.zeros((self.size, self.grove.motions, values.shape[1]), dtype=values.dtype)
+        B[self.rows[self.of["b"]], [self.grove.trees[place].motion for place in self.of["b"]]] = values
+        return B
+
+    def drift_partials(self, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of f in x and y."""
+        return self._partials("f", t, x, y)
+
+    def constraint_partials(self, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of u in x and y."""
+        in_x, in_y = self._partials("u", t, x, y)
+        return in_x, in_y - np.eye(len(y))[..., None]
+
+    def _partials(self, name: str, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+        factors, kids = self._factors(name, t, x, y), self.kids[self.of[name]]
+        whole = np.zeros((len(kids), len(self.origin) + 2, x.shape[1]))
+        for k, column in enumerate(kids.T):
+            whole[np.arange(len(kids)), column] += np.prod(np.delete(factors, k, axis=0), axis=0)
+        spread = self._spread(name, whole, len(x) if name == "f" else len(y))
+        return spread[:, : len(x)], spread[:, len(x) : len(x) + len(y)]

@@ -1,0 +1,143 @@
+"""Trees of Langevin dynamics: Nystroem trees with the friction as a number.
+
+With dq = p dt and dp = (F(q) + gamma d(p)) dt + sigma dW, d(p) = -p, a step is a sum over trees of the nodes
+
+    q [m]: a position moved by the momentum m,      f [q_1, ..., q_k]: D^k F (q_1, ..., q_k),
+    d [m]: friction on the momentum m,              b_j: sigma e_j,      p: the momentum before the step.
+
+As d is linear and the same in all components, D^k F (.., d(m), ..) does not tell where in a tree friction acts.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...noise.brownian import BROWNIAN
+from ..tree_class import OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass
+
+Q, P = frozenset({"q"}), frozenset({"p"})
+NODES = (
+    Node("p", "p", integral=PRODUCT, most=0),
+    Node("q", "q", P, least=1, most=1),
+    Node("f", "p", Q),
+    Node("d", "p", P, least=1, most=1, scaled=True),
+    Node("b", "p", integral=OVER_NOISE, most=0),
+)
+# The momentum before the step, sigma, and the size of each force derived from a potential: that of the forces it has
+# on what it follows from is its square, 5e-17.
+MOMENTUM, STRENGTH, FAINT = 1.25, 0.8, 2.0**-27
+# Random dynamics: degrees of freedom, friction, and the sizes of terms of the force.
+LOW, HIGH, FRICTION, SEED = 2, 5, 1.5, 20260104
+SIZES = (0.7, 0.4, 0.1)
+
+
+@dataclass(frozen=True)
+class LangevinTrees(TreeClass):
+    """Langevin dynamics with any smooth force, or with one that is a gradient.
+
+    Attributes
+    ----------
+    form : type
+        `Langevin`.
+    gradient : bool
+        Whether F = -grad U: with U = -sum e Q_tau Q_tau_1 ... Q_tau_k the force on Q_tau is as it must be, and those
+        on the others are smaller than rounding.
+    """
+
+    form: Callable[..., Any]
+    gradient: bool = False
+
+    nodes = NODES
+    motions = 2
+    # The friction is minus the number.
+    numbers = (-0.6, -0.05)
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """The name of the class."""
+        return "langevin-gradient" if self.gradient else "langevin"
+
+    def pose(self, grove: Grove) -> Posed:
+        """Return dynamics with one degree of freedom for each momentum, those of noise having their own motion."""
+        momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
+        freedoms = {place: n for n, place in enumerate(momenta)}
+        owners = [place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees)]
+        sizes, driven = self._sizes(grove), np.zeros((len(momenta), grove.motions))
+        start = np.zeros(len(momenta))
+        for n, place in enumerate(momenta):
+            tree = grove.trees[place]
+            if tree.node.integral == OVER_NOISE:
+                driven[n, tree.motion] = 1.0
+            elif tree.node.integral == PRODUCT:
+                start[n] = MOMENTUM
+        forces = [
+            [freedoms[place], *(freedoms[owners[kid]] for kid in grove.trees[place].kids)]
+            for place in momenta
+            if grove.trees[place].node.name == "f"
+        ]
+        # Forces from a potential are too small beside positions that are not 0.
+        origin = (0.0 if self.gradient else 0.75) * np.cos(1.0 + 2.0 * np.arange(len(momenta)))
+        problem = self._dynamics(self._force(forces, origin[:, None]), -grove.number, origin, start)
+        rows = [(tree.node.of, freedoms[owner]) for tree, owner in zip(grove.trees, owners, strict=True)]
+        return Posed(problem, rows, sizes, driven)
+
+    def _sizes(self, grove: Grove) -> list[float]:
+        own = {"p": MOMENTUM, "b": STRENGTH, "f": FAINT if self.gradient else 1.0, "q": 1.0}
+        sizes: list[float] = []
+        for tree in grove.trees:
+            sizes.append(own[tree.node.name] * prod(sizes[kid] for kid in tree.kids))
+        return sizes
+
+    def _force(self, forces: list[list[int]], origin: Array) -> Callable[[Array], Array]:
+        def force(q: Array) -> Array:
+            x, F = q - origin, np.zeros_like(q)
+            for first, *others in forces:
+                if not self.gradient:
+                    F[first] += prod((x[i] for i in others), start=np.ones_like(x[0]))
+                    continue
+                factors = [first, *others]
+                for place, moved in enumerate(factors):
+                    rest = (x[i] for i in factors[:place] + factors[place + 1 :])
+                    F[moved] += FAINT * prod(rest, start=np.ones_like(x[0]))
+            return F
+
+        return force
+
+    def relatives(self, motions: int) -> Relatives:  # noqa: ARG002 - each degree of freedom has its own motion
+        """Return random dynamics G(q) = A^+ F(A q + c) + N k(q), AN = 0, in R^5, and with F in R^2."""
+        rng = np.random.Generator(np.random.Philox(key=SEED))
+        normal = rng.standard_normal
+        A, c = normal((LOW, HIGH)), normal((LOW, 1))
+        inverse, kernel = np.linalg.pinv(A), np.linalg.svd(A)[2][LOW:].T
+        F, k = _random_force(rng, LOW, LOW), _random_force(rng, HIGH - LOW, HIGH)
+        q, p = normal((2, HIGH))
+        below = self._dynamics(F, FRICTION, A @ q + c[:, 0], A @ p)
+        above = self._dynamics(lambda z: inverse @ F(A @ z + c) + kernel @ k(z), FRICTION, q, p)
+        return Relatives(below, above, {"q": (A, c), "p": (A, 0.0 * c)}, A)
+
+    def _dynamics(self, force: Callable[[Array], Array], friction: float, q: Array, p: Array) -> Any:
+        return self.form(
+            force=force,
+            friction=friction,
+            strength=STRENGTH,
+            position=q,
+            momentum=p,
+            noise=frozenset(BROWNIAN),
+            horizon=1.0,
+            source="trees of Langevin dynamics",
+        )
+
+
+def _random_force(rng: np.random.Generator, rows: int, dimension: int) -> Callable[[Array], Array]:
+    """Return a random quadratic force, of so many rows on a space of another dimension."""
+    shapes = ((rows, 1), (rows, dimension), (rows, dimension, dimension))
+    constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
+
+    def force(q: Array) -> Array:
+        return np.asarray(constant + linear @ q + np.einsum("nij,ip,jp->np", quadratic, q, q))
+
+    return force

@@ -1,0 +1,106 @@
+"""Where the weights of a class that a form poses are found."""
+
+from functools import cached_property
+
+import numpy as np
+
+from ...forms import Problem
+from ...probing import Nodes
+from .. import Relatives, TreeClass
+from ..asymptotic import largest_change
+from ..conditions import Conditions, Weighed
+from ..grow import Tree
+from ..moments import Combination, ExactMoments
+from ..nodes import random_points
+from ..probes import SAME, AffineProbe
+from ..weights import OTHERS, H
+from .grammar import grow_nodes, sum_of_integrals, told_apart
+from .weighing import PosedWeighing, distance
+
+
+class PosedProbe(AffineProbe):
+    """A scheme on the problems that a form poses."""
+
+    kind: TreeClass
+    tolerance, asks_for_runs = SAME, False
+
+    @cached_property
+    def relatives(self) -> Relatives:
+        """Equations of the class that an affine map relates."""
+        return self.kind.relatives(self.motions)
+
+    @property
+    def problem(self) -> Problem:
+        """A random equation of the class."""
+        found: Problem = self.relatives.below
+        return found
+
+    def trees(self, top: int) -> list[Tree]:
+        """Return the trees up to a weight."""
+        return grow_nodes(self.kind.nodes, self.motions, top)
+
+    @cached_property
+    def _scaled(self) -> frozenset[str]:
+        return frozenset(node.name for node in self.kind.nodes if node.scaled)
+
+    @cached_property
+    def conditions(self) -> Conditions:
+        """The conditions of the class."""
+        trees, basis = self.trees(self.top), list(self._told_apart.values())
+        return Conditions(trees, basis, ExactMoments(), self.tolerance, [*map(sum_of_integrals, basis)])
+
+    @cached_property
+    def weighing(self) -> PosedWeighing:
+        """The scheme on the problems."""
+        plain = [each for each in self.trees(self.top) if self._scaled.isdisjoint(_names(each))]
+        return PosedWeighing(self.scheme, self.kind, self.motions, plain)
+
+    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
+        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        weighing, keys = self.weighing, list(self._told_apart)
+        places = {each: place for place, each in enumerate(weighing.trees)}
+        powers = weighing.powers(1 + max(k for _, k in keys))
+        found = np.tensordot(powers, weighing.at_values(nodes, h, weighing.values), axes=1)
+        return Weighed(found[[k for _, k in keys], [places[each] for each, _ in keys]], nodes)
+
+    @cached_property
+    def _told_apart(self) -> dict[tuple[Tree, int], Combination]:
+        return told_apart(self.trees(self.top), self._scaled, self.top)
+
+    @cached_property
+    def equivariance(self) -> float:
+        """How far a step is from commuting with affine maps, relative to the states."""
+        above = self.relatives.above
+        return distance(self.scheme, self.relatives, random_points(above.noise_dim, self.scheme.law))
+
+    @cached_property
+    def homogeneity(self) -> float:
+        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        some = self.weighing.few_values
+        first = self.weighing.at_values(self.points, H, some)
+        return max(largest_change(first, self.weighing.at_values(self.points, h, some)) for h in OTHERS)
+
+    @cached_property
+    def remainder(self) -> float:
+        """How far weights are from a power series in the number of scaled nodes, relative to them; 0 without one."""
+        weighing = self.weighing
+        if not self._scaled:
+            return 0.0
+        value, expected = weighing.interpolated(weighing.at_values(self.points, H, weighing.values))
+        return largest_change(expected, weighing.at_values(self.points, H, np.array([value]))[0])
+
+    @property
+    def why_not_every(self) -> str:
+        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        series = "" if self.remainder <= SAME else f"weights are no power series ({self.remainder:.2g})"
+        return ", ".join(filter(None, (super().why_not_every, series)))
+
+    @property
+    def premises(self) -> str:
+        """The premises in words, where they hold."""
+        series = (f"a power series in {name} to {self.remainder:.0e}" for name in sorted(self._scaled))
+        return ", ".join((super().premises, *series))
+
+
+def _names(each: Tree) -> frozenset[str]:
+    return frozenset({each.name}).union(*map(_names, each.kids))

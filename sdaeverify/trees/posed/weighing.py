@@ -1,0 +1,201 @@
+"""The weights of trees that a form poses: changes of components in a step, for a few values of its number."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...numerics import largest
+from ...probing import Nodes, OneStep
+from .. import Grove, Posed, Relatives, TreeClass
+from ..grow import Tree, closed_sets
+from ..universal import TIME_0
+from ..weights import IMPLICIT, LARGEST, NoStepError, moved
+from .grammar import grove_of
+
+# Values of a number that weights are a power series in: what its Chebyshev interpolation has at 0 is right to 1e-9,
+# for functions of it such as (e^z - 1 - z)/z^2 that lose digits near 0 and are singular 3 away, up to the power 3.
+VALUES = 11
+# How long the steps are by which related equations are compared.
+H = 2.0**-4
+
+
+@dataclass(frozen=True, eq=False)
+class PosedWeighing:
+    """A scheme on the problems of a class that have trees as components.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    kind : TreeClass
+    motions : int
+    trees : sequence of Tree
+        Closed, without scaled nodes.
+    made : dict
+        Problems that are asked for again with other noise, by the last of their trees and their number.
+    """
+
+    scheme: Scheme
+    kind: TreeClass
+    motions: int
+    trees: Sequence[Tree]
+    made: dict[tuple[Tree, float], Posed] = field(default_factory=dict)
+
+    @cached_property
+    def sets(self) -> list[list[Tree]]:
+        """Small closed sets, as steps may solve equations that are as large as the problem."""
+        return closed_sets(self.trees, IMPLICIT)
+
+    @cached_property
+    def values(self) -> Array:
+        """The numbers times the step size; 1 alone where a class has none."""
+        if not any(node.scaled for node in self.kind.nodes):
+            return np.ones(1)
+        low, high = self.kind.numbers
+        angles = np.pi * (np.arange(VALUES) + 0.5) / VALUES
+        return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(angles))
+
+    @property
+    def few_values(self) -> Array:
+        """Some of them, the first and the last among these: enough to tell whether weights depend on h."""
+        return self.values[:: max(1, len(self.values) // 2)]
+
+    def powers(self, count: int) -> Array:
+        """Return what gives the coefficients of powers below a count from what is found at the values."""
+        if len(self.values) == 1:
+            return np.ones((1, 1))
+        low, high = self.kind.numbers
+        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(self._scaled(self.values), VALUES - 1))
+        of_powers = []
+        for k in range(count):
+            derivatives = np.polynomial.chebyshev.chebder(inverse, k) if k else inverse
+            at_0 = np.polynomial.chebyshev.chebval(self._scaled(np.zeros(1))[0], derivatives)
+            of_powers.append(at_0 * (2.0 / (high - low)) ** k / max(1.0, float(np.prod(np.arange(1, k + 1)))))
+        return np.array(of_powers)
+
+    def _scaled(self, values: Array) -> Array:
+        low, high = self.kind.numbers
+        return np.asarray((2.0 * values - low - high) / (high - low))
+
+    def interpolated(self, found: Array) -> tuple[float, Array]:
+        """Return a value between others, and what is there if what is found at all values is a power series."""
+        value = 0.5 * float(self.values[0] + self.values[1])
+        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(self._scaled(self.values), VALUES - 1))
+        at = np.polynomial.chebyshev.chebvander(self._scaled(np.array([value])), VALUES - 1)[0] @ inverse
+        return value, np.tensordot(at, found, axes=1)
+
+    def at_values(self, nodes: Nodes, h: float, values: Array) -> Array:
+        """Return phi(tau) h^(-w/2) at some values of the number times h, shape (G, N, K).
+
+        Parameters
+        ----------
+        nodes : Nodes
+        h : float
+        values : ndarray, shape (G,)
+            Some of `values`.
+
+        Raises
+        ------
+        NoStepError
+            If a step is truncated or fails.
+        """
+        found = np.empty((len(values), len(self.trees), len(nodes.weights)))
+        places = {each: place for place, each in enumerate(self.trees)}
+        for some in self.sets:
+            powers = np.array([[0.5 * each.weight] for each in some])
+            at = [places[each] for each in some]
+            for g, value in enumerate(values):
+                found[g, at] = changes(self.scheme, self._posed(some, float(value) / h), nodes, h) / h**powers
+        return found
+
+    def _posed(self, trees: list[Tree], number: float) -> Posed:
+        key = (trees[-1], number if len(self.values) > 1 else 1.0)
+        if key not in self.made:
+            grove = grove_of(trees, self.kind.nodes, Grove((), self.motions, key[1], TIME_0))
+            self.made[key] = self.kind.pose(grove)
+        return self.made[key]
+
+
+def changes(scheme: Scheme, posed: Posed, nodes: Nodes, h: float) -> Array:
+    """Return what a step adds to each tree, shape (N, K).
+
+    Parameters
+    ----------
+    scheme : Scheme
+    posed : Posed
+        The trees.
+    nodes : Nodes
+        Of the noise of a step of length 1, of the motions that count.
+    h : float
+
+    Raises
+    ------
+    NoStepError
+        If a step is truncated or fails, or is not finite.
+    """
+    step = OneStep(scheme, posed.problem)
+    size = max(1, LARGEST // max(step.equation.dimension, step.equation.noise_dim + 1) ** 2)
+    found = np.empty((len(posed.rows), len(nodes.weights)))
+    for begin in range(0, len(nodes.weights), size):
+        part = slice(begin, begin + size)
+        some = driven(nodes.select(part), posed.driven)
+        states = moved(step, step.equation.initial(len(some.weights)), some, h)
+        before, after = (scheme.parts(posed.problem, state) for state in states)
+        found[:, part] = [after[name][row] - before[name][row] for name, row in posed.rows]
+    if not np.isfinite(found).all():
+        raise NoStepError(f"a step of size {h:g} is not finite")
+    return np.asarray(found / np.array(posed.sizes)[:, None])
+
+
+def driven(nodes: Nodes, by: Array) -> Nodes:
+    """Return the noise of Brownian motions that are combinations of others.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        With dW, H, K and A, or some of these, of m motions.
+    by : ndarray, shape (l, m)
+        The combinations.
+    """
+    dW, H, K = (None if part is None else by @ part for part in (nodes.dW, nodes.H, nodes.K))
+    assert dW is not None
+    if nodes.A is None:
+        return nodes._replace(dW=dW, H=H, K=K)
+    (l, m), count = by.shape, len(nodes.weights)
+    areas = np.zeros((m, m, count))
+    for place, (i, j) in enumerate(combinations(range(m), 2)):
+        areas[i, j], areas[j, i] = nodes.A[place], -nodes.A[place]
+    areas = np.einsum("ai,bj,ijk->abk", by, by, areas)
+    A = [areas[i, j] for i, j in combinations(range(l), 2)]
+    return nodes._replace(dW=dW, H=H, K=K, A=np.reshape(A, (-1, count)))
+
+
+def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
+    """Return how far a step is from commuting with the maps of two problems, relative to the states.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    relatives : Relatives
+        The problems.
+    nodes : Nodes
+        Of the noise of the problem above.
+
+    Raises
+    ------
+    NoStepError
+        If a step is truncated or fails.
+    """
+    above, below = (OneStep(scheme, problem) for problem in (relatives.above, relatives.below))
+    x = above.equation.initial(len(nodes.weights))
+    z = np.concatenate(
+        [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
+    )
+    higher = scheme.parts(relatives.above, moved(above, x, nodes, H)[1])
+    lower = scheme.parts(relatives.below, moved(below, z, driven(nodes, relatives.driven), H)[1])
+    mapped = ((A @ higher[name] + c, lower[name]) for name, (A, c) in relatives.maps.items())
+    return max(float(np.max(largest(here - there) / (1.0 + largest(there)))) for here, there in mapped)

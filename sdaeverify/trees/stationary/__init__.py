@@ -1,1 +1,0 @@
-"""Order conditions of the invariant measure of overdamped dynamics, by integrations by parts."""
