@@ -230,13 +230,14 @@ from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_trait
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
 from sdaeverify.trees.classes import CLASSES, OF_SDES
-from sdaeverify.trees.conditions import Conditions
+from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.equivariance import related_equations
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
 from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
+from sdaeverify.trees.probes import probe_of
 from sdaeverify.trees.record import Record
 from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
