@@ -237,7 +237,6 @@ from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula
 from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
-from sdaeverify.trees.probes import probe_of
 from sdaeverify.trees.record import Record
 from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
