@@ -231,7 +231,6 @@ from sdaeverify.testing.questions import Question, problem_questions, scheme_que
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
 from sdaeverify.trees.classes import CLASSES, OF_SDES
 from sdaeverify.trees.conditions import Conditions, belongs
-from sdaeverify.trees.equivariance import related_equations
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
 from sdaeverify.trees.moments import ExactMoments
@@ -240,9 +239,10 @@ from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
 from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
+from sdaeverify.trees.sdes.equivariance import related_equations
+from sdaeverify.trees.sdes.taylor import RichEquation
+from sdaeverify.trees.sdes.universal import TIME_0, Universal
 from sdaeverify.trees.stationary import stationary_conditions
-from sdaeverify.trees.taylor import RichEquation
-from sdaeverify.trees.universal import TIME_0, Universal
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.opinions import beside, of_smooth
 from sdaeverify.verdicts.path_tests import hold_back, unlike

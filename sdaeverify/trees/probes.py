@@ -11,11 +11,11 @@ from . import TreeClass
 from .asymptotic import largest_change
 from .classes import EquationClass
 from .conditions import Conditions, Weighed
-from .equivariance import Related, related_equations
 from .grow import Tree
 from .moments import ExactMoments
 from .nodes import COUNT, FEWEST, random_points, rule_nodes
-from .taylor import RichEquation, TaylorWeights, Unknowns, states_for, taylor_weights, unknowns_of
+from .sdes.equivariance import Related, related_equations
+from .sdes.taylor import RichEquation, TaylorWeights, Unknowns, states_for, taylor_weights, unknowns_of
 from .weights import OTHERS, H, NoStepError, Weighing
 
 # Relative: updates of Newton's method are 1e-10 and less, what is no B-series 1e-4 and more.

@@ -23,7 +23,7 @@ from .examined import Examined
 from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
 from .problem_file import problem_file
-from .universal import Universal
+from .sdes.universal import Universal
 
 
 class ClassVerdict(StrEnum):

@@ -12,7 +12,7 @@ from ..contracts.scheme import Scheme
 from ..forms import SDE
 from ..probing import Nodes, OneStep
 from .grow import Tree, closed_sets
-from .universal import TIME_0, Universal
+from .sdes.universal import TIME_0, Universal
 
 # Numbers in the diffusion at so many nodes at once, and components of a step that solves equations.
 LARGEST, IMPLICIT = 4_000_000, 60

@@ -13,7 +13,7 @@ from ...numerics import largest
 from ...probing import Nodes, OneStep
 from .. import Grove, Posed, Relatives, TreeClass
 from ..grow import Tree, closed_sets
-from ..universal import TIME_0
+from ..sdes.universal import TIME_0
 from ..weights import IMPLICIT, LARGEST, NoStepError, moved
 from .grammar import grove_of
 

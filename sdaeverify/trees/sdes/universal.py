@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
-from ..forms import SDE
-from .grow import DRIFT, TIME_LEAF, Tree
+from ...arrays import Array
+from ...forms import SDE
+from ..grow import DRIFT, TIME_LEAF, Tree
 
 # Where the trees begin; the horizon of the problem is 1.
 TIME_0 = 0.34375

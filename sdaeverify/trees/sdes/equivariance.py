@@ -14,14 +14,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import Array
-from ..contracts.scheme import Scheme
-from ..forms import SDE
-from ..numerics import largest
-from ..probing import Nodes, OneStep
-from .classes import EquationClass
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import SDE
+from ...numerics import largest
+from ...probing import Nodes, OneStep
+from ..classes import EquationClass
+from ..weights import stepped
 from .universal import class_sde, with_rows
-from .weights import stepped
 
 LOW, HIGH = 2, 5
 # So long is a step: Newton's method has a root of random polynomials only of short ones.

@@ -17,13 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..contracts.scheme import Scheme
-from ..forms import SDE
-from ..probing import Nodes, OneStep
-from .grow import DRIFT, TIME, Tree, closure
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import SDE
+from ...probing import Nodes, OneStep
+from ..grow import DRIFT, TIME, Tree, closure
+from ..weights import stepped
 from .universal import NOISE, TIME_0, with_rows
-from .weights import stepped
 
 SEED = 20260103
 # Sines a coefficient, components that stand still, and how fast sines vary with x and with p.
