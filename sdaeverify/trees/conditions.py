@@ -261,8 +261,12 @@ class Conditions:
         return all(list(each.values()) == [1] for each in self.integrals)
 
     def forests(self, top: int) -> list[tuple[int, ...]]:
-        """Return all forests up to a weight, as places in the basis, by weight."""
-        return [places for weight in range(1, top + 1) for places in multisets(self.weights, weight)]
+        """Return all forests up to a weight, as places in the basis, by weight; with a product up to two less."""
+        added = [i for i, each in enumerate(self.names) if each.colour != PRODUCT]
+        weights = [self.weights[i] for i in added]
+        low = [places for weight in range(1, top - 1) for places in multisets(self.weights, weight)]
+        high = (places for weight in range(max(1, top - 1), top + 1) for places in multisets(weights, weight))
+        return [*low, *(tuple(added[i] for i in places) for places in high)]
 
 
 def _is_increments(forest: Forest) -> bool:

@@ -203,7 +203,7 @@ def orders(
     *,
     plugins: Sequence[str | Path] = (),
 ) -> OrderReport:
-    """Ask a scheme for the order conditions of classes of SDEs, which hold for every smooth equation of a class.
+    """Ask a scheme for the order conditions of classes of equations, which hold for every smooth one of a class.
 
     One step on an equation whose components are rooted trees tells every elementary weight to rounding.
 
@@ -213,7 +213,8 @@ def orders(
         A name with parameters, or a scheme itself, as `verify` takes it.
     classes : str or sequence of str, optional
         Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general,
-        overdamped-gradient; all if left out.
+        overdamped-gradient for SDEs, langevin and langevin-gradient, index-1 and index-1-additive, and what another
+        form brings; all if left out.
     motions : int
         Number of Brownian motions where a class has no number of its own: what holds holds for as many.
     weight : int, optional
@@ -309,6 +310,9 @@ def rows_of(
     """
     for kind in kinds:
         probe = probe_of(scheme, kind, _motions_of(kind, motions or FEW), LEAST)
+        if (least := Examined(probe)).why_not:
+            yield from _rows(least)
+            continue
         top = weight or _top(probe)
         if motions is None:
             probe = probe_of(scheme, kind, _motions_of(kind, FEW if top > QUICK else MANY), LEAST)

@@ -78,6 +78,31 @@ class HalfFriction(BAOAB):
         return super().step(replace(problem, friction=0.98 * problem.friction), state, t, h, noise)
 
 
+class Traced(BAOAB):
+    """BAOAB with h^2 (tr DF) p: equivariant under invertible maps alone."""
+
+    name: ClassVar[str] = "wrong-traced"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        n, e = problem.noise_dim, 1e-6
+        q, p = state[:n], state[n:]
+        units = e * np.eye(n)[..., None]
+        trace = sum((problem.force(q + u) - problem.force(q - u))[i] / (2.0 * e) for i, u in enumerate(units))
+        return Step(super().step(problem, state, t, h, noise).state + h**2 * np.concatenate([0.0 * q, trace * p]))
+
+
+class RootFriction(BAOAB):
+    """BAOAB with noise that is larger by a term of sqrt(gamma h), of which no derivative by gamma is finite at 0."""
+
+    name: ClassVar[str] = "wrong-root-friction"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        larger = 1.0 + 0.01 * np.sqrt(problem.friction * h)
+        return super().step(problem, state, t, h, noise._replace(dW=larger * noise.dW))
+
+
 class StrongerY(StochasticTheta):
     """The theta method whose y moves 2 per cent too far."""
 
@@ -116,6 +141,19 @@ def test_k_that_is_too_small_is_told_by_the_force_at_a_position_moved_by_noise()
     names = [each.name for each in Examined(probe).breaking("strong")]
 
     assert names == ["q(d(b1))", "f(q(b1))", "d(d(b1))", *names[3:]]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "words"),
+    [(Traced(), "a step does not commute with affine maps"), (RootFriction(), "weights are no power series")],
+)
+def test_what_trees_cannot_tell_fails_a_premise(scheme, words):
+    """A trace vanishes on all trees, and where there is no series a condition says nothing of each friction."""
+    table = orders(scheme, "langevin").table
+
+    assert "verified" not in set(table.verdict)
+    assert all(words in premise for premise in table.premise)
+    assert isinstance(scheme, RootFriction) or list(table.held) == list(table.of)
 
 
 def test_a_file_is_written_of_sdes_alone():

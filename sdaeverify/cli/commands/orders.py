@@ -1,4 +1,4 @@
-"""``orders``: the order conditions of a scheme for classes of SDEs."""
+"""``orders``: the order conditions of a scheme for classes of equations."""
 
 from collections.abc import Iterator, Sequence
 from math import isnan
@@ -24,7 +24,9 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 ABOUT = {code: WORDS[code] for code in CODES}
 
 
-@click.command(epilog=codes_in_words(ABOUT), short_help="Ask schemes for the order conditions of classes of SDEs.")
+@click.command(
+    epilog=codes_in_words(ABOUT), short_help="Ask schemes for the order conditions of classes of equations."
+)
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once("--motions", type=click.IntRange(1, MOST_MOTIONS), default=3, help="Number of Brownian motions.")
@@ -37,10 +39,11 @@ ABOUT = {code: WORDS[code] for code in CODES}
 def orders(
     schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **asked: Any
 ) -> ExitCode:
-    """Ask schemes for the order conditions that hold for every smooth SDE of a class.
+    """Ask schemes for the order conditions that hold for every smooth equation of a class.
 
     One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
-    class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time.
+    class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
+    dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
     """
     registry = load_and_warn(plugins)
     reports = [OrderReport.of(scheme, **asked) for scheme in select_schemes(registry, schemes)]
