@@ -1,6 +1,7 @@
 """The command `adaptive`: its table, its objects for programs and its exit codes."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -62,6 +63,14 @@ def test_programs_get_objects_with_the_work(run):
     assert {row["measure"] for row in rows} >= {"tolerance", "own steps"}
     assert [each["tolerance"] for each in rows[0]["work"]] == [0.03, 0.01, 0.003]
     assert rows[0]["work"][0]["rms"] > rows[0]["work"][2]["rms"] > 0.0
+
+
+def test_the_solver_of_the_how_to_keeps_its_claim(run):
+    """The plugin file that the documentation shows is run as it is shown there."""
+    code, said = run("--plugin", str(Path(__file__).parent / "halving.py"), "halving", *SMALL)
+
+    assert code is ExitCode.OK
+    assert "keeps its path" in said.out
 
 
 def test_a_check_that_fails_is_a_refutation(run):

@@ -12,7 +12,7 @@ from ..marching import LONGEST, Front, Marching, Stretch, Tried, powers
 from ..path import TICKS, Path
 from .embedded import at
 
-SOURCE = "Fang & Giles 2020, Theorem 2 and its proof: strong order 1/2 in the largest step, which is tol T"
+SOURCE = "Fang & Giles 2020, arXiv:1609.08101: strong order 1/2 with previsible steps, here at most tol T"
 
 
 class EulerPrevisible(Marching):

@@ -1,0 +1,47 @@
+"""Judges adaptive solvers of diffrax and torchsde, those that are installed, and writes their table into this folder.
+
+pip install '.[diffrax,torchsde]' && python reports/adaptive/field/run.py [diffrax] [torchsde]
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+
+FOLDER = Path(__file__).parent
+ROOT = FOLDER.parents[2]
+PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "hyperbolic", "double-well", "shear", "hyperbolic-pair")
+PATHS = "100"
+GIVEN = {**os.environ, "OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
+
+
+def judged(library: str, problem: str) -> tuple[list[dict[str, object]], str]:
+    """Return the rows of all solvers of a library on a problem, and what the command said on stderr."""
+    plugin = FOLDER / f"{library}_solvers.py"
+    command = [sys.executable, "-m", "sdaeverify", "adaptive", "--plugin", str(plugin), f"{library}-*", "-p", problem]
+    done = subprocess.run([*command, "--paths", PATHS, "--json"], cwd=ROOT, env=GIVEN, capture_output=True, text=True)
+    return json.loads(done.stdout or "[]"), done.stderr
+
+
+def save(library: str, rows: list[dict[str, object]]) -> None:
+    """Write the table of a library."""
+    found = pd.DataFrame(rows)
+    work = found.pop("work")
+    found["rms"] = [" ".join(f"{each['rms']:.2g}" for each in one) for one in work]
+    found["tries"] = [" ".join(f"{each['steps'] + each['rejected']:.0f}" for each in one) for one in work]
+    found.to_csv(FOLDER / f"{library}.csv", index=False, float_format="%.4g")
+
+
+if __name__ == "__main__":
+    for library in sys.argv[1:] or ("diffrax", "torchsde"):
+        rows: list[dict[str, object]] = []
+        for problem in PROBLEMS:
+            begun = time.monotonic()
+            found, said = judged(library, problem)
+            print(f"{library} on {problem}: {len(found)} rows, {time.monotonic() - begun:.0f} s {said}", flush=True)
+            rows += found
+            save(library, rows)
