@@ -61,14 +61,15 @@ html_context = {"default_mode": "auto"}
 html_favicon = "_static/mark.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_search_scorer = "_ext/scorer.js"
+html_search_scorer = str(HERE / "_ext" / "scorer.js")
 html_sidebars = {name: [] for name in ("index", "install", "tutorial", "project")}  # pages without pages below them
 html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "navigation_with_keys": False,
     "use_edit_page_button": False,
+    "logo": {"text": f"sdaeverify {version}"},
     # A host of several versions names a file of them in DOCS_SWITCHER; without it a page tells its own version.
-    "navbar_end": ["version-switcher" if SWITCHER else "version", "theme-switcher"],
+    "navbar_end": [*(["version-switcher"] if SWITCHER else []), "theme-switcher"],
     "navbar_persistent": ["search-button-field"],
     "switcher": {"json_url": SWITCHER or "", "version_match": version},
     "check_switcher": False,

@@ -1,5 +1,6 @@
 """The built site in a browser: pages without complaints, and a search that finds what users look for."""
 
+import re
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -28,6 +29,10 @@ PAGES = (
     "generated/forms",
     "how-to/cluster",
     "generated/api/sdaeverify",
+    "generated/api/sdaeverify.Result",
+    "explanation/quantities",
+    "install",
+    "reference/glossary",
 )
 # What is looked for, and a page that has to be among what is found.
 SOUGHT = {
@@ -35,7 +40,19 @@ SOUGHT = {
     "traits": "generated/traits",
     "exit code 4": "generated/exit-codes",
     "drift-truncated": "generated/schemes/drift-truncated-euler",
+    "Result.verdicts": "generated/api/sdaeverify.Result",
 }
+# What is looked for, and the page that has to be found first.
+FIRST = {
+    "order": "explanation/quantities",
+    "stability": "explanation/quantities",
+    "multiplier": "explanation/quantities",
+    "AttributeError": "how-to/faq",
+    "tier": "reference/glossary",
+}
+# Pixels of the content of a page, at a width of 1280.
+HIGHEST = 6000
+NARROW = 390
 FOUND = "[...document.querySelectorAll('#search-results ul.search li a')].map(a => a.getAttribute('href'))"
 FINISHED = """new Promise(done => {
   const summary = () => document.querySelector('.search-summary')?.textContent ?? '';
@@ -98,3 +115,54 @@ def test_search_finds(address, window, sought, page):
     window.run(FINISHED)
 
     assert any(page in link for link in window.run(FOUND)), window.run(FOUND)
+
+
+@BUILT
+@needs_chromium
+@pytest.mark.parametrize(("sought", "page"), FIRST.items())
+def test_search_finds_first(address, window, sought, page):
+    """The page that explains a word is the first that is found."""
+    window.visit(f"{address}/search.html?q={sought}")
+    window.run(FINISHED)
+
+    assert page in window.run(FOUND)[0], window.run(FOUND)[:5]
+
+
+@BUILT
+@needs_chromium
+def test_pages_of_names_are_short(address, window):
+    """The longest pages of public names are a few screens."""
+    window.ask("Emulation.setDeviceMetricsOverride", width=1280, height=900, deviceScaleFactor=1, mobile=False)
+    heights = {}
+    pages = sorted((SITE / "generated" / "api").glob("*.html"), key=lambda path: path.stat().st_size)
+    for path in pages[-20:]:
+        window.visit(f"{address}/generated/api/{path.name}")
+        heights[path.stem] = window.run("document.querySelector('article').scrollHeight")
+
+    assert {name: height for name, height in heights.items() if height > HIGHEST} == {}
+    assert len(pages) > 200
+
+
+@BUILT
+@needs_chromium
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_fits_a_telephone(address, window, name):
+    """No page is wider than a narrow screen: what is wide is scrolled by itself."""
+    window.ask("Emulation.setDeviceMetricsOverride", width=NARROW, height=844, deviceScaleFactor=1, mobile=True)
+    window.visit(f"{address}/{name}.html")
+
+    assert window.run("document.documentElement.scrollWidth") <= NARROW
+
+
+@BUILT
+def test_formulas_are_typeset_without_a_script():
+    """Formulas are MathML, no page asks for a script of another place, and none shows the source of a formula."""
+    pages = {path: path.read_text() for path in SITE.rglob("*.html") if "_static" not in path.parts}
+    shown = {
+        path: re.sub(r"<pre>.*?</pre>|<annotation.*?</annotation>", "", text, flags=re.DOTALL)
+        for path, text in pages.items()
+    }
+
+    assert sum("<math " in text for text in pages.values()) > 100
+    assert [path for path, text in pages.items() if re.search(r'<script[^>]+src="https?:', text)] == []
+    assert [path.name for path, text in shown.items() if ":math:" in text or "\\begin{" in text] == []

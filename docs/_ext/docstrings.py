@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from formulas import display, is_formula, typeset
+from formulas import CODE, display, is_formula, typeset
 from sphinx.application import Sphinx
 
 UNDERLINE = re.compile(r"-{3,}$")
@@ -27,7 +27,7 @@ def plain(lines: list[str]) -> Iterator[str]:
         in_section |= any(UNDERLINE.match(line.strip()) for line in block)
         written = [line for line in block if line.strip()]
         if in_section:
-            yield from map(escaped, block)
+            yield from (escaped(line) if line.startswith(" ") else untyped(line) for line in block)
         elif not indented:
             yield from (escaped(re.sub("::$", ":" * (line != "::"), line)) for line in block)
         elif all(map(is_formula, written)):
@@ -49,7 +49,14 @@ def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
 
 def escaped(line: str) -> str:
     """Typeset the formulas of a line, and escape what is no code."""
-    return line if UNDERLINE.match(line.strip()) else typeset(line, lambda formula: f":math:`{formula}`", _plain)
+    return typeset(line, lambda formula: f":math:`{formula}`", _plain)
+
+
+def untyped(line: str) -> str:
+    """Escape what is no code of a line that names a section, or a parameter and its type."""
+    if UNDERLINE.match(line.strip()):
+        return line
+    return "".join(part if CODE.fullmatch(part) else _plain(part) for part in CODE.split(line))
 
 
 def _plain(text: str) -> str:

@@ -78,7 +78,7 @@ def tex(text: str) -> str:
     text = text.strip()
     for plain, sign in REWRITES:
         text = plain.sub(sign, text)
-    return WORD.sub(lambda found: _as_name(found[1]) or found[1], _roots(text))
+    return WORD.sub(lambda found: _as_name(found[1]) or found[1], _roots(text)).strip()
 
 
 def _as_name(word: str) -> str | None:

@@ -132,7 +132,7 @@ def _told(room: str, name: str, thing: Any) -> Iterator[str]:
 def _class(room: str, name: str, thing: type) -> Iterator[str]:
     """Yield a class: what it is, a table of its properties and methods, and then each of them."""
     members = _members(thing)
-    yield from (f".. autoclass:: {name}", "   :show-inheritance:", "")
+    yield from (f".. autoclass:: {name}", *["   :show-inheritance:"] * (thing.__bases__ != (object,)), "")
     if members:
         yield from _heading("Properties and methods", "-")
         yield from _rows(
