@@ -187,7 +187,7 @@ from sdaeverify.report.folders import RUN, SavedTables, read_tables, read_verdic
 from sdaeverify.report.folders import VERDICTS as folders_VERDICTS
 from sdaeverify.report.plain import escape
 from sdaeverify.report.tables.choice import choices, curves
-from sdaeverify.report.tables.columns import MEAN, dictionary
+from sdaeverify.report.tables.columns import CLASS_COLUMNS, MEAN, dictionary
 from sdaeverify.report.verdict_row import VERDICTS, Interval, VerdictRow
 from sdaeverify.simulate.chains import (
     BURN_IN,
@@ -223,6 +223,8 @@ from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_l
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
 from sdaeverify.study.blocks import LATE, Blocks, simulate_block
+from sdaeverify.study.class_results import class_cells, class_of, class_results, results_of_class
+from sdaeverify.study.class_rows import HERE, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
@@ -237,7 +239,7 @@ from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
-from sdaeverify.trees.report import probe_of
+from sdaeverify.trees.report import ClassVerdict, probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation

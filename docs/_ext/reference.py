@@ -53,8 +53,10 @@ def _command(name: str, parent: click.Context) -> str:
 
 
 EXAMPLES = {
+    "adaptive": "adaptive adaptive-heun -p ou --json",
     "calibrate": "calibrate --repetitions 100 --only slope",
     "check": "check milstein gbm --json",
+    "choose": "choose gbm -m strong --accuracy 0.01",
     "compare": "compare before after --factor 1.2",
     "demo": "demo --out demo",
     "gate": "gate --tier smoke --seed-from date",

@@ -5,15 +5,25 @@ from typing import ClassVar
 
 import pytest
 
-from facade import EulerMaruyama, Workers, gbm, plan, problem_spec
+from facade import (
+    CLASS_COLUMNS,
+    HERE,
+    CellResult,
+    ClassVerdict,
+    EulerMaruyama,
+    Strong,
+    Workers,
+    class_cells,
+    class_of,
+    class_results,
+    class_rows,
+    gbm,
+    plan,
+    problem_spec,
+    results_of_class,
+)
 from sdaeverify import Claim, verify
-from sdaeverify.contracts.finding import Finding, Verdict
-from sdaeverify.measures.strong import Strong
-from sdaeverify.report.tables.columns import CLASS_COLUMNS
-from sdaeverify.study import CellResult
-from sdaeverify.study.class_results import class_cells, class_of, class_results, results_of_class
-from sdaeverify.study.class_rows import HERE, class_rows
-from sdaeverify.trees.report import ClassVerdict
+from sdaeverify.measuring import Finding, Verdict
 
 
 class Promising(EulerMaruyama):
