@@ -44,9 +44,9 @@ SOUGHT = {
 }
 # What is looked for, and the page that has to be found first.
 FIRST = {
-    "order": "explanation/quantities",
-    "stability": "explanation/quantities",
-    "multiplier": "explanation/quantities",
+    "order": "reference/glossary",
+    "stability": "reference/glossary",
+    "multiplier": "reference/glossary",
     "AttributeError": "how-to/faq",
     "tier": "reference/glossary",
 }

@@ -3,8 +3,7 @@ var Scorer = {
   score: ([docname, title, anchor, description, score]) => {
     if (/^generated\/mistakes\//.test(docname)) return score - 60;
     if (/^(gallery_pages|project|generated\/(schemes|problems))\b/.test(docname)) return score - 15;
-    if (/^generated\/api/.test(docname)) return score - 5;
-    if (/^(explanation|how-to|tutorial|install)/.test(docname)) return score + 12;
+    if (/^(explanation|how-to|tutorial|install)/.test(docname)) return score + 3;
     return score;
   },
   objNameMatch: 11,

@@ -1,11 +1,13 @@
-"""
+r"""
 Pendulum on a cart
 ==================
 
 A cart of mass M moves without friction along x; a pendulum of length 1 and mass 1 hangs from it. Noise pushes the
 cart.
 
-    g = (1 - (X - x)^2 - Y^2)/2 = 0
+.. math::
+
+    g = (1 - (X - x)^{2} - Y^{2})/2 = 0
 
 Gravity is vertical and the rod's force is internal: the horizontal momentum p = M x' + X' is p(0) + sigma W exactly,
 whatever the pendulum does. Its mean square is p(0)^2 + sigma^2 t.

@@ -1,10 +1,12 @@
-"""
+r"""
 Cox, Ingersoll and Ross
 =======================
 
 The diffusion of the interest rate of Cox, Ingersoll and Ross is a square root, Lipschitz only away from 0:
 
-    dx = k (a - x) dt + s sqrt(x) dW
+.. math::
+
+    \,dx = k (a - x) \,dt + s \sqrt{x} \,dW
 
 Mean and second moment solve linear equations. A scheme must do something where its state is negative; the one here
 takes the root of the positive part. Beside it a scheme that takes the root at a predicted state, which looks like an

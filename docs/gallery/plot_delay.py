@@ -1,10 +1,12 @@
-"""
+r"""
 Delayed feedback
 ================
 
 An oscillator is controlled by a force that is late: with v(t) = x(t - tau),
 
-    dx_1 = x_2 dt,     dx_2 = (-x_1 - d x_2 - k v_1) dt + sigma dW.
+.. math::
+
+    \,dx_{1} = x_{2} \,dt, \qquad \,dx_{2} = (-x_{1} - d x_{2} - k v_{1}) \,dt + \sigma \,dW
 
 The means solve the same equation without noise. A Runge-Kutta method of order 4 solves it here, a second way that
 shares nothing with the schemes but the equation; it hits every multiple of the delay.

@@ -1,11 +1,13 @@
-"""
+r"""
 Double pendulum
 ===============
 
 Two masses on rods of length 1, with noise on both. There is no solution in closed form, but Ito's formula knows the
 mean of the energy: of n = 4 directions the constraints take 2, and each one left is heated at the rate sigma^2/2.
 
-    E H(t) = H(0) + (n - m) sigma^2 t/2
+.. math::
+
+    E H(t) = H(0) + (n - m) \sigma ^{2} t/2
 """
 
 from dataclasses import dataclass

@@ -1,10 +1,13 @@
-"""
+r"""
 Bead on a helix
 ===============
 
 A bead slides without friction on the helix (cos s, sin s, c s) under gravity, and its height is shaken by noise:
 
-    dr = v dt,   dv = (-e_3 + ...) dt + sigma e_3 dW + grad g dmu,   g = (x - cos(z/c), y - sin(z/c)) = 0
+.. math::
+
+    \,dr = v \,dt, \qquad \,dv = (-e_{3} + ...) \,dt + \sigma e_{3} \,dW + \nabla g \,d\mu , \qquad
+    g = (x - \cos (z/c), y - \sin (z/c)) = 0
 
 The slope of a helix is the same everywhere. Along it, gravity and noise are therefore constant, and the height is
 known exactly from W and its time integral: z'' = k (-1 + sigma W') with k = c^2/(1 + c^2).

@@ -1,4 +1,4 @@
-"""
+r"""
 Jump-diffusion, a form of its own
 =================================
 
@@ -6,7 +6,9 @@ Merton's model jumps. Neither its form nor its noise is part of the framework: a
 the record of jump times and marks that refines from level to level like a Brownian path, the trivial equations that a
 step must solve exactly, and the schemes.
 
-    dx = mu x dt + sigma x dW + x- dJ
+.. math::
+
+    \,dx = \mu x \,dt + \sigma x \,dW + x^{-} \,dJ
 
 All of it is in the folder ``tests/thirdparty/jump_diffusion``.
 """

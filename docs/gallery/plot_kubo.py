@@ -1,4 +1,4 @@
-"""
+r"""
 Kubo oscillator, with a measure of its own
 ==========================================
 
@@ -6,7 +6,9 @@ A rotation whose frequency is noisy keeps its energy on every path. How fast doe
 shipped measures asks that. A measure is a plugin, here beside an equation with an exact solution, a scheme that keeps
 its promise, and one that leaves out Milstein's correction and does not.
 
-    dx = J x (dt + sigma o dW),   J = (0, 1; -1, 0)
+.. math::
+
+    \,dx = J x (\,dt + \sigma \circ \,dW), \qquad J = (0, 1; -1, 0)
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""
+r"""
 RLC circuit with thermal noise
 ==============================
 
@@ -6,7 +6,9 @@ A source U, a resistor R with its thermal noise, an inductor L and a capacitor C
 a resistor R'. The current i and the voltage u have differential equations. The current y through the leak obeys Ohm's
 law without any: the equation is a differential-algebraic one, of index 1.
 
-    L di = (U - R i - u) dt + sigma dW,     C du = (i - y) dt,     0 = R' y - u
+.. math::
+
+    L \,di = (U - R i - u) \,dt + \sigma \,dW, \qquad C \,du = (i - y) \,dt, \qquad 0 = R' y - u
 
 It is linear, so that its expectations are those of matrix exponentials: nothing has to be simulated to know them.
 """

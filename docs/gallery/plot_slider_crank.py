@@ -1,11 +1,13 @@
-"""
+r"""
 Slider-crank
 ============
 
 A crank of length 1 turns about the origin; a rod of length b joins its end (x_1, y_1) with a slider at (x_2, 0) that
 a noisy load pushes. In these coordinates the equations are simple, with two holonomic constraints:
 
-    g = ( (1 - x_1^2 - y_1^2)/2,  (b^2 - (x_2 - x_1)^2 - y_1^2)/2 ) = 0
+.. math::
+
+    g = ( (1 - x_{1}^{2} - y_{1}^{2})/2, \qquad (b^{2} - (x_{2} - x_{1})^{2} - y_{1}^{2})/2 ) = 0
 
 In the angle of the crank there is none, but forces of inertia instead. The one form is given to the schemes. The
 other one, which is derived by Lagrange's equations and solved with strong order 3/2, is the truth that they are
