@@ -93,17 +93,20 @@ class LangevinTrees(TreeClass):
         return sizes
 
     def _force(self, forces: list[list[int]], origin: Array) -> Callable[[Array], Array]:
+        """Return the force with products of positions as components, in operations that all array libraries have."""
+        size = max((len(factors) for factors in forces), default=1)
+        moved = [(each, k) for each in forces for k in range(len(each) if self.gradient else 1)]
+        places, counts = np.zeros((len(moved), size), dtype=int), np.zeros((len(moved), size, 1))
+        onto = np.zeros((len(origin), len(moved)))
+        for term, (factors, k) in enumerate(moved):
+            rest = factors[:k] + factors[k + 1 :]
+            places[term, : len(rest)], counts[term, : len(rest)] = rest, 1.0
+            onto[factors[k], term] = FAINT if self.gradient else 1.0
+
         def force(q: Array) -> Array:
-            x, F = q - origin, np.zeros_like(q)
-            for first, *others in forces:
-                if not self.gradient:
-                    F[first] += prod((x[i] for i in others), start=np.ones_like(x[0]))
-                    continue
-                factors = [first, *others]
-                for place, moved in enumerate(factors):
-                    rest = (x[i] for i in factors[:place] + factors[place + 1 :])
-                    F[moved] += FAINT * prod(rest, start=np.ones_like(x[0]))
-            return F
+            products = (counts * (q - origin)[places] + (1.0 - counts)).prod(axis=1)
+            total: Array = onto @ products
+            return total
 
         return force
 
