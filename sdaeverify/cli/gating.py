@@ -8,7 +8,7 @@ import click
 
 from ..api import Result
 from ..errors import UsageError
-from ..gate.gate_plan import gate_plan, omitted_measures
+from ..gate.gate_plan import gate_plan, gated_schemes, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
@@ -18,6 +18,7 @@ from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..study.class_results import class_results
+from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
@@ -26,6 +27,8 @@ from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, workers
 
 MOST_UNTESTED = 20
 GATE = "gate.json"
+# What a hunt remembers, and where it writes what it finds.
+HUNT, COUNTEREXAMPLE = "hunt", "counterexample.py"
 
 
 def is_narrowed(options: Mapping[str, Any]) -> bool:
@@ -112,6 +115,9 @@ def _judge(
         untested = [each for each in untested if each.claim.measure not in registry.measures]
     missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
+    hunted, told = _hunt(registry, policy, options) if policy.hunt and policy.budget.hunts else ((), ())
+    if hunted and code is not ExitCode.NOTHING:
+        code = ExitCode.REFUTED
     locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
     store = run.study.store
     reused = [store.summary()] if options["reuse"] and store is not None and store.telling else []
@@ -120,13 +126,31 @@ def _judge(
         policy,
         run.settings,
         violations,
+        hunted,
         code,
         f"exit code {code.value}: {code.words}",
         registry.files,
         frozenset(result.run["unnamed"]),
         (*_warnings(found, policy, registry, narrowed=narrowed), *limit_lines(missed, MOST_UNTESTED)),
-        (*news, *locked, *_left_out(policy, registry), *limit_lines(chosen, MOST_UNTESTED), *reused),
+        (*news, *locked, *told, *_left_out(policy, registry), *limit_lines(chosen, MOST_UNTESTED), *reused),
     )
+
+
+def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return a line for each claim that is refuted, and one for all that was looked at."""
+    report = hunt(
+        gated_schemes(registry, policy),
+        measures=policy.measures,
+        minutes=policy.hunt_seconds / 60.0,
+        shrinking=policy.hunt_seconds,
+        seed=policy.seed,
+        plugins=registry.files,
+        database=options["out"] / HUNT,
+    )
+    found = report.write(options["out"] / COUNTEREXAMPLE)
+    files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
+    counted = f"hunt of {policy.hunt}: {report.looked_at} examples, {len(report.found)} claims refuted"
+    return tuple(attack.outcome for attack in report.found), (counted, *files)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:

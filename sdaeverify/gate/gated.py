@@ -28,6 +28,8 @@ class Gated:
     settings : Settings
     violations : tuple of str
         A line for each claim that is locked and gone, weaker or no longer measured.
+    hunted : tuple of str
+        A line for each claim that a hunt refuted.
     code : int
         Exit code.
     words : str
@@ -44,6 +46,7 @@ class Gated:
     policy: Policy
     settings: Settings
     violations: tuple[str, ...] = ()
+    hunted: tuple[str, ...] = ()
     code: int = 0
     words: str = ""
     plugins: tuple[str, ...] = ()

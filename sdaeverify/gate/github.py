@@ -53,7 +53,7 @@ def annotations(gated: Gated, root: Path) -> Iterator[str]:
         Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
     """
     told = [outcome for outcome in gated.not_passed if outcome.status in KINDS]
-    lines = [f"lock file: {line}" for line in gated.violations]
+    lines = [*(f"lock file: {line}" for line in gated.violations), *(f"hunt: {line}" for line in gated.hunted)]
     shown = [_command("error", {"title": "sdaeverify lock file"}, visible(line)) for line in lines[: MOST // 2]]
     shown += [_annotation(outcome, gated, root) for outcome in told[: MOST - len(shown)]]
     yield from shown

@@ -1,5 +1,6 @@
 """A gate's policy: the table ``[tool.sdaeverify]`` of a project's pyproject.toml, and the failures it expects."""
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,6 +24,8 @@ Texts = Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)]
 FILE = "pyproject.toml"
 LOCK = "sdaeverify.lock"
 PASS, FAIL = "pass", "fail"
+# How long a hunt takes.
+TIME, UNITS = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|h)"), {"s": 1.0, "min": 60.0, "h": 3600.0}
 # Below, 1 - alpha has no digits left to tell alpha from.
 LEAST_ALPHA = 1e-12
 
@@ -61,6 +64,9 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     orders : bool
         Whether claims of strong and weak orders are put to the order conditions of classes of SDEs, too, where no
         problems are named.
+    hunt : str
+        How long counterexamples of the gated claims are looked for at tier nightly, such as ``30 s`` or ``5 min``;
+        empty for not at all.
     expected_failures : tuple of FailingClaim
     """
 
@@ -78,6 +84,7 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     level: int | None = None
     resolution: float = inf
     orders: bool = True
+    hunt: Text = ""
     expected_failures: tuple[FailingClaim, ...] = ()
 
 
@@ -115,6 +122,7 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
         fits = self.level is None or self.level >= 1
         require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
         require(self.resolution > 0.0, "resolution", "a positive part of a quantity's size", self.resolution)
+        require(not self.hunt or self.hunt_seconds > 0.0, "hunt", "a time such as '30 s' or '5 min'", repr(self.hunt))
         # Said before anything is run: what is no lock file is never overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
         require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
@@ -128,6 +136,12 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
     def settings(self) -> Settings:
         """Those of the tier, with this seed and this error probability."""
         return replace(self.budget.settings, seed=self.seed, confidence=1.0 - self.alpha)
+
+    @property
+    def hunt_seconds(self) -> float:
+        """How long a hunt takes, in seconds; 0 for none, and where the text is none of a time."""
+        found = TIME.fullmatch(self.hunt)
+        return float(found[1]) * UNITS[found[2]] if found else 0.0
 
     @property
     def fails_undecided(self) -> bool:

@@ -23,11 +23,14 @@ class Tier:
         nothing is verified on a problem that does not tell right from wrong.
     fails_undecided : bool
         Whether a claim that stays undecided fails the gate, unless the policy says otherwise.
+    hunts : bool
+        Whether counterexamples are looked for, if the policy says how long.
     """
 
     settings: Settings
     quick: bool = False
     fails_undecided: bool = False
+    hunts: bool = False
 
 
 # From 800 paths on, paths may refute; most cells are decided after the first 256.
@@ -35,7 +38,7 @@ TIERS: Mapping[str, Tier] = MappingProxyType(
     {
         "smoke": Tier(Settings(paths=800, levels=5, max_looks=3), quick=True),  # in seconds
         "ci": Tier(Settings(paths=1024, max_looks=3)),  # for each change
-        "nightly": Tier(Settings(), fails_undecided=True),  # on a schedule
+        "nightly": Tier(Settings(), fails_undecided=True, hunts=True),  # on a schedule
     }
 )
 

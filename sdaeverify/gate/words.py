@@ -91,6 +91,7 @@ def text_report(gated: Gated, most: int = MOST) -> Iterator[str]:
         yield f"and {len(full) - most} more that fail, see gate.json"
     yield from limit_lines([_one_line(outcome) for outcome in gated.not_passed if outcome not in full], most)
     yield from (visible(f"lock file: {line}") for line in limit_lines(gated.violations, 2 * most))
+    yield from (visible(f"hunt: {line}") for line in gated.hunted)
     yield from (visible(f"warning: {line}") for line in gated.warnings)
     yield from (visible(f"note: {line}") for line in gated.notes)
     yield gated.budget
@@ -125,6 +126,7 @@ def json_report(gated: Gated) -> dict[str, object]:
         "steps": list(gated.settings.steps),
         "counts": {str(status): count for status, count in sorted(gated.counts.items())},
         "lock_violations": [*map(visible, gated.violations)],
+        "hunt": [*map(visible, gated.hunted)],
         "warnings": [*map(visible, gated.warnings)],
         "notes": [*map(visible, gated.notes)],
         "outcomes": [_row(outcome, gated) for outcome in gated.outcomes],

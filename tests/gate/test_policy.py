@@ -151,3 +151,11 @@ def test_no_file(tmp_path, monkeypatch):
 
     assert read_policy(tmp_path) == Policy()
     assert str(Policy().lock_file) == "sdaeverify.lock"
+
+
+def test_how_long_a_hunt_takes():
+    """A time with its unit is read in seconds, and anything else is told in one line."""
+    assert [Policy(hunt=text).hunt_seconds for text in ("", "30 s", "1.5 min", "2h")] == [0.0, 30.0, 90.0, 7200.0]
+    for text in ("soon", "0 s", "30"):
+        with pytest.raises(UsageError, match="hunt must be a time such as '30 s'"):
+            Policy(hunt=text)

@@ -10,9 +10,10 @@ from ...errors import UsageError
 from ...report.files import require_writable
 from ...testing.hunting.hunt import hunt as hunt_schemes
 from ...testing.hunting.options import SHRINKING
+from ...workers.limits import available_cores
 from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
-from ..options import PLACE, once, plugins, progress_of_cells, seed
+from ..options import PLACE, jobs, once, plugins, progress_of_cells, seed
 
 WORDS = {
     ExitCode.OK: "no claim is refuted",
@@ -20,6 +21,7 @@ WORDS = {
     ExitCode.USAGE: "wrong usage",
     ExitCode.NOTHING: "nothing is claimed of any example",
     ExitCode.PLUGIN: "a plugin or hypothesis cannot be loaded",
+    ExitCode.INTERRUPTED: "interrupted; with --out, what was looked at is kept",
 }
 # What hypothesis remembers, beside the file of a counterexample.
 DATABASE = ".sdaeverify-hunt"
@@ -35,18 +37,21 @@ DATABASE = ".sdaeverify-hunt"
 @once("--shrinking", type=float, default=SHRINKING, help="Seconds that what is found is shrunk.")
 @once("--out", type=PLACE, metavar="FILE.py", help="Write a counterexample as a plugin file, and a test beside it.")
 @seed
+@jobs
 @progress_of_cells
 @plugins
 def hunt(**options: Any) -> ExitCode:
     """Draw problems at random until a claim of SCHEME does not hold, and shrink what is found.
 
-    What is found is run by itself before it counts. At the end it says what was tried.
+    What is found is run by itself before it counts. At the end it says what was tried. The result is the same for any
+    number of jobs where no time ends the search. A hunt with --out that is interrupted goes on when it is run again.
     """
     out: Path | None = options.pop("out")
     if out is not None and out.suffix != ".py":
         raise UsageError(f"--out expects a file that ends in .py, got {str(out)!r:.200}")
     if out is not None:
         require_writable(out.parent, "--out")
+    options["jobs"] = options["jobs"] or available_cores()
     quiet = options.pop("progress") == "none"
     schemes = [each for text in options.pop("schemes") for each in split_list(text)]
     when = [each for text in options.pop("when") for each in split_list(text)]

@@ -7,21 +7,23 @@ from math import inf, nan
 from pathlib import Path
 from typing import Any
 
-from ...api import Schemes
+from ...api import Schemes, crew_of
 from ...contracts.matching import match
 from ...contracts.measure import Measure
 from ...contracts.scheme import Scheme
+from ...contracts.specs import ProblemSpec
 from ...errors import FAULTS, UsageError
 from ...registry.load import Registry, load_registry
 from ...registry.selection import select_measures, select_problems, select_schemes
 from ..strategies import EXAMPLES as DRAWINGS
-from ..strategies import Example, shipped
 from ..strategies.shipped import SHIPPED
+from .campaign import Quarry, made_with, search_all
 from .confirm import confirm
 from .options import EXAMPLES, HuntOptions
 from .report import Attack, HuntReport
-from .search import MOST, Budget, Search, Target, any_of, find
-from .sight import ONE_STEP
+from .search import any_of
+from .share import Kept, Share
+from .sight import ONE_STEP, Target
 
 
 def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
@@ -36,30 +38,30 @@ def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
     targets = list(_targets(registry, schemes, asked))
     if not targets:
         raise UsageError("nothing is hunted: the schemes claim nothing of these measures on problems of these forms")
-    budget = _budget(asked, len(targets))
-    met = [
-        (search := Search(target, budget, frozenset(asked.when)), _find(registry, search, asked))
-        for target in targets
-    ]
-    found = sum(example is not None for _, example in met)
+    quarries = [_quarry(registry, target, asked, len(targets)) for target in targets]
+    with crew_of(asked.jobs, None, registry, asked.executor) as crew:
+        met = search_all(quarries, crew, asked.tell)
+    found = sum(share.example is not None for share in met)
     files = tuple(str(Path(file).absolute()) for file in asked.plugins)
-    return HuntReport(tuple(_attack(search, example, found) for search, example in met), files)
+    return HuntReport(tuple(_attack(*pair, found) for pair in zip(targets, met, strict=True)), files)
 
 
-def _find(registry: Registry, search: Search, asked: HuntOptions) -> Example | None:
-    target = search.target
-    asked.tell(f"{target.scheme.label}, {target.measure.name}, {target.form} ...")
-    database = None if asked.database is None else Path(asked.database)
-    example = find(search, _strategy(registry, target, asked.when), asked.seed, database)
-    outcome = "none refutes it" if example is None else f"example {search.found_after} refutes it"
-    asked.tell(f"{target.scheme.label}, {target.measure.name}, {target.form}: {search.looked_at} examples, {outcome}")
-    return example
-
-
-def _budget(asked: HuntOptions, targets: int) -> Budget:
-    seconds = inf if asked.minutes is None else 60.0 * asked.minutes / targets
-    examples = (EXAMPLES if asked.minutes is None else MOST) if asked.examples is None else asked.examples
-    return Budget(examples, seconds, min(asked.shrinking, seconds))
+def _quarry(registry: Registry, target: Target, asked: HuntOptions, targets: int) -> Quarry:
+    limit = inf if asked.minutes is None else 60.0 * asked.minutes / targets
+    examples = EXAMPLES if asked.minutes is None and asked.examples is None else asked.examples
+    specs = tuple(_matching(registry, target.scheme)) if target.form == SHIPPED else ()
+    about = " ".join((target.scheme.label, target.measure.name, target.form))
+    folder = None if asked.database is None else Path(asked.database)
+    return Quarry(
+        target,
+        tuple(sorted(asked.when)),
+        specs,
+        examples,
+        limit,
+        asked.shrinking,
+        asked.seed,
+        Kept(folder, target.form, about, made_with(target, asked)),
+    )
 
 
 def _targets(registry: Registry, schemes: Schemes, asked: HuntOptions) -> Iterator[Target]:
@@ -67,7 +69,7 @@ def _targets(registry: Registry, schemes: Schemes, asked: HuntOptions) -> Iterat
     for scheme in select_schemes(registry, schemes):
         claimed = {claim.measure for claim in scheme.promises}
         for measure in sorted((one for one in measures if one.name in claimed), key=_place):
-            yield from (Target(scheme, measure, form) for form in _forms(scheme, asked.forms))
+            yield from (Target(scheme, measure, form, registry.followed) for form in _forms(scheme, asked.forms))
 
 
 def _place(measure: Measure) -> tuple[bool, str]:
@@ -89,16 +91,7 @@ def _problem(form: str) -> Any:
     return any_of(DRAWINGS[form].strategy()).build()
 
 
-def _strategy(registry: Registry, target: Target, when: Sequence[str]) -> Any:
-    if target.form == SHIPPED:
-        return shipped(_matching(registry, target.scheme))
-    drawing = DRAWINGS[target.form]
-    # Kinds that have the traits by construction are enough; traits that the form sets are found among all.
-    kinds = tuple(kind for kind in drawing.kinds if set(when) <= set(drawing.traits.get(kind, ()))) or drawing.kinds
-    return drawing.strategy(kinds=kinds)
-
-
-def _matching(registry: Registry, scheme: Scheme) -> list[Any]:
+def _matching(registry: Registry, scheme: Scheme) -> list[ProblemSpec]:
     """Return the registered problems that a scheme solves."""
     specs = [spec for spec in select_problems(registry) if _solves(scheme, spec)]
     if not specs:
@@ -106,35 +99,34 @@ def _matching(registry: Registry, scheme: Scheme) -> list[Any]:
     return specs
 
 
-def _solves(scheme: Scheme, spec: Any) -> bool:
+def _solves(scheme: Scheme, spec: ProblemSpec) -> bool:
     try:
         return match(scheme, spec.build()).problem is not None
     except FAULTS:
         return False
 
 
-def _attack(search: Search, example: Example | None, found: int) -> Attack:
-    target, (_, tolerance) = search.target, ONE_STEP.get(search.target.measure.name, (None, nan))
+def _attack(target: Target, share: Share, found: int) -> Attack:
+    _, tolerance = ONE_STEP.get(target.measure.name, (None, nan))
     attack = Attack(
         target.scheme.label,
         target.measure.name,
         target.form,
-        tried=dict(search.tried),
-        verified=search.verified,
-        doubtful=search.doubtful,
+        tried={(kind, group): count for kind, group, count in share.tried},
+        verified=share.verified,
+        doubtful=share.doubtful,
         tolerance=tolerance,
     )
-    sight = None if example is None else search.seen[example]
-    if example is None or sight is None:
+    if share.example is None:
         return attack
-    confirmed, alone = confirm(target.scheme, example, target.measure, found)
+    confirmed, alone = confirm(target.scheme, share.example, target.measure, found)
     return replace(
         attack,
-        claim=sight.claim,
-        reason=sight.refuted,
-        example=example,
+        claim=share.claim,
+        reason=share.reason,
+        example=share.example,
         confirmed=confirmed,
         by_paths=alone,
-        found_after=search.found_after,
-        seconds=search.seconds,
+        found_after=share.found_after,
+        seconds=share.seconds,
     )

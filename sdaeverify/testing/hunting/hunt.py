@@ -23,7 +23,8 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
         As `verify` takes them.
     **options
         ``measures``, ``when`` (traits), ``forms``, ``examples`` (200), ``minutes``, ``seed`` (1), ``shrinking`` (60),
-        ``plugins``, ``database`` (a folder) and ``tell`` (a function of a line), as `HuntOptions` explains them.
+        ``plugins``, ``database`` (a folder), ``jobs`` (1), ``executor`` and ``tell`` (a function of a line), as
+        `HuntOptions` explains them.
 
     Returns
     -------

@@ -1,6 +1,7 @@
 """What a hunt looks for, and how long."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +36,12 @@ class HuntOptions:
     plugins : sequence of str or Path
         Plugin files.
     database : Path or None
-        A folder that remembers what refuted a claim: the next hunt begins with it.
+        A folder that remembers what was looked at: a hunt that was interrupted goes on, and gives what it would have
+        given; and what refuted a claim: the next hunt begins with it.
+    jobs : int
+        Worker processes; of an executor that is given, how many workers it has.
+    executor : Executor, str or None
+        As `verify` takes it. The result is the same, where no time ends the search.
     tell : callable
         It is given a line of text now and then.
     """
@@ -49,6 +55,8 @@ class HuntOptions:
     seed: int = 1
     plugins: Sequence[str | Path] = ()
     database: str | Path | None = None
+    jobs: int = 1
+    executor: Executor | str | None = None
     tell: Callable[[str], object] = str
 
     def __post_init__(self) -> None:
@@ -58,6 +66,8 @@ class HuntOptions:
                 raise UsageError(f"{name} expects a list of names, such as [{given!r:.200}], got {given!r:.200}")
         if self.examples is not None and whole("examples", self.examples) < 1:
             raise UsageError(f"examples must be at least 1, got {self.examples}")
+        if whole("jobs", self.jobs) < 1:
+            raise UsageError(f"jobs must be at least 1, got {self.jobs}")
         if self.minutes is not None and not number("minutes", self.minutes) > 0.0:
             raise UsageError(f"minutes must be positive, got {self.minutes!r:.200}")
         if not number("shrinking", self.shrinking) >= 0.0:

@@ -2,62 +2,21 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from random import Random
-from typing import NamedTuple
 
 import hypothesis
-from hypothesis.database import DirectoryBasedExampleDatabase
 from hypothesis.errors import NoSuchExample
 from hypothesis.strategies import SearchStrategy
 
-from ...contracts.measure import Measure
 from ...contracts.scheme import Scheme
 from ..strategies.example import Example, function_of
-from .sight import Sight, look
+from .share import Budget, Share
+from .sight import WAYS, Sight, Target, look
 
-# What `hypothesis` is told where time is what ends a search.
-MOST = 10**6
-# A distance from claim to order that is more than rounding: from here on the search climbs.
-CLIMB = 0.02
 # Examples none of which the claim is about, in a row, until there is thought to be none.
 FUTILE = 400
-
-
-class Budget(NamedTuple):
-    """What a search may cost.
-
-    Attributes
-    ----------
-    examples : int
-        That are looked at.
-    seconds : float
-        Until the first one is found.
-    shrinking : float
-        Seconds from then on.
-    """
-
-    examples: int = 200
-    seconds: float = float("inf")
-    shrinking: float = 60.0
-
-
-class Target(NamedTuple):
-    """What is attacked.
-
-    Attributes
-    ----------
-    scheme : Scheme
-    measure : Measure
-    form : str
-        Of the examples.
-    """
-
-    scheme: Scheme
-    measure: Measure
-    form: str
 
 
 class _OverError(BaseException):
@@ -80,12 +39,16 @@ class Search:
         How many examples were looked at, by kind and class.
     first : Example or None
         The first counterexample, before it is shrunk.
+    way : str
+        By which it was refuted: smaller ones are looked at by it alone.
     found_after, seconds : int, float
         Examples and time until then.
     verified : int
         Number of examples on which what was looked at verifies the claim; what it does not decide is left over.
     doubtful : int
         How many refuted the claim, but not again from another start or with larger coefficients.
+    late : bool
+        Whether time ended it.
     """
 
     target: Target
@@ -94,10 +57,12 @@ class Search:
     seen: dict[Example, Sight | None] = field(default_factory=dict)
     tried: Counter[tuple[str, str]] = field(default_factory=Counter)
     first: Example | None = None
+    way: str = ""
     found_after: int = 0
     seconds: float = 0.0
     verified: int = 0
     doubtful: int = 0
+    late: bool = False
     begun: float = field(default_factory=time.monotonic)
 
     @property
@@ -106,24 +71,29 @@ class Search:
         return sum(self.tried.values())
 
     def refutes(self, example: Example) -> bool:
-        """Tell whether an example refutes the claim."""
-        if example not in self.seen:
-            if self._spent():
-                return False
-            self.seen[example] = self._look(example)
-        sight = self.seen[example]
+        """Tell whether an example refutes the claim, and hypothesis how near it is to that."""
+        if example not in self.seen and self._spent():
+            return False
+        sight = self.sight(example)
         if sight is None:
             hypothesis.reject()
-        if sight.distance > CLIMB:
-            hypothesis.target(sight.distance)
+        for name, value in sight.goals.items():
+            hypothesis.target(value, label=name)
         return bool(sight.refuted)
+
+    def sight(self, example: Example) -> Sight | None:
+        """Return what is seen of an example; it is looked at once."""
+        if example not in self.seen:
+            self.seen[example] = self._look(example)
+        return self.seen[example]
 
     def _spent(self) -> bool:
         passed = time.monotonic() - self.begun
         if self.first is not None:
             return passed - self.seconds > self.budget.shrinking
         futile = not self.tried and len(self.seen) >= FUTILE
-        if self.looked_at >= self.budget.examples or passed > self.budget.seconds or futile:
+        self.late = passed > self.budget.seconds
+        if self.looked_at >= self.budget.examples or self.late or futile:
             raise _OverError
         return False
 
@@ -136,8 +106,9 @@ class Search:
             self.verified += sight.verified
             return sight
         if self.first is None:
+            self.way = sight.way
             if not self.is_refuted_again(example):
-                self.doubtful += 1
+                self.doubtful, self.way = self.doubtful + 1, ""
                 return sight._replace(refuted="")
             self.first, self.found_after, self.seconds = example, self.looked_at, time.monotonic() - self.begun
         return sight
@@ -151,7 +122,7 @@ class Search:
         function = function_of(example.source)
         if self.wanted and not _has(function, self.target.scheme, self.wanted):
             return None
-        return look(self.target.scheme, function, self.target.measure)
+        return look(self.target, function, (self.way,) if self.way else WAYS)
 
 
 def _has(function: Callable[[], object], scheme: Scheme, wanted: frozenset[str]) -> bool:
@@ -165,7 +136,9 @@ def any_of(strategy: SearchStrategy[Example]) -> Example:
     return hypothesis.find(strategy, lambda _: True, settings=settings, random=Random(0))
 
 
-def find(search: Search, strategy: SearchStrategy[Example], seed: int, database: Path | None) -> Example | None:
+def find(
+    search: Search, strategy: SearchStrategy[Example], seed: str, remembered: Sequence[Example] = ()
+) -> Example | None:
     """Return the smallest counterexample that a search comes to and that is refuted again, or None.
 
     Parameters
@@ -174,21 +147,47 @@ def find(search: Search, strategy: SearchStrategy[Example], seed: int, database:
         It notes what it meets.
     strategy : SearchStrategy
         What is drawn from.
-    seed : int
+    seed : str
         The same seed gives the same example, where no time limit ends the search.
-    database : Path or None
-        A folder in which hypothesis keeps what refuted a claim: it is tried first the next time.
+    remembered : sequence of Example
+        What refuted the claim once: it is looked at first.
     """
-    kept = None if database is None else DirectoryBasedExampleDatabase(database)
+    known = (example for example in remembered if (sight := search.sight(example)) is not None and sight.refuted)
+    if (example := next(known, None)) is not None:
+        return example
     settings = hypothesis.settings(
-        max_examples=min(search.budget.examples, MOST),
+        max_examples=search.budget.examples,
         deadline=None,
-        database=kept,
+        database=None,
         verbosity=hypothesis.Verbosity.quiet,
+        suppress_health_check=list(hypothesis.HealthCheck),
     )
-    key = " ".join((search.target.scheme.label, search.target.measure.name, search.target.form)).encode()
     try:
-        found = hypothesis.find(strategy, search.refutes, settings=settings, random=Random(seed), database_key=key)
+        found = hypothesis.find(strategy, search.refutes, settings=settings, random=Random(seed))
         return found if search.is_refuted_again(found) else search.first
     except (NoSuchExample, _OverError, hypothesis.errors.Unsatisfiable):
         return None
+
+
+def share_of(search: Search, example: Example | None) -> Share:
+    """Return what a search has come to.
+
+    Parameters
+    ----------
+    search : Search
+        That is over.
+    example : Example or None
+        What it has found.
+    """
+    sight = None if example is None else search.seen[example]
+    return Share(
+        example,
+        "" if sight is None else sight.claim,
+        "" if sight is None else sight.refuted,
+        tuple((*place, count) for place, count in sorted(search.tried.items())),
+        search.verified,
+        search.doubtful,
+        search.found_after,
+        search.seconds if search.first is not None else time.monotonic() - search.begun,
+        search.late,
+    )

@@ -1,16 +1,17 @@
 """What one step, or where one step tells nothing a few paths, say of a scheme's claim on a problem."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...api import verify
+from ...conformance.violation import violation
 from ...contracts.claimed import Order
 from ...contracts.finding import Opinion, Verdict
 from ...contracts.matching import match
-from ...contracts.measure import Evidence, Measure
+from ...contracts.measure import NONE_FOLLOW, Evidence, Followed, Measure
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
@@ -25,10 +26,34 @@ from ...measures.weak.probe import TOLERANCE as WEAK_TOLERANCE
 from ...measures.weak.probe import judge_probe, probe_weak, weak_probe
 from ...verdicts.coverage import claim_for, coverage
 from ...verdicts.path_tests import DEEP_PATHS
+from .pilot import growth
 
 # Paths of measures that look at nothing but paths, and the confidence at which paths refute.
 FEW, CONFIDENCE = 64, 0.9999
+# A distance from claim to order that is more than rounding: from here on a search climbs.
+CLIMB = 0.02
 SETTINGS = Settings()
+# Ways to refute a claim: by orders, or because the contract of a step or the equation at some state is broken.
+WAYS = ORDERS, STEPS = "orders", "steps"
+
+
+class Target(NamedTuple):
+    """What is attacked.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    measure : Measure
+    form : str
+        Of the examples.
+    followed : Followed
+        Names of the measures whose claims say that steps follow the equation.
+    """
+
+    scheme: Scheme
+    measure: Measure
+    form: str
+    followed: Followed = NONE_FOLLOW
 
 
 class Sight(NamedTuple):
@@ -41,15 +66,27 @@ class Sight(NamedTuple):
     refuted : str
         Why it is refuted; empty if it is not.
     distance : float
-        By how much the order is lower than claimed; NaN where no order is known.
+        By how much an order, of one step or along paths, is lower than claimed; NaN where none is known.
     verified : bool
         Whether all that is claimed is verified by what was looked at.
+    growth : float
+        log10 of how much a run of the scheme grows.
+    way : str
+        By which it is refuted, one of `WAYS`.
     """
 
     claim: str
     refuted: str = ""
     distance: float = nan
     verified: bool = False
+    growth: float = 0.0
+    way: str = ""
+
+    @property
+    def goals(self) -> dict[str, float]:
+        """What a search climbs on, by name: numbers that are more than rounding."""
+        known = {"distance": self.distance, "growth": self.growth}
+        return {name: value for name, value in known.items() if np.isfinite(value) and value > CLIMB}
 
 
 # Of a claim: what is said of it, and the order that was found.
@@ -74,31 +111,48 @@ def applies(scheme: Scheme, problem: Problem, measure: Measure) -> Problem | Non
     return view if any(scopes) else None
 
 
-def look(scheme: Scheme, function: Callable[..., Problem], measure: Measure) -> Sight | None:
-    """Return what is seen of a scheme's claim, or None where there is none or the example is not of its kind.
+def look(target: Target, function: Callable[..., Problem], ways: Sequence[str] = WAYS) -> Sight | None:
+    """Return what is seen of a claim, or None where there is none or the example is not of its kind.
 
     Parameters
     ----------
-    scheme : Scheme
+    target : Target
+        A scheme, and the measure about which it claims something.
     function : callable
         The problem function of an example.
-    measure : Measure
-        About which something is claimed.
+    ways : sequence of str
+        Those of `WAYS` that are tried until one refutes.
     """
     with np.errstate(all="ignore"):
         try:
             problem = function()
-            view = applies(scheme, problem, measure)
+            view = applies(target.scheme, problem, target.measure)
             if view is None:
                 return None
-            if measure.name not in ONE_STEP:
-                return _along_paths(scheme, function, measure, FEW)
-            one_step, _ = ONE_STEP[measure.name]
-            seen = list(one_step(scheme, problem, view))
-            return _worst(seen) if seen else _along_paths(scheme, function, measure, DEEP_PATHS)
+            seen = _by_orders(target, function, (problem, view)) if ORDERS in ways else _claimed(target, view)
+            if seen is None or seen.refuted or STEPS not in ways:
+                return seen
+            broken = violation(target.scheme, view, followed=target.followed)
+            if broken:
+                return seen._replace(refuted=broken, verified=False, way=STEPS)
+            return seen._replace(growth=growth(target.scheme, view))
         except FAULTS:
             # Numbers that no step can be made with are no example of anything.
             return None
+
+
+def _claimed(target: Target, view: Problem) -> Sight:
+    claims = (each for each in target.scheme.promises if each.measure == target.measure.name)
+    return Sight(str(next(claim for claim in claims if claim.when <= view.traits)))
+
+
+def _by_orders(target: Target, function: Callable[..., Problem], problems: tuple[Problem, Problem]) -> Sight | None:
+    scheme, measure, *_ = target
+    if measure.name not in ONE_STEP:
+        return _along_paths(scheme, function, measure, FEW)
+    one_step, _ = ONE_STEP[measure.name]
+    seen = list(one_step(scheme, *problems))
+    return _worst(seen) if seen else _along_paths(scheme, function, measure, DEEP_PATHS)
 
 
 def _worst(seen: list[Seen]) -> Sight:
@@ -107,7 +161,7 @@ def _worst(seen: list[Seen]) -> Sight:
     farthest = max((each for each in distances if np.isfinite(each)), default=nan)
     for claim, opinion, _ in seen:
         if opinion.verdict is Verdict.REFUTED:
-            return Sight(str(claim), str(opinion.reason), farthest)
+            return Sight(str(claim), str(opinion.reason), farthest, way=ORDERS)
     verified = all(opinion.verdict is Verdict.VERIFIED for _, opinion, _ in seen)
     return Sight(str(seen[0][0]), "", farthest, verified)
 
@@ -146,7 +200,9 @@ def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Meas
     # The row of a refuted quantity is told, and else the first one.
     worst = claimed.sort_values("verdict", key=lambda given: given != str(Verdict.REFUTED), kind="stable").iloc[0]
     refuted = worst["reason"] if Verdict(worst["verdict"]) is Verdict.REFUTED else ""
-    return Sight(worst["claim"], refuted, verified=set(claimed["verdict"]) == {str(Verdict.VERIFIED)})
+    slower = (claimed["claimed_order"] - claimed["path_order"]).astype(float).max()
+    verified = set(claimed["verdict"]) == {str(Verdict.VERIFIED)}
+    return Sight(worst["claim"], refuted, float(slower), verified, way=ORDERS if refuted else "")
 
 
 # Measures that one step tells enough of, with what it tells and how far below its claim an order may be.

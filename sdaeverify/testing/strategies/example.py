@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from ...forms import Problem
-from .terms import Field, sum_text
+from .terms import Field, later_fields, sum_text
 
 NAME = "counterexample"
 HEAD = '''"""A problem that was drawn at random: {told}."""
@@ -62,6 +62,10 @@ class Example:
     # The traits of each kind that hold by construction and are not set by the form.
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
+    # Attributes that are coefficients of t; and what a solution begins with, by the component of a state.
+    timed: ClassVar[tuple[str, ...]] = ()
+    begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"x": "start"})
+
     kind: str
     group: str
     horizon: float
@@ -107,6 +111,18 @@ class Example:
     def moved(self) -> Self:
         """Return the example with another start."""
         return replace(self, start=tuple(x + BESIDE for x in self.start))
+
+    def begun_at(self, parts: Mapping[str, Sequence[float]], t: float) -> Self:
+        """Return the example of a solution that begins where another one is at a time.
+
+        Parameters
+        ----------
+        parts : mapping of str to sequence of float
+            Components of a state.
+        t : float
+        """
+        begun: dict[str, Any] = {name: tuple(parts[part]) for part, name in self.begun_by.items()}
+        return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.timed})
 
     @property
     def source(self) -> str:

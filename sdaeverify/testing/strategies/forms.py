@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 from hypothesis import strategies as st
 
-from . import delay, holonomic, langevin, overdamped, sde
+from . import delay, holonomic, langevin, overdamped, sde, shipped
 from .draws import GROUPS
+from .example import Example
 
 
 class Drawing(NamedTuple):
@@ -37,4 +38,17 @@ EXAMPLES: dict[str, Drawing] = {
         holonomic.holonomics, holonomic.KINDS, holonomic.SUITABLE, holonomic.TRAITS
     ),
     overdamped.OverdampedExample.form: Drawing(overdamped.overdamped, overdamped.KINDS, overdamped.SUITABLE, {}),
+}
+# The records of examples by the name of their form, registered problems with other numbers among them.
+CLASSES: dict[str, type[Example]] = {
+    each.form: each
+    for each in (
+        sde.SDEExample,
+        langevin.LangevinExample,
+        delay.IndexOneExample,
+        delay.DelayExample,
+        holonomic.HolonomicExample,
+        overdamped.OverdampedExample,
+        shipped.ShippedExample,
+    )
 }

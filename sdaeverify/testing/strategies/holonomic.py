@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from hypothesis import strategies as st
@@ -97,6 +98,8 @@ class HolonomicExample(Example):
     form: ClassVar[str] = "HolonomicSDAE"
     state: ClassVar[str] = "r"
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
+    timed: ClassVar[tuple[str, ...]] = ("force", "columns")
+    begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"r": "start", "v": "velocity"})
 
     force: tuple[Field, ...]
     columns: Columns

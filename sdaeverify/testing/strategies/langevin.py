@@ -1,7 +1,8 @@
 """Langevin dynamics without constraints."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from hypothesis import strategies as st
@@ -29,6 +30,7 @@ class LangevinExample(Example):
 
     form: ClassVar[str] = "Langevin"
     state: ClassVar[str] = "q"
+    begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"q": "start", "p": "momentum"})
 
     force: tuple[Field, ...]
     friction: float

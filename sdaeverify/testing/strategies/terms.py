@@ -1,10 +1,12 @@
 """Terms a cos(k.z + w t + p) and their like: coefficients of examples are sums of them, which Python can read."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 # How the angle k.z + w t + p enters.
 COS, KINK = "np.cos({})", "np.abs({})"
+# To so many digits phases are kept that depend on when an example begins.
+DIGITS = 3
 LINE, SQUARE, CUBE, FOURTH = "({})", "({}) ** 2", "({}) ** 3", "({}) ** 4"
 
 
@@ -40,6 +42,10 @@ class Term(NamedTuple):
         """Return the multiple of the function."""
         return self._replace(size=factor * self.size)
 
+    def later(self, t: float) -> "Term":
+        """Return the function of the time that has passed since t."""
+        return self._replace(phase=round(self.phase + self.rate * t, DIGITS)) if self.rate else self
+
     def text(self, names: Sequence[str]) -> str:
         """Return the function as an expression of Python.
 
@@ -58,6 +64,7 @@ class Term(NamedTuple):
 # A scalar coefficient: the sum of its terms; and a matrix of them, column by column.
 Field = tuple[Term, ...]
 Columns = tuple[tuple[Field, ...], ...]
+Coefficients = Any
 
 
 def scaled(fields: Sequence[Field], factor: float) -> tuple[Field, ...]:
@@ -68,6 +75,13 @@ def scaled(fields: Sequence[Field], factor: float) -> tuple[Field, ...]:
 def scaled_columns(columns: Columns, factor: float) -> Columns:
     """Return the multiples of the columns of a matrix."""
     return tuple(scaled(column, factor) for column in columns)
+
+
+def later_fields(coefficients: Coefficients, t: float) -> Coefficients:
+    """Return coefficients as functions of the time that has passed since t."""
+    if isinstance(coefficients, Term):
+        return coefficients.later(t)
+    return tuple(later_fields(each, t) for each in coefficients)
 
 
 def sum_text(field: Field, names: Sequence[str]) -> str:

@@ -1,0 +1,84 @@
+"""A scheme's own run on an example: where it goes, and by how much it grows."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Parts
+from ...conformance.own_run import level_noise, stops_along
+from ...contracts.matching import match
+from ...contracts.scheme import Scheme, flatten
+from ...errors import FAULTS
+from ...forms import Problem
+from ..strategies.example import Example
+
+# Steps over the horizon, and paths.
+STEPS, PATHS = 32, 4
+# Parts of the horizon after which an example may begin; the first is its own start, which shrinking prefers.
+PARTS = (0.0, 0.5, 1.0, 4.0)
+# States are kept to so many digits, and no larger ones than this: further out an example tells of overflow alone.
+DIGITS, LARGEST = 3, 1e3
+# What growth is at most: of a run that ends in no number.
+MOST = 10.0
+
+
+def place(scheme: Scheme, example: Example, part: float) -> Example:
+    """Return an example that begins where the scheme is after a part of the horizon, or as it is if that is nowhere.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    example : Example
+    part : float
+        Of the horizon; above 1 the run goes on beyond it.
+    """
+    if not part:
+        return example
+    with np.errstate(all="ignore"):
+        try:
+            return _place(scheme, example, part)
+        except FAULTS:
+            return example
+
+
+def _place(scheme: Scheme, example: Example, part: float) -> Example:
+    view = match(scheme, example.build()).problem
+    if view is None:
+        return example
+    *_, last = _run(scheme, view, round(part * STEPS))
+    begins = {name: _rounded(last.parts[name][:, 0]) for name in example.begun_by}
+    largest = max(abs(x) for values in begins.values() for x in values)
+    return example.begun_at(begins, last.t) if largest <= LARGEST else example
+
+
+def _rounded(x: Array) -> list[float]:
+    return [float(f"{value:.{DIGITS}g}") for value in x.tolist()]
+
+
+def growth(scheme: Scheme, view: Problem) -> float:
+    """Return log10 of the largest factor by which 1 + |x| grows on a few paths up to the horizon; 10 at most.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+    first, *_, last = (stop.largest for stop in _run(scheme, view, STEPS))
+    found = float(np.log10((1.0 + last) / (1.0 + first)).max())
+    return min(found, MOST) if np.isfinite(found) else MOST
+
+
+class _Stop(NamedTuple):
+    t: float
+    parts: Parts
+    largest: Array
+
+
+def _run(scheme: Scheme, view: Problem, steps: int) -> Iterator[_Stop]:
+    h = view.horizon / STEPS
+    drawn = (level_noise(view, PATHS, h, n) for n in range(steps))
+    noises = [scheme.law.increment(each if "H" in view.noise else each._replace(H=None), h) for each in drawn]
+    for n, stop in enumerate(stops_along(scheme, view, h, noises), 1):
+        yield _Stop(n * h, scheme.parts(view, stop.end), np.abs(flatten(stop.end)).max(axis=0))
