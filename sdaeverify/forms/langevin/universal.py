@@ -141,6 +141,7 @@ def _random_force(rng: np.random.Generator, rows: int, dimension: int) -> Callab
     constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
 
     def force(q: Array) -> Array:
-        return np.asarray(constant + linear @ q + np.einsum("nij,ip,jp->np", quadratic, q, q))
+        bent: Array = np.einsum("nij,ip,jp->np", quadratic, q, q)
+        return constant + linear @ q + bent
 
     return force

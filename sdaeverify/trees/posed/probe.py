@@ -22,7 +22,16 @@ class PosedProbe(AffineProbe):
     """A scheme on the problems that a form poses."""
 
     kind: TreeClass
-    tolerance, asks_for_runs = SAME, False
+    asks_for_runs = False
+
+    @cached_property
+    def tolerance(self) -> float:
+        """What is rounding in a condition: that of weights, as large as interpolation makes it in a coefficient."""
+        powers = self.weighing.powers(1 + max(k for _, k in self._told_apart))
+        return max(
+            SAME,
+            float(np.abs(powers).sum(axis=1).max()) * max(self.homogeneity, self.remainder) if self.fixed else 0.0,
+        )
 
     @cached_property
     def relatives(self) -> Relatives:
