@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sdaeverify.measuring import Verdict
 from sdaeverify.commands import load_and_warn
+from sdaeverify.measuring import Verdict
 from sdaeverify.studying import Registry, Source, one_thread, select_problems
 from sdaeverify_adaptive import TICKS, brownian_path
 from sdaeverify_adaptive.checks import check
@@ -172,8 +172,8 @@ def verdict_lines(rows: pd.DataFrame, wanted: str) -> Iterator[str]:
         verified = int((runs["verdict"].agg(lambda each: set(each) == {Verdict.VERIFIED})).sum())
         first = cell[cell["measure"] != "tolerance-steps"]["estimate"]
         shown = verified if wanted == "all verified" else other
-        found = f"{first.min():.2f} to {first.max():.2f}"
-        yield f"| {name} | {label} | {len(runs)} | {refuted} | {shown} | {found} | {runs['seconds'].first().mean():.1f} |"
+        found, seconds = f"{first.min():.2f} to {first.max():.2f}", runs["seconds"].first().mean()
+        yield f"| {name} | {label} | {len(runs)} | {refuted} | {shown} | {found} | {seconds:.1f} |"
 
 
 def readme(tables: dict[str, pd.DataFrame]) -> Iterator[str]:
@@ -193,7 +193,8 @@ def readme(tables: dict[str, pd.DataFrame]) -> Iterator[str]:
         yield from verdict_lines(tables["wrong"], "refuted without the test of the limit")
         yield from ("", "The estimate of `planted-redraw-law` is a bias, the others are rates.")
     if "checks" in tables:
-        yield from ("", "## Checks", "", "| solver | seeds | own steps fails | keeps its path fails |", "|---|---|---|---|")
+        yield from ("", "## Checks", "")
+        yield from ("| solver | seeds | own steps fails | keeps its path fails |", "|---|---|---|---|")
         for name, cell in tables["checks"].fillna("").groupby("solver"):
             counts = [int(cell["failed"].str.contains(which).sum()) for which in ("own steps", "keeps its path")]
             yield f"| {name} | {len(cell)} | {counts[0]} | {counts[1]} |"
@@ -208,7 +209,8 @@ def readme(tables: dict[str, pd.DataFrame]) -> Iterator[str]:
 def work_lines(rows: pd.DataFrame) -> Iterator[str]:
     """Yield the table of errors against steps."""
     yield from ("", "## Errors against tries, rejected ones counted, on one path", "")
-    yield from ("| problem | solver | tolerance | tries | rms | median | worst 1 % |", "|---|---|---|---|---|---|---|")
+    yield "| problem | solver | tolerance | tries | rms | median | worst 1 % |"
+    yield "|---|---|---|---|---|---|---|"
     for row in rows.itertuples():
         tolerance = "" if np.isnan(row.tolerance) else f"2^{np.log2(row.tolerance):.0f}"
         sizes = f"{row.rms:.2g} | {row.median:.2g} | {row.worst_hundredth:.2g}"

@@ -130,14 +130,15 @@ class Diffrax(Adaptive):
         """Refuse what the table leaves out, and formulas that JAX cannot run."""
         if self.solver in ADDITIVE and "additive-noise" not in problem.traits:
             return "the noise is not additive"
-        if self.solver == "SlowRK" and "commutative-noise" not in problem.traits:
-            return "the noise is not commutative"
+        if self.solver == "SlowRK":
+            return "diffrax gives it no estimate of its error"
         return why_not_bridged(problem, stratonovich=True)
 
     def controller(self, tolerance: Any, tick: float) -> Any:
         """Return the controller."""
         rtol, atol = (tolerance if self.scaled in {name, "both"} else 0.0 for name in ("rtol", "atol"))
-        inner = diffrax.PIDController(rtol=rtol, atol=atol, pcoeff=self.p, icoeff=self.i, dtmin=tick, force_dtmin=True)
+        coefficients = {"pcoeff": self.p, "icoeff": self.i}
+        inner = diffrax.PIDController(rtol, atol, **coefficients, dtmin=tick, force_dtmin=True)
         if self.stored:
             inner = diffrax.ClipStepSizeController(inner, store_rejected_steps=self.stored)
         return OnTicks(inner, tick)

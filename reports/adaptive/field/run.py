@@ -16,14 +16,17 @@ FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[2]
 PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "hyperbolic", "double-well", "shear", "hyperbolic-pair")
 PATHS = "100"
-GIVEN = {**os.environ, "OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
+GIVEN = {**os.environ, **ONE_THREAD, "JAX_PLATFORMS": "cpu"}
 
 
 def judged(library: str, problem: str) -> tuple[list[dict[str, object]], str]:
     """Return the rows of all solvers of a library on a problem, and what the command said on stderr."""
     plugin = FOLDER / f"{library}_solvers.py"
     command = [sys.executable, "-m", "sdaeverify", "adaptive", "--plugin", str(plugin), f"{library}-*", "-p", problem]
-    done = subprocess.run([*command, "--paths", PATHS, "--json"], cwd=ROOT, env=GIVEN, capture_output=True, text=True)
+    command += ["--paths", PATHS, "--json"]
+    # 1 and 3: a claim is refuted, a cell is in error. Both stand in the table.
+    done = subprocess.run(command, cwd=ROOT, env=GIVEN, capture_output=True, text=True, check=False)
     return json.loads(done.stdout or "[]"), done.stderr
 
 

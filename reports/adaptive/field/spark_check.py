@@ -1,4 +1,4 @@
-"""Adaptive SPaRK of diffrax on linear noise, without the verifier: its estimate has a double zero where its error has none.
+"""Adaptive SPaRK of diffrax, without the verifier: its estimate has a double zero where its error has none.
 
 For dy = b y o dW over a step, with u = b W, q = b H (H the space-time Levy area) and y before the step,
 
@@ -56,7 +56,8 @@ def check_formula():
     formula = -np.sqrt(3.0) * u * (q + u / np.sqrt(12.0)) ** 2
     print(f"estimate against -sqrt(3) u (q + u/sqrt(12))^2: largest difference {np.abs(error - formula).max():.1e}")
     y, error = one_step(jnp.float64(0.5), jnp.float64(-0.5 / np.sqrt(12.0)))
-    print(f"W = 0.5, H = -W/sqrt(12): estimate {abs(error):.1e}, error {abs(y - np.exp(0.5 * B)):.1e}, u^3/6 = {(0.5 * B) ** 3 / 6:.1e}")
+    sizes = abs(error), abs(y - np.exp(0.5 * B)), (0.5 * B) ** 3 / 6
+    print("W = 0.5, H = -W/sqrt(12): estimate {:.1e}, error {:.1e}, u^3/6 = {:.1e}".format(*sizes))
 
 
 PROBLEMS = {
