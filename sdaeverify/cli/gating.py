@@ -137,16 +137,16 @@ def _judge(
 
 
 def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return a line for each claim that is refuted, and one for all that was looked at."""
-    report = hunt(
-        gated_schemes(registry, policy),
-        measures=policy.measures,
-        minutes=policy.hunt_seconds / 60.0,
-        shrinking=policy.hunt_seconds,
-        seed=policy.seed,
-        plugins=registry.files,
-        database=options["out"] / HUNT,
-    )
+    """Return a line for each claim that is refuted, and one for all that was looked at, or why nothing was."""
+    asked = {"measures": policy.measures, "seed": policy.seed, "plugins": registry.files}
+    seconds, folder = policy.hunt_seconds, options["out"] / HUNT
+    try:
+        report = hunt(
+            gated_schemes(registry, policy), **asked, minutes=seconds / 60.0, shrinking=seconds, database=folder
+        )
+    except UsageError as error:
+        # Schemes of forms of which no example is drawn are gated all the same.
+        return (), (f"hunt of {policy.hunt}: {error}",)
     found = report.write(options["out"] / COUNTEREXAMPLE)
     files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
     counted = f"hunt of {policy.hunt}: {report.looked_at} examples, {len(report.found)} claims refuted"

@@ -1,0 +1,156 @@
+"""Hunts of wrong schemes and of all shipped ones: ``python reports/hunt/run.py wrong`` or ``shipped``, with a time.
+
+``wrong`` hunts planted bugs, three quarters of a minute each by default, and writes ``wrong.csv``: examples and
+seconds until each was refuted, what that shrank to, and the verdict on the right scheme there. ``shipped`` hunts each
+claim of every registered scheme by examples of each form, ten minutes a form by default, and writes ``shipped.csv``.
+"""
+
+import csv
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import fields
+from itertools import zip_longest
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import sdaeverify
+from sdaeverify import Scheme, UsageError
+from sdaeverify.errors import FAULTS
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_schemes
+from sdaeverify.testing.hunting.report import Attack
+from sdaeverify.testing.strategies import EXAMPLES
+
+HERE = Path(__file__).parent
+MINUTES = {"wrong": 0.75, "shipped": 10.0}
+SHRINKING = 15.0
+# What one step tells of comes first: a bug is hunted by the first that its scheme claims.
+PREFERRED = ("strong", "weak", "limits", "invariant")
+# Of the many bugs of Euler-Maruyama and others without constraints: those that conditions on trees do not see.
+WORDS = ("Within", "Cut", "Clipped", "Stale", "Hidden", "Batch", "Window", "Region")
+
+
+def hunted_bugs() -> Iterator[Any]:
+    """Yield the planted bugs: of forms that have no trees all, of equations without constraints some."""
+    for bug in load_registry(environ={}, lab=True).things("sdaeverify_planted").values():
+        kinds = {cls.__name__ for cls in type(bug.scheme).__mro__}
+        if form_of(bug.scheme) != "SDE" or any(word in kind for word in WORDS for kind in kinds):
+            yield bug
+
+
+def in_turns(bugs: Iterable[Any]) -> list[Any]:
+    """Return bugs so that their forms take turns: a table that is not finished has some of each."""
+    by_form: dict[str, list[Any]] = {}
+    for bug in bugs:
+        by_form.setdefault(form_of(bug.scheme), []).append(bug)
+    return [bug for row in zip_longest(*by_form.values()) for bug in row if bug is not None]
+
+
+def form_of(scheme: Scheme) -> str:
+    """Return the first form that a scheme solves, by name."""
+    return scheme.forms[0].__name__
+
+
+def right_scheme(scheme: Scheme) -> Scheme | None:
+    """Return the shipped scheme that a wrong one is made from, with those of its parameters that it has."""
+    shipped = next((cls for cls in type(scheme).__mro__ if cls.__module__.startswith("sdaeverify_schemes")), None)
+    if shipped is None:
+        return None
+    return shipped(**{field.name: getattr(scheme, field.name) for field in fields(shipped)})
+
+
+def verdict_of_right(scheme: Scheme, attack: Attack) -> tuple[str, str]:
+    """Return the right scheme and the verdict on it where a wrong one was refuted."""
+    right = right_scheme(scheme)
+    if right is None or attack.example is None:
+        return "", ""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "counterexample.py"
+        file.write_text(attack.example.source, encoding="utf-8")
+        try:
+            rows = sdaeverify.verify(right, "counterexample", attack.measure, plugins=[file]).verdicts
+        except (UsageError, *FAULTS) as error:
+            return right.label, str(error)
+    verdicts = set(rows[rows.scheme == right.label]["verdict"])
+    return right.label, "refuted" if "refuted" in verdicts else " and ".join(sorted(verdicts))
+
+
+def row_of(attack: Attack, **more: object) -> dict[str, object]:
+    """Return what became of a hunt as a row of a table."""
+    example = attack.example
+    known = {} if example is None else {
+        "claim": attack.claim,
+        "found after": attack.found_after,
+        "seconds": round(attack.seconds, 1),
+        "confirmed": attack.confirmed,
+        "paths alone": attack.by_paths,
+        "dimension": example.dimension,
+        "terms": example.terms,
+        "most terms": max((len(field) for field in example.fields), default=0),
+        "kind": example.kind,
+        "reason": attack.reason,
+    }  # fmt: skip
+    names = (
+        "claim",
+        "found after",
+        "seconds",
+        "confirmed",
+        "paths alone",
+        "dimension",
+        "terms",
+        "most terms",
+        "kind",
+    )
+    told = {name: known.get(name, "") for name in (*names, "reason")}
+    counted = {"examples": attack.looked_at, "verified": attack.verified, "doubtful": attack.doubtful}
+    return {**more, "scheme": attack.scheme, "measure": attack.measure, "form": attack.form, **counted, **told}
+
+
+def wrong(minutes: float) -> Iterator[dict[str, object]]:
+    """Hunt planted bugs."""
+    for bug in in_turns(hunted_bugs()):
+        claimed = {claim.measure for claim in bug.scheme.promises}
+        measure = next(name for name in (*PREFERRED, *sorted(claimed)) if name in claimed)
+        begun = time.process_time()
+        report = sdaeverify.hunt(
+            bug.scheme, measures=measure, forms=[form_of(bug.scheme)], minutes=minutes, shrinking=SHRINKING
+        )
+        (attack,) = report.attacks
+        right, verdict = verdict_of_right(bug.scheme, attack)
+        row = row_of(attack, bug=bug.bug, equivalent=bool(bug.equivalent))
+        yield {
+            **row,
+            "CPU seconds": round(time.process_time() - begun, 1),
+            "right scheme": right,
+            "its verdict": verdict,
+        }
+
+
+def shipped(minutes: float) -> Iterator[dict[str, object]]:
+    """Hunt all claims of all registered schemes."""
+    schemes = select_schemes(load_registry([]), ())
+    for form in (*EXAMPLES, "registered"):
+        own = [scheme for scheme in schemes if form in ("registered", *(each.__name__ for each in scheme.forms))]
+        begun = time.process_time()
+        report = sdaeverify.hunt(own, forms=[form], minutes=minutes, shrinking=SHRINKING)
+        for attack in report.attacks:
+            yield row_of(attack)
+        print(f"{form}: {time.process_time() - begun:.0f} s of CPU", file=sys.stderr)
+
+
+def main(what: str, minutes: float) -> None:
+    """Hunt, and write a row for each claim as soon as it is known."""
+    with (HERE / f"{what}.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = None
+        for row in {"wrong": wrong, "shipped": shipped}[what](minutes):
+            writer = writer or csv.DictWriter(file, list(row), lineterminator="\n")
+            if not file.tell():
+                writer.writeheader()
+            writer.writerow(row)
+            file.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else MINUTES[sys.argv[1]])
