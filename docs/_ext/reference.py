@@ -29,11 +29,16 @@ def reference_pages() -> dict[str, str]:
         "hooks.rst": hooks(),
         "entry-points.md": entry_points(),
         "traits.md": traits(),
-        "forms.md": words("Forms", lambda name: name in package.__all__),
+        "forms.md": words("Forms", _is_form),
         "words.md": words(
             "Claims, noise and measures in words", lambda name: name in {"claims", "noise", "measures"}
         ),
     }
+
+
+def _is_form(name: str) -> bool:
+    found = getattr(package, name, None) if name in package.__all__ else None
+    return isinstance(found, type) and issubclass(found, package.Problem)
 
 
 def command_line() -> str:

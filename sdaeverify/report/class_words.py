@@ -35,7 +35,7 @@ def class_lines(rows: Sequence[Row], width: int) -> Iterator[Text]:
     groups = grouped((row for row in rows if text(row, "verdict") in CLAIMED), _alike)
     for (verdict, claim, why), same in sorted(groups.items(), key=lambda item: CLAIMED.index(item[0][0])):
         names = ", ".join(map(_class_name, same))
-        told = f"{claim} {verdict} for smooth SDEs of the class {names}{why and f': {why}'}"
+        told = f"{claim} {verdict} for smooth equations of the class {names}{why and f': {why}'}"
         yield from lines_of(visible(f"  {told}"), width, "    ", LOOKS[verdict])
 
 
@@ -65,7 +65,7 @@ def class_notes(rows: Sequence[Row]) -> Iterator[str]:
     """Yield how many claims have which verdict for a class, and what refutes the first of them."""
     found = Counter(text(row, "verdict") for row in rows)
     if claimed := [f"{found[verdict]} {NOTED.get(verdict, verdict)}" for verdict in CLAIMED[::-1] if found[verdict]]:
-        yield f"claims for classes of SDEs, by order conditions: {', '.join(claimed)}"
+        yield f"claims for classes of equations, by order conditions: {', '.join(claimed)}"
     for row in [row for row in rows if text(row, "verdict") == "refuted"][:1]:
         yield f"refuted: {text(row, 'scheme')}, {text(row, 'measure')} for the class {text(row, 'class')}: {why(row)}"
 

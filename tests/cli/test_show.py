@@ -30,7 +30,7 @@ def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
 def test_a_scheme_is_shown_with_its_classes(finished, call):
     """What order conditions say of each claim stands below the cells, a line a verdict."""
     shown = " ".join(call("show", "out", "milstein").out.split())
-    told = "strong order 1 verified for smooth SDEs of the class ode, scalar, diagonal"
+    told = "strong order 1 verified for smooth equations of the class ode, scalar, diagonal"
     assert f"milstein: order conditions {told}" in shown
 
 

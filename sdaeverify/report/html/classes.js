@@ -10,7 +10,7 @@ function classesOf(name) {
   if (!own.length) return [];
   const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", classBadge(row), row.verdict === "refuted" ? conditionText(row) : row.premise]);
   const failing = [...grouped(own.filter((row) => row.verdict === "refuted" && row.first), (row) => row.first).values()];
-  return [heading(2, "Classes of SDEs"), el("p", { class: "soft" }, "One step on an equation whose components are rooted trees: what is said holds for every smooth SDE of a class, with as many Brownian motions as stand here or fewer."),
+  return [heading(2, "Classes of equations"), el("p", { class: "soft" }, "One step on an equation whose components are rooted trees: what is said holds for every smooth equation of a class, with as many Brownian motions as stand here or fewer."),
     table(["class", "motions", "measure", "claim", "order", "conditions held", "", "why"], rows),
     el("div", { class: "cards" }, failing.map((same) => el("article", { class: "card" }, el("h3", {}, conditionText(same[0])), forestPicture(same[0].first), el("p", { class: "soft" }, `${same[0].measure}; classes ${same.map((row) => row.class).join(", ")}`), command(same[0]))))];
 }
