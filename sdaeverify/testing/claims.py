@@ -141,7 +141,7 @@ def parametrize_with_claims(
 ) -> "pytest.MarkDecorator":
     """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
 
-    Where no problems are named, claims of strong and weak orders are put to order conditions of classes of equations, too.
+    Where no problems are named, claims of orders are put to the order conditions of classes of equations, too.
 
     ::
 
