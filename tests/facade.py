@@ -231,7 +231,7 @@ from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, pro
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
-from sdaeverify.trees.classes import CLASSES, OF_SDES
+from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree

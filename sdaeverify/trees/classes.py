@@ -32,11 +32,14 @@ class EquationClass:
         What a problem of the class states.
     motions : int or None
         Number of Brownian motions; None for any number.
+    linear : bool
+        Whether coefficients are A x + a, constant in time.
     """
 
     name: str
     traits: frozenset[str] = frozenset()
     motions: int | None = None
+    linear: bool = False
 
     @property
     def additive(self) -> bool:
@@ -65,6 +68,8 @@ class EquationClass:
         grown = grow(motions, top, additive=self.additive)
         if self.overdamped:
             return [each for each in grown if TIME not in each.colours]
+        if self.linear:
+            grown = [each for each in grown if is_straight(each)]
         return [each for each in grown if is_diagonal(each)] if self.diagonal else grown
 
     def basis(self, trees: Sequence[Tree], motions: int) -> list[Combination]:
@@ -208,6 +213,11 @@ def dual_basis(trees: Sequence[Tree], solved: dict[Tree, Relation]) -> list[Comb
         for each, c in relation.items():
             found[each][pivot] = -c * Fraction(each.symmetry, pivot.symmetry)
     return list(found.values())
+
+
+def is_straight(each: Tree) -> bool:
+    """Tell whether no coefficient is differentiated twice, nor by time."""
+    return len(each.kids) <= 1 and all(kid.colour != TIME and is_straight(kid) for kid in each.kids)
 
 
 def is_diagonal(each: Tree) -> bool:

@@ -13,7 +13,7 @@ pytest.importorskip("torchsde", reason="needs the extra: pip install .[torchsde]
 METHODS = [*map(TorchSDEIto, ITO), *map(TorchSDEStratonovich, STRATONOVICH)]
 
 
-def test_a_step_takes_one_thread(library):
+def test_a_step_takes_one_thread():
     """PyTorch has one thread while a step is made, and as many as before it afterwards."""
     import torch  # noqa: PLC0415 - it comes with torchsde
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from facade import OF_SDES, RichEquation, grow
+from facade import OF_SDES, EquationClass, RichEquation, Universal, grow, related_equations
+from sdaeverify.probing import why_not_linear_equation
 from trees.polynomials import directional, elementary, product
 
 BY_NAME = {kind.name: kind for kind in OF_SDES}
@@ -157,3 +158,18 @@ def test_differentials_of_the_rich_equation_are_derivatives():
     np.testing.assert_allclose((f(e, e) - f(e, -e) - f(-e, e) + f(-e, -e)) / (4 * e * e), fbb, atol=1e-5)
     later, sooner = (equation.diffusion(t + s, x)[0, 0] for s in (e, -e))
     np.testing.assert_allclose((later - sooner) / (2 * e), bt[0], atol=1e-6)
+
+
+def test_linear_equations_have_words_for_conditions():
+    """Coefficients A x + a are differentiated once: as many trees as words, each letter 0 counting 2."""
+    linear = EquationClass("scalar, linear", motions=1, linear=True)
+    assert [len(linear.trees(1, top)) for top in (1, 2, 3, 4, 5)] == [1, 3, 6, 11, 19]
+
+
+def test_equations_of_a_linear_class_are_linear():
+    """Those that an affine map relates, and the universal one, are A x + a with constants: QuTiP takes them."""
+    linear = EquationClass("scalar, linear", motions=1, linear=True)
+    related = related_equations(linear, 1)
+    some = (related.below, related.above, Universal(linear.trees(1, 4), 1).sde)
+    assert {why_not_linear_equation(each) for each in some} == {""}
+    assert why_not_linear_equation(related_equations(BY_NAME["scalar"], 1).below)

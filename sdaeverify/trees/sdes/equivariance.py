@@ -57,6 +57,11 @@ class Fields:
         straight: Array = np.einsum("dni,ip->dnp", self.linear, z)
         return self.constant[..., None] + straight + bent
 
+    def straight(self) -> "Fields":
+        """Return what is constant in time and linear in x."""
+        of_state = np.append(np.ones(self.linear.shape[2] - 1), 0.0)
+        return Fields(self.constant, of_state * self.linear, 0.0 * self.quadratic)
+
     def frozen(self) -> "Fields":
         """Return the constant parts."""
         return Fields(self.constant, 0.0 * self.linear, 0.0 * self.quadratic)
@@ -131,6 +136,8 @@ def related_equations(kind: EquationClass, motions: int) -> Related:
     inverse, kernel = np.linalg.pinv(A), np.linalg.svd(A)[2][LOW:].T
     f, k = random_fields(rng, LOW, 1, LOW), random_fields(rng, HIGH - LOW, 1, HIGH)
     B, K = (random_fields(rng, rows, max(motions, 1), d) for rows, d in ((LOW, LOW), (HIGH - LOW, HIGH)))
+    if kind.linear:
+        f, k, B, K = (each.straight() for each in (f, k, B, K))
     if kind.additive:
         B, K = B.frozen(), K.frozen()
     share = 1.0 if motions else 0.0
