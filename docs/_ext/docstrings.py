@@ -22,13 +22,15 @@ def _rewrite(_app: Sphinx, _what: str, _name: str, _thing: object, _options: Any
 
 def plain(lines: list[str]) -> Iterator[str]:
     """Escape markup in prose; typeset indented blocks above the first section, or leave them literal."""
-    in_section = False
+    in_section, before = False, ""
     for indented, block in _blocks(lines):
+        # What stands indented right below a line is the definition of a term.
+        defines, before = bool(before.strip()), block[-1] if block else ""
         in_section |= any(UNDERLINE.match(line.strip()) for line in block)
         written = [line for line in block if line.strip()]
         if in_section:
             yield from (escaped(line) if line.startswith(" ") else untyped(line) for line in block)
-        elif not indented:
+        elif not indented or defines:
             yield from (escaped(re.sub("::$", ":" * (line != "::"), line)) for line in block)
         elif all(map(is_formula, written)):
             yield from ("", ".. math::", "", f"    {display(written)}", "")

@@ -16,6 +16,8 @@ def gallery_conf(here: Path) -> dict[str, Any]:
         "filename_pattern": PATTERNS[os.environ.get("DOCS_GALLERY", "all")],
         "within_subsection_order": "FileNameSortKey",
         "abort_on_example_error": True,
+        # Its page asks another place for a script.
+        "write_computation_times": False,
         "download_all_examples": False,
         "capture_repr": ("_repr_html_",),
         "remove_config_comments": True,
