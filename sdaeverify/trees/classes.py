@@ -94,7 +94,7 @@ OF_SDES = (
     EquationClass("additive", frozenset({"additive-noise"})),
     EquationClass("diagonal", frozenset({"diagonal-noise"}), 2),
     EquationClass("commutative", frozenset({"commutative-noise"})),
-    EquationClass("vanishing-milstein-term", frozenset({"vanishing-milstein-term"})),
+    EquationClass("vanishing-milstein-term", frozenset({"vanishing-milstein-term", "commutative-noise"})),
     EquationClass("general"),
     EquationClass("overdamped-gradient", frozenset({"overdamped-gradient", "additive-noise"})),
 )
