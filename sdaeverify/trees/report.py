@@ -305,7 +305,7 @@ def rows_of(
     kinds : iterable of EquationClass or TreeClass
         The classes.
     motions : int or None
-        None for 3 where trees of few weights are asked for, else 2: what takes little time.
+        None for 3 where few trees of low weights are asked for, else 2: what takes little time.
     weight : int or None
     """
     for kind in kinds:
@@ -314,8 +314,9 @@ def rows_of(
             yield from _rows(least)
             continue
         top = weight or _top(probe)
-        if motions is None:
-            probe = probe_of(scheme, kind, _motions_of(kind, FEW if top > QUICK else MANY), LEAST)
+        if motions is None and top <= QUICK:
+            more = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
+            probe = more if len(more.trees(top)) <= CHEAP else probe
         yield from _rows(Examined(probe_of(scheme, kind, probe.motions, top)))
 
 
