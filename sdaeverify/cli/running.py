@@ -86,6 +86,8 @@ class Run:
         # The code of a plugin that runs in this process may change its folder at any time.
         self.home, store = Path.cwd(), Store(self.folder.absolute(), self.fresh)
         self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only, orders=self.orders)
+        # A table without rows, where nobody asks for them: a result would find them when it is saved.
+        self.study.class_rows = ()
 
     @property
     def result(self) -> Result:

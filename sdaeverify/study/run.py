@@ -80,6 +80,7 @@ class Study:
         orders: bool = False,
     ) -> None:
         self.plan, self.settings, self.store, self.stored_only = plan, settings, store, stored_only
+        self.orders = orders
         self.class_rows: tuple[ClassRow, ...] | None = () if orders else None
         self.problems = [ProblemRun(problem, settings) for problem in plan.problems]
         self.finished: dict[str, tuple[CellResult, ...]] = {}
@@ -111,7 +112,7 @@ class Study:
         waiting = [problem for problem in waiting if problem.open]
         yield from self._screen(waiting, blocks, window)
         yield from self._look(waiting, blocks, window)
-        if self.class_rows is not None:
+        if self.orders:
             results = [result for results in self.finished.values() for result in results]
             self.class_rows = class_rows(results, blocks.workers)
 

@@ -251,7 +251,7 @@ class DiagonalProbe(SDEProbe):
     @cached_property
     def equation(self) -> RichEquation:
         """The equation."""
-        return RichEquation(self.motions, states_for(self.conditions.names, self.motions))
+        return rich_equation(self.motions, states_for(self.conditions.names, self.motions))
 
     @property
     def problem(self) -> SDE:
@@ -308,6 +308,12 @@ class DiagonalProbe(SDEProbe):
         """The premises in words, where they hold."""
         found = self.series
         return f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
+
+
+@lru_cache(maxsize=SHARED)
+def rich_equation(motions: int, states: int) -> RichEquation:
+    """Return the equation with diagonal noise, which all schemes share."""
+    return RichEquation(motions, states)
 
 
 @lru_cache(maxsize=SHARED)

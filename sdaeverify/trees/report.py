@@ -305,19 +305,25 @@ def rows_of(
     kinds : iterable of EquationClass or TreeClass
         The classes.
     motions : int or None
-        None for 3 where few trees of low weights are asked for, else 2: what takes little time.
+        None for what takes little time: 3 where few trees of low weights are asked for, else 2, and no weight beyond
+        what claims need.
     weight : int or None
     """
     for kind in kinds:
-        probe = probe_of(scheme, kind, _motions_of(kind, motions or FEW), LEAST)
-        if (least := Examined(probe)).why_not:
-            yield from _rows(least)
-            continue
-        top = weight or _top(probe)
-        if motions is None and top <= QUICK:
-            more = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
-            probe = more if len(more.trees(top)) <= CHEAP else probe
-        yield from _rows(Examined(probe_of(scheme, kind, probe.motions, top)))
+        if motions is None:
+            probe = _quick_probe(scheme, kind)
+        else:
+            first = probe_of(scheme, kind, _motions_of(kind, motions), LEAST)
+            probe = probe_of(scheme, kind, first.motions, weight or _top(first))
+        yield from _rows(Examined(probe))
+
+
+def _quick_probe(scheme: Scheme, kind: EquationClass | TreeClass) -> Probe:
+    """Return a probe of many motions where few trees of low weights are asked for, else of few."""
+    many = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
+    top = _claimed_top(many)
+    is_quick = top <= QUICK and len(many.trees(top)) <= CHEAP
+    return probe_of(scheme, kind, _motions_of(kind, MANY if is_quick else FEW), top)
 
 
 def _motions_of(kind: EquationClass | TreeClass, motions: int) -> int:
@@ -340,12 +346,16 @@ def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top:
     return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)
 
 
-def _top(probe: Probe) -> int:
-    """Return up to which weight trees are looked at."""
+def _claimed_top(probe: Probe) -> int:
+    """Return the largest weight that claims need."""
     claimed = [needed(found[1]) for name in measures_of(probe.kind) if (found := claimed_order(probe, name))]
-    if INVARIANT in measures_of(probe.kind):
-        return max([STATIONARY, *claimed])
-    top = max([LEAST, *claimed])
+    least = STATIONARY if INVARIANT in measures_of(probe.kind) else LEAST
+    return max([least, *claimed])
+
+
+def _top(probe: Probe) -> int:
+    """Return up to which weight trees are looked at: one more than claims need where that costs little."""
+    top = _claimed_top(probe)
     cheap = top < EXACT and GROWTH * len(probe.trees(top)) <= CHEAP
     return top + 1 if cheap else top
 

@@ -1,6 +1,6 @@
 """Where the weights of a class that a form poses are found."""
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -12,10 +12,16 @@ from ..conditions import Conditions, Weighed
 from ..grow import Tree
 from ..moments import Combination, ExactMoments
 from ..nodes import random_points
-from ..probes import SAME, AffineProbe
+from ..probes import SAME, SHARED, AffineProbe
 from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
 from .weighing import PosedWeighing, distance
+
+
+@lru_cache(maxsize=SHARED)
+def relatives_of(kind: TreeClass, motions: int) -> Relatives:
+    """Return related equations of a class, which all schemes share: most are asked for their form alone."""
+    return kind.relatives(motions)
 
 
 class PosedProbe(AffineProbe):
@@ -36,7 +42,7 @@ class PosedProbe(AffineProbe):
     @cached_property
     def relatives(self) -> Relatives:
         """Equations of the class that an affine map relates."""
-        return self.kind.relatives(self.motions)
+        return relatives_of(self.kind, self.motions)
 
     @property
     def problem(self) -> Problem:
