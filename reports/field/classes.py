@@ -28,14 +28,15 @@ SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,qutip*"
 # Orders up to 2 need trees up to this weight. Where noise of two motions is not additive or diagonal they are so many
 # that they go half an order beyond what is documented.
 MOTIONS, HIGH = 2, 5
+KINDS = {kind.name: kind for kind in CLASSES}
+FEW = ("ode", "scalar", "additive", "diagonal")
 MANY = ("commutative", "vanishing-milstein-term", "general")
 # What is asked of three motions, too, where a solver is given areas: their order counts then.
 ORDERED = "general"
 # QuTiP solves linear equations alone; an entry of the table is then about these.
 LINEAR = tuple(
     EquationClass(f"{kind.name}, linear", kind.traits, kind.motions, linear=True)
-    for kind in CLASSES
-    if kind.name in {"ode", "scalar", "additive"}
+    for kind in (KINDS[name] for name in ("ode", "scalar", "additive"))
 )
 BEGIN, END = "<!-- classes: written by classes.py -->", "<!-- end of classes -->"
 
@@ -44,10 +45,10 @@ def rows(label: str) -> list[dict[str, object]]:
     """Return the rows of a solver."""
     warnings.simplefilter("ignore")
     [scheme] = select_schemes(load_registry(), label)
-    many = [kind for kind in CLASSES if kind.name in MANY]
-    few = [kind for kind in CLASSES if kind.name not in MANY]
-    ordered = [kind for kind in CLASSES if kind.name == ORDERED and "A" in scheme.noise]
-    found = [*rows_of(scheme, few, MOTIONS, HIGH), *rows_of(scheme, many, MOTIONS), *rows_of(scheme, ordered, 3)]
+    few, many = ([KINDS[name] for name in names] for names in (FEW, MANY))
+    found = [*rows_of(scheme, few, MOTIONS, HIGH), *rows_of(scheme, many, MOTIONS)]
+    if "A" in scheme.noise:
+        found += rows_of(scheme, [KINDS[ORDERED]], 3)
     if not any(map(applies, found)):
         found = list(rows_of(scheme, LINEAR, MOTIONS, HIGH))
     return [row.cells for row in found if applies(row)]
@@ -60,7 +61,7 @@ def applies(row: ClassRow) -> bool:
 
 def table(found: pd.DataFrame) -> Iterator[str]:
     """Yield the lines of the table of README.md."""
-    names = [kind.name for kind in CLASSES]
+    names = [*FEW, *MANY]
     yield f"| solver | {' | '.join(names)} |"
     yield "|---" * (1 + len(names)) + "|"
     in_plane = found[found["motions"] <= MOTIONS].assign(column=found["class"].str.removesuffix(", linear"))
@@ -75,6 +76,8 @@ def _cell(of_class: Iterable[ClassRow]) -> str:
 
 
 def _order(row: ClassRow) -> str:
+    if isnan(row.order):
+        return "not known"
     if isnan(row.claim):
         return f"*{row.order:g}*"
     return f"{row.order:g}" if row.order == row.claim else f"{row.order:g} ({row.claim:g})"

@@ -120,7 +120,7 @@ class Universal:
         return columns
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ClassSDE(SDE):
     """An SDE that states the traits of a class, and so does what a scheme makes of it: none of them is checked.
 
