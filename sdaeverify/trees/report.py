@@ -321,7 +321,9 @@ def rows_of(
 def _quick_probe(scheme: Scheme, kind: EquationClass | TreeClass) -> Probe:
     """Return a probe of many motions where few trees of low weights are asked for, else of few."""
     many = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
-    top = _claimed_top(many)
+    # Diagonal noise: only beyond the claimed weight is a tamed step told from a sum over trees.
+    is_diagonal = isinstance(kind, EquationClass) and kind.diagonal
+    top = _top(many) if is_diagonal else _claimed_top(many)
     is_quick = top <= QUICK and len(many.trees(top)) <= CHEAP
     return probe_of(scheme, kind, _motions_of(kind, MANY if is_quick else FEW), top)
 
