@@ -17,11 +17,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from sdaeverify import SDE
+from sdaeverify import SDE, Langevin
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
 from sdaeverify.trees.classes import CLASSES, EquationClass
-from sdaeverify.trees.report import ClassRow, ClassVerdict, rows_of
+from sdaeverify.trees.report import ClassRow, ClassVerdict, classes_named, rows_of
 
 FOLDER = Path(__file__).parent
 SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,qutip*"
@@ -33,6 +33,8 @@ FEW = ("ode", "scalar", "additive", "diagonal")
 MANY = ("commutative", "vanishing-milstein-term", "general")
 # What is asked of three motions, too, where a solver is given areas: their order counts then.
 ORDERED = "general"
+# Of solvers of Langevin equations, which have a bridge of their own; not in the table.
+LANGEVIN = "langevin,langevin-gradient"
 # QuTiP solves linear equations alone; an entry of the table is then about these.
 LINEAR = tuple(
     EquationClass(f"{kind.name}, linear", kind.traits, kind.motions, linear=True)
@@ -45,6 +47,8 @@ def rows(label: str) -> list[dict[str, object]]:
     """Return the rows of a solver."""
     warnings.simplefilter("ignore")
     [scheme] = select_schemes(load_registry(), label)
+    if Langevin in scheme.forms:
+        return [row.cells for row in rows_of(scheme, classes_named(scheme, LANGEVIN), MOTIONS)]
     few, many = ([KINDS[name] for name in names] for names in (FEW, MANY))
     found = [*rows_of(scheme, few, MOTIONS, HIGH), *rows_of(scheme, many, MOTIONS)]
     if "A" in scheme.noise:
@@ -65,6 +69,7 @@ def table(found: pd.DataFrame) -> Iterator[str]:
     yield f"| solver | {' | '.join(names)} |"
     yield "|---" * (1 + len(names)) + "|"
     in_plane = found[found["motions"] <= MOTIONS].assign(column=found["class"].str.removesuffix(", linear"))
+    in_plane = in_plane[in_plane["column"].isin(names)]
     for scheme, of_scheme in in_plane.groupby("scheme", sort=True):
         cells = (_cell(of_scheme[of_scheme["column"] == name].itertuples()) for name in names)
         yield f"| `{scheme}` | {' | '.join(cells)} |"
@@ -95,7 +100,7 @@ def main() -> None:
     # Nearly all of the time is that of compiling steps for the class at hand.
     os.environ |= {"OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_backend_optimization_level=0"}
     asked = sys.argv[1] if sys.argv[1:] else SOLVERS
-    labels = [each.label for each in select_schemes(load_registry(), asked) if SDE in each.forms]
+    labels = [each.label for each in select_schemes(load_registry(), asked) if {SDE, Langevin} & {*each.forms}]
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
         found = pd.DataFrame([row for some in pool.map(rows, labels) for row in some])
     file = FOLDER / "classes.csv"
