@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from math import inf, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
@@ -132,8 +133,8 @@ class Result:
         UsageError
             If the result has no such cell.
         """
-        keys = {row.key[:3] for row in self.rows.verdicts} | {key_of(row)[:3] for row in self.rows.absent}
-        if (scheme, problem, measure) not in keys:
+        keys = chain((row.key for row in self.rows.verdicts), map(key_of, self.rows.absent))
+        if not any(key[:3] == (scheme, problem, measure) for key in keys):
             raise UsageError(f"the result has no cell of {scheme!r:.200} on {problem!r:.200}, {measure!r:.200}")
         return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
 
@@ -162,8 +163,7 @@ class Result:
     @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
-        details = [row for rows in self.rows.details.values() for row in rows]
-        return Plots(self.rows.verdicts, _records(self.levels), details, self.settings.confidence)
+        return Plots(self.rows.verdicts, _records(self.levels), self._details, self.settings.confidence)
 
     def choose(self, problem: str, measure: str = "strong", quantity: str = "", accuracy: float = nan) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
@@ -186,9 +186,12 @@ class Result:
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        details = [row for rows in self.rows.details.values() for row in rows]
-        known = curves(self.rows.verdicts, _records(self.levels), details)
+        known = curves(self.rows.verdicts, _records(self.levels), self._details)
         return choices(known, problem, (measure, quantity), self.run.get("noise", {}), accuracy)
+
+    @property
+    def _details(self) -> list[dict[str, object]]:
+        return [row for rows in self.rows.details.values() for row in rows]
 
     def cell(self, scheme: str, problem: str) -> CellView:
         """Return what was found of a scheme on a problem, to be looked at.

@@ -1,6 +1,6 @@
 """What is measured: a solver's final states at several tolerances, and the truth, on the same paths."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
@@ -252,7 +252,11 @@ def truth(problem: Problem, path: Path, steps: int = GRID) -> Array:
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
         return known.advance(z, t, h, noise._replace(xi=xi))
 
-    parts = known.parts(problem.horizon, along(path, steps, known.start(path.paths), advance))
+    return stacked(known.parts(problem.horizon, along(path, steps, known.start(path.paths), advance)))
+
+
+def stacked(parts: Mapping[str, Array]) -> Array:
+    """Return components below each other, shape (d, P)."""
     return np.concatenate([np.atleast_2d(part) for part in parts.values()])
 
 
@@ -301,5 +305,4 @@ def fixed(scheme: Scheme, problem: Any, path: Path, steps: int) -> Array:
     def advance(state: Array, t: float, h: float, noise: Increment) -> Array:
         return np.asarray(scheme.step(problem, state, t, h, noise).state)
 
-    parts = scheme.parts(problem, along(path, steps, begin, advance))
-    return np.concatenate([np.atleast_2d(part) for part in parts.values()])
+    return stacked(scheme.parts(problem, along(path, steps, begin, advance)))

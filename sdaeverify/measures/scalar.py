@@ -122,7 +122,7 @@ class NumberObserver:
 
 
 class ScaledMeans(NamedTuple):
-    """ScaledMeans of numbers scaled to [0, 1], from coarse to fine.
+    """Means of numbers scaled to [0, 1], from coarse to fine.
 
     Attributes
     ----------

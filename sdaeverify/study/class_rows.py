@@ -3,7 +3,7 @@
 A worker makes the conditions of a class once, and a scheme that hangs or kills its worker costs its own rows only.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..contracts.finding import UNMEASURED, Verdict
@@ -48,7 +48,6 @@ class ClassTask:
 
 
 Rows = tuple[ClassRow, ...]
-Sent = Batch[Rows]
 
 
 def class_rows(results: Sequence[CellResult], workers: Workers = HERE) -> Rows:
@@ -70,16 +69,12 @@ def class_rows(results: Sequence[CellResult], workers: Workers = HERE) -> Rows:
     for scheme in schemes:
         for kind in classes_of(scheme).values():
             kinds.setdefault(kind, []).append(Entry(scheme, ()))
-    sent = [Batch(workers, ClassTask(kind, tuple(entries)), ask, LATE) for kind, entries in kinds.items()]
-    found = [each for batch in sent for each in _answers(batch)]
-    rows = ((scheme, row) for scheme in schemes for of, some in found if of == scheme for row in some)
-    return tuple(row for scheme, row in rows if (scheme, row.measure) in asked)
-
-
-def _answers(batch: Sent) -> Iterator[tuple[Scheme, Rows]]:
-    assert isinstance(batch.task, ClassTask)
-    for entry, answer in batch.answers():
-        yield entry.scheme, _failed(entry.scheme, batch.task.kind, answer.why) if isinstance(answer, Lost) else answer
+    sent = [(kind, Batch(workers, ClassTask(kind, tuple(entries)), ask, LATE)) for kind, entries in kinds.items()]
+    found: dict[Scheme, list[ClassRow]] = {scheme: [] for scheme in schemes}
+    for kind, batch in sent:
+        for entry, answer in batch.answers():
+            found[entry.scheme] += _failed(entry.scheme, kind, answer.why) if isinstance(answer, Lost) else answer
+    return tuple(row for scheme, rows in found.items() for row in rows if (scheme, row.measure) in asked)
 
 
 def ask(task: ClassTask, marker: Marker) -> list[Rows]:

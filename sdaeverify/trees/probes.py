@@ -248,7 +248,7 @@ class DiagonalProbe(SDEProbe):
 
     tolerance, all_sizes = TAYLOR, True
 
-    @cached_property
+    @property
     def equation(self) -> RichEquation:
         """The equation."""
         return rich_equation(self.motions, states_for(self.conditions.names, self.motions))

@@ -33,13 +33,12 @@ class PosedProbe(AffineProbe):
     @cached_property
     def tolerance(self) -> float:
         """What is rounding in a condition: that of weights, as large as interpolation makes it in a coefficient."""
+        if not self.fixed:
+            return SAME
         powers = self.weighing.powers(1 + max(k for _, k in self._told_apart))
-        return max(
-            SAME,
-            float(np.abs(powers).sum(axis=1).max()) * max(self.homogeneity, self.remainder) if self.fixed else 0.0,
-        )
+        return max(SAME, float(np.abs(powers).sum(axis=1).max()) * max(self.homogeneity, self.remainder))
 
-    @cached_property
+    @property
     def relatives(self) -> Relatives:
         """Equations of the class that an affine map relates."""
         return relatives_of(self.kind, self.motions)
@@ -54,7 +53,7 @@ class PosedProbe(AffineProbe):
         """Return the trees up to a weight."""
         return grow_nodes(self.kind.nodes, self.motions, top)
 
-    @cached_property
+    @property
     def _scaled(self) -> frozenset[str]:
         return frozenset(node.name for node in self.kind.nodes if node.scaled)
 

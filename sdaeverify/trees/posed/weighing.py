@@ -69,13 +69,16 @@ class PosedWeighing:
         if len(self.values) == 1:
             return np.ones((1, 1))
         low, high = self.kind.numbers
-        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(self._scaled(self.values), VALUES - 1))
-        of_powers = []
+        inverse, of_powers = np.linalg.inv(self._polynomials(self.values)), []
         for k in range(count):
             derivatives = np.polynomial.chebyshev.chebder(inverse, k) if k else inverse
             at_0 = np.polynomial.chebyshev.chebval(self._scaled(np.zeros(1))[0], derivatives)
             of_powers.append(at_0 * (2.0 / (high - low)) ** k / max(1.0, float(np.prod(np.arange(1, k + 1)))))
         return np.array(of_powers)
+
+    def _polynomials(self, values: Array) -> Array:
+        """Return the Chebyshev polynomials at some values, a column each."""
+        return np.asarray(np.polynomial.chebyshev.chebvander(self._scaled(values), VALUES - 1))
 
     def _scaled(self, values: Array) -> Array:
         low, high = self.kind.numbers
@@ -84,8 +87,7 @@ class PosedWeighing:
     def interpolated(self, found: Array) -> tuple[float, Array]:
         """Return a value between others, and what is there if what is found at all values is a power series."""
         value = 0.5 * float(self.values[0] + self.values[1])
-        inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(self._scaled(self.values), VALUES - 1))
-        at = np.polynomial.chebyshev.chebvander(self._scaled(np.array([value])), VALUES - 1)[0] @ inverse
+        at = self._polynomials(np.array([value]))[0] @ np.linalg.inv(self._polynomials(self.values))
         return value, np.tensordot(at, found, axes=1)
 
     def at_values(self, nodes: Nodes, h: float, values: Array) -> Array:
