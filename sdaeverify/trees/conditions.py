@@ -11,7 +11,7 @@ With the defects Delta = phi - I of a step, whose weights are h^(w/2) times func
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, reduce
 from math import isnan, nan
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from ..probing import Nodes
 from .grow import DRIFT, PRODUCT, Forest, Tree, formula, multisets
 from .moments import Combination, ExactMoments
 from .record import ROUNDING, Record
-from .stationary import ForestCombination
+from .stationary import ForestCombination, stationary_conditions
 
 # Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
 TOLERANCE = 1e-8
@@ -232,8 +232,15 @@ class Conditions:
         names = tuple(self.names[i] for i in places)
         return Condition(names, False, defect, float(found), wanted, tolerance=self.tolerance)
 
-    def of_combinations(self, rule: Weighed, combinations: Sequence[ForestCombination]) -> list[Condition]:
-        """Return the conditions on linear combinations of means; none of the trees is itself a combination."""
+    @cached_property
+    def stationary(self) -> list[ForestCombination]:
+        """The combinations of means that an invariant measure depends on."""
+        motions = max(each.colour for each in self.trees)
+        return stationary_conditions(self.trees, motions, max(each.weight for each in self.trees))
+
+    def of_stationary(self, rule: Weighed) -> list[Condition]:
+        """Return the conditions of the invariant measure; none of the trees is itself a combination."""
+        combinations = self.stationary
         places = {each: place for place, each in enumerate(self.names)}
         forests = list({forest: None for some in combinations for forest in some})
         rows = [tuple(places[each] for each in forest) for forest in forests]
@@ -304,7 +311,7 @@ def means_of_products(psi: Array, weights: Array, forests: Sequence[tuple[int, .
         for begin in range(0, len(places), AT_ONCE):
             some = places[begin : begin + AT_ONCE]
             rows = np.array([forests[i] for i in some])
-            means[some] = np.prod([psi[column] for column in rows.T], axis=0) @ weights
+            means[some] = reduce(np.multiply, (psi[column] for column in rows.T)) @ weights
     return means
 
 

@@ -12,7 +12,6 @@ from .conditions import INVARIANT, STRONG, WEAK, Condition, Weighed, belongs, br
 from .nodes import FEWER, rule_nodes
 from .probes import Probe
 from .record import Record
-from .stationary import ForestCombination, stationary_conditions
 from .weights import H
 
 # Rates are compared with orders, which are multiples of 1/2.
@@ -54,18 +53,13 @@ class Examined:
         probe, conditions = self.probe, self.probe.conditions
         rule = probe.weighed(probe.rule, h)
         if probe.overdamped:
-            return conditions.of_combinations(rule, self.combinations)
+            return conditions.of_stationary(rule)
         means = conditions.of_means(rule, conditions.forests(probe.top))
         if probe.scheme.law.bounded:
             return means
         record = Record(probe.noise, probe.motions, conditions.moments)
-        return [*conditions.on_paths(probe.weighed(probe.points, h), rule, record, probe.top - 1), *means]
-
-    @cached_property
-    def combinations(self) -> list[ForestCombination]:
-        """The conditions of the invariant measure."""
-        probe = self.probe
-        return stationary_conditions(probe.conditions.trees, probe.noises, probe.top)
+        random = probe.at_points if h == H else probe.weighed(probe.points, h)
+        return [*conditions.on_paths(random, rule, record, probe.top - 1), *means]
 
     @cached_property
     def rates(self) -> list[Rate]:

@@ -24,11 +24,14 @@ class Tree(NamedTuple):
         The subtrees at the root, sorted.
     name : str
         How the root is written, but for the number of a noise, where it is none of t, f and b.
+    weight : int
+        Twice the order in h: the sum of the weights of all nodes.
     """
 
     colour: int
-    kids: "tuple[Tree, ...]" = ()
-    name: str = ""
+    kids: "tuple[Tree, ...]"
+    name: str
+    weight: int
 
     def __str__(self) -> str:
         inside = ",".join(map(str, self.kids))
@@ -38,11 +41,6 @@ class Tree(NamedTuple):
     def root(self) -> str:
         """How the root is written."""
         return node_name(self.colour, self.name)
-
-    @property
-    def weight(self) -> int:
-        """Twice the order in h."""
-        return root_weight(self.colour) + sum(kid.weight for kid in self.kids)
 
     @property
     def symmetry(self) -> int:
@@ -67,7 +65,6 @@ class Tree(NamedTuple):
 
 
 Forest = tuple[Tree, ...]
-TIME_LEAF = Tree(TIME)
 
 
 def root_weight(colour: int) -> int:
@@ -94,7 +91,11 @@ def tree(colour: int, kids: Iterable[Tree] = (), name: str = "") -> Tree:
     name : str
         Of the root, where it has one of its own.
     """
-    return Tree(colour, tuple(sorted(kids)), name)
+    below = tuple(sorted(kids))
+    return Tree(colour, below, name, root_weight(colour) + sum(each.weight for each in below))
+
+
+TIME_LEAF = tree(TIME)
 
 
 def formula(forest: Iterable[Tree]) -> str:

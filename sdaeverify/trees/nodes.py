@@ -56,7 +56,7 @@ def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT
     """
     nodes = step_nodes(motions, count, areas="H" in noise, law=law)
     if "K" in noise:
-        K, weights = (part := step_nodes(motions, FEWER)).dW, part.weights
+        K, weights = (part := step_nodes(motions, FEWEST)).dW, part.weights
         nodes = _crossed(nodes, weights)._replace(K=np.tile(K / sqrt(720.0), len(nodes.weights)))
     if "A" in noise and motions > 1:
         signs = _signs(motions * (motions - 1) // 2)

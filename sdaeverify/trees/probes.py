@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
+from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
 from ..forms import SDE, Problem
@@ -15,7 +16,7 @@ from .grow import Tree
 from .moments import ExactMoments
 from .nodes import COUNT, FEWEST, random_points, rule_nodes
 from .sdes.equivariance import Related, related_equations
-from .sdes.taylor import RichEquation, TaylorWeights, Unknowns, states_for, taylor_weights, unknowns_of
+from .sdes.taylor import RichEquation, TaylorWeights, taylor_weights
 from .weights import OTHERS, H, NoStepError, Weighing
 
 # Relative: updates of Newton's method are 1e-10 and less, what is no B-series 1e-4 and more.
@@ -103,7 +104,7 @@ class Probe:
         if reason := step.why_not_comparable() or step.why_not_entered(run=self.asks_for_runs):
             return reason
         try:
-            self.weighed(self.points)
+            self.at_points  # noqa: B018 - it makes the first steps
         except NoStepError as error:
             return str(error)
         return ""
@@ -119,6 +120,11 @@ class Probe:
 
     def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
         """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        raise NotImplementedError
+
+    @property
+    def at_points(self) -> Weighed:
+        """The combinations of weights that are conditions, at random points."""
         raise NotImplementedError
 
     @property
@@ -149,6 +155,28 @@ class Probe:
 
 class AffineProbe(Probe):
     """A scheme on problems that have trees as components, and on equations that affine maps relate."""
+
+    def weights(self, nodes: Nodes, h: float) -> Array:
+        """Return the weights of all trees at the noise of steps of size h, in units of h^(w/2)."""
+        raise NotImplementedError
+
+    def combined(self, phi: Array) -> Array:
+        """Return the combinations of weights that are conditions, shape (n, K)."""
+        raise NotImplementedError
+
+    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
+        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        return Weighed(self.combined(self.weights(nodes, h)), nodes)
+
+    @cached_property
+    def first_weights(self) -> Array:
+        """The weights of all trees at random points."""
+        return self.weights(self.points, H)
+
+    @property
+    def at_points(self) -> Weighed:
+        """The combinations of weights that are conditions, at random points."""
+        return Weighed(self.combined(self.first_weights), self.points)
 
     @property
     def equivariance(self) -> float:
@@ -227,9 +255,13 @@ class UniversalProbe(AffineProbe, SDEProbe):
         solves = self.related.solves(self.scheme, self.points)
         return Weighing(self.scheme, self.conditions.trees, self.noises, self.kind.traits, solves)
 
-    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
-        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
-        return Weighed(self.conditions.combined(self.weighing.weights(nodes, h)), nodes)
+    def weights(self, nodes: Nodes, h: float) -> Array:
+        """Return the weights of all trees at the noise of steps of size h, in units of h^(w/2), shape (N, K)."""
+        return self.weighing.weights(nodes, h)
+
+    def combined(self, phi: Array) -> Array:
+        """Return the combinations of weights that are conditions, shape (n, K)."""
+        return self.conditions.combined(phi)
 
     @cached_property
     def equivariance(self) -> float:
@@ -239,8 +271,7 @@ class UniversalProbe(AffineProbe, SDEProbe):
     @cached_property
     def homogeneity(self) -> float:
         """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
-        first = self.weighing.weights(self.points, H)
-        return max(largest_change(first, self.weighing.weights(self.points, h)) for h in OTHERS)
+        return max(largest_change(self.first_weights, self.weights(self.points, h)) for h in OTHERS)
 
 
 class DiagonalProbe(SDEProbe):
@@ -248,10 +279,10 @@ class DiagonalProbe(SDEProbe):
 
     tolerance, all_sizes = TAYLOR, True
 
-    @property
+    @cached_property
     def equation(self) -> RichEquation:
         """The equation."""
-        return rich_equation(self.motions, states_for(self.conditions.names, self.motions))
+        return rich_equation(self.motions, tuple(self.conditions.names))
 
     @property
     def problem(self) -> SDE:
@@ -278,13 +309,13 @@ class DiagonalProbe(SDEProbe):
         """Return the combinations of weights that are conditions; they are those of all step sizes."""
         return Weighed(self._at(nodes).psi, nodes)
 
-    @cached_property
-    def unknowns(self) -> list[Unknowns]:
-        """The equations for weights."""
-        return unknowns_of(self.equation, self.conditions.names)
+    @property
+    def at_points(self) -> Weighed:
+        """The combinations of weights that are conditions, at random points."""
+        return Weighed(self.series.psi, self.points)
 
     def _at(self, nodes: Nodes) -> TaylorWeights:
-        return taylor_weights(self.scheme, self.equation, self.unknowns, nodes)
+        return taylor_weights(self.scheme, self.equation, nodes)
 
     @cached_property
     def series(self) -> TaylorWeights:
@@ -311,9 +342,9 @@ class DiagonalProbe(SDEProbe):
 
 
 @lru_cache(maxsize=SHARED)
-def rich_equation(motions: int, states: int) -> RichEquation:
-    """Return the equation with diagonal noise, which all schemes share."""
-    return RichEquation(motions, states)
+def rich_equation(motions: int, basis: tuple[Tree, ...]) -> RichEquation:
+    """Return the equation with diagonal noise that tells some trees apart, which all schemes share."""
+    return RichEquation(motions, basis)
 
 
 @lru_cache(maxsize=SHARED)

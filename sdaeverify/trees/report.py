@@ -44,8 +44,10 @@ LEAST, CHEAP, GROWTH = 3, 500, 4
 EXACT = 5
 # Invariant measures of order 2 need the weight 5.
 STATIONARY = 5
-# Motions where nobody says how many: many up to a weight, few above.
-FEW, MANY, QUICK = 2, 3, 4
+# Motions where nobody says how many: many up to a weight and a number of trees, few above.
+FEW, MANY, QUICK, QUICK_TREES = 2, 3, 4, 200
+# A tamed drift f/(1 + h |f|) leaves the drift by a term of the weight 4.
+TAMED = 4
 MEASURES = (STRONG, WEAK, INVARIANT)
 MOST_MOTIONS, MOST_WEIGHT = 4, 8
 
@@ -319,12 +321,14 @@ def rows_of(
 
 
 def _quick_probe(scheme: Scheme, kind: EquationClass | TreeClass) -> Probe:
-    """Return a probe of many motions where few trees of low weights are asked for, else of few."""
+    """Return a probe of many motions where few trees of low weights, or none at all, are asked for, else of few."""
     many = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
-    # Diagonal noise: only beyond the claimed weight is a tamed step told from a sum over trees.
+    if Examined(many).why_not:
+        return many
+    # Diagonal noise: trees of the weight 4 tell a tamed step, which is no sum over trees.
     is_diagonal = isinstance(kind, EquationClass) and kind.diagonal
-    top = _top(many) if is_diagonal else _claimed_top(many)
-    is_quick = top <= QUICK and len(many.trees(top)) <= CHEAP
+    top = max(TAMED, _claimed_top(many)) if is_diagonal else _claimed_top(many)
+    is_quick = top <= QUICK and len(many.trees(top)) <= QUICK_TREES
     return probe_of(scheme, kind, _motions_of(kind, MANY if is_quick else FEW), top)
 
 

@@ -15,7 +15,7 @@ NAMES = names_of(Path(), "rodeo")
 # What is right, what is wrong, and the problem on which it shows.
 # What stands in the step, what is written in its place, and what is told: an interval, or the state of a short step.
 SIGN = ("b * dW + difference", "b * dW - difference", "rodeo-sinh", "strong x", "(99 % interval)")
-TIME = ("problem.drift(t, x)", "problem.drift(0.0, x)", "forced-ou", "strong", "a short step from [")
+TIME = ("problem.drift(t, x)", "problem.drift(0.0, x)", "forced-ou", "strong", "the mean of one step from [")
 
 
 @pytest.fixture
@@ -128,5 +128,5 @@ def test_mistake_is_refuted_by_tests_and_gate(plugin, right, wrong, problem, wha
     assert (tests.returncode, gate.returncode) == (1, ExitCode.REFUTED)
     for text in (tests.stdout, gate.stdout):
         assert f"refuted: rodeo-platen on {problem}, {what}: claimed order >= 1.0" in text, text[-3000:]
-        assert found in text
+        assert found in text, text[-4000:]
         assert f"python -m sdaeverify matrix -s rodeo-platen -p {problem} -m strong" in text

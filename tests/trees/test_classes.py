@@ -135,7 +135,7 @@ def test_diagonal_noise_has_the_rank_of_its_conditions(top, rank):
     """A rich equation with diagonal noise has as many independent differentials, and trees that coincide do so."""
     kind = BY_NAME["diagonal"]
     trees = kind.trees(2, top)
-    rows = RichEquation(2, 120).elementary(trees).reshape(len(trees), -1).T
+    rows = RichEquation(2, tuple(trees)).elementary(trees).reshape(len(trees), -1).T
 
     by_weight = [rows[:, [each.weight == weight for each in trees]] for weight in range(1, top + 1)]
     scaled = [part / np.linalg.norm(part, axis=0) for part in by_weight]
@@ -145,11 +145,11 @@ def test_diagonal_noise_has_the_rank_of_its_conditions(top, rank):
 
 def test_differentials_of_the_rich_equation_are_derivatives():
     """F of f(b1), b1(t) and f(b1,b2) are differences of the coefficients."""
-    equation, e = RichEquation(2, 5), 1e-4
     trees = {str(each): each for each in BY_NAME["diagonal"].trees(2, 4)}
+    equation, e = RichEquation(2, tuple(trees.values())), 1e-4
     wanted = [trees["b1"], trees["b2"], trees["f(b1)"], trees["b1(t)"], trees["f(b1,b2)"]]
     b1, b2, fb, bt, fbb = equation.elementary(wanted)
-    x, t, still = equation.x, 0.34375, np.zeros((2, 5))
+    x, t, still = equation.x, 0.34375, np.zeros((2, equation.states))
 
     def f(a, c):
         return equation.drift(t, x + np.concatenate([a * b1 + c * b2, still]))[:2]

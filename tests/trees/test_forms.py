@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from facade import ExactMoments, Examined, Tree, grow_nodes, integral, probe_of, told_apart, tree
+from facade import ExactMoments, Examined, grow_nodes, integral, probe_of, told_apart, tree
 from sdaeverify import SDE, Claim, IndexOneSDAE, Langevin, Problem, Scheme, Step, UsageError, orders
 from sdaeverify.trees import Node, Posed, Relatives, TreeClass
 from sdaeverify_schemes.baoab import BAOAB
@@ -193,7 +193,7 @@ def test_products_of_integrals_are_sums_of_integrals():
 
 def test_a_product_below_an_integral_lends_it_its_factors():
     """The integral of f(u(b1, b2)) is that of f(b1, b2)."""
-    below = Tree(-2, (tree(1), tree(2)), "u")
+    below = tree(-2, (tree(1), tree(2)), "u")
     assert integral(tree(0, (below,))) == {tree(0, (tree(1), tree(2))): 1}
 
 

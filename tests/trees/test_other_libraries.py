@@ -13,7 +13,7 @@ from sdaeverify_bridges.torchsde import TorchSDEStratonovich
 def equations(kind):
     """Yield the equations that a scheme is put to for a class."""
     if kind.diagonal:
-        yield RichEquation(2, 24).sde
+        yield RichEquation(2, tuple(kind.trees(2, 3))).sde
         return
     related = related_equations(kind, 2)
     yield from (related.below, related.above, Universal(kind.trees(2, 3), 2, kind.traits).sde)

@@ -35,7 +35,7 @@ def grow_nodes(nodes: Sequence[Node], motions: int, top: int) -> list[Tree]:
     """
     components = {node.name: node.of for node in nodes} | {TIME_LEAF.name: "t"}
     last = sorted(nodes, key=lambda node: node.integral == "")
-    grown = [Tree(PRODUCT, (), node.name) for node in nodes if not (node.integral or node.least)]
+    grown = [tree(PRODUCT, (), node.name) for node in nodes if not (node.integral or node.least)]
     below = {
         node.name: min((_least(each) for each in nodes if node.of in each.takes and each.integral), default=2)
         for node in nodes
@@ -96,7 +96,7 @@ def _count(found: dict[Tree, Fraction], each: Tree) -> None:
 def _factors(of: Tree) -> Forest:
     """Return the trees of an SDE that a tree is the product of."""
     if of.colour == TIME:
-        return (Tree(DRIFT),)
+        return (tree(DRIFT),)
     kids = tuple(factor for kid in of.kids for factor in _factors(kid))
     return kids if of.colour == PRODUCT else (tree(of.colour, kids),)
 

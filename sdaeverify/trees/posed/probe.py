@@ -4,11 +4,12 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from ...arrays import Array
 from ...forms import Problem
 from ...probing import Nodes
 from .. import Relatives, TreeClass
 from ..asymptotic import largest_change
-from ..conditions import Conditions, Weighed
+from ..conditions import Conditions
 from ..grow import Tree
 from ..moments import Combination, ExactMoments
 from ..nodes import random_points
@@ -69,13 +70,16 @@ class PosedProbe(AffineProbe):
         plain = [each for each in self.trees(self.top) if self._scaled.isdisjoint(_names(each))]
         return PosedWeighing(self.scheme, self.kind, self.motions, plain)
 
-    def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
-        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+    def weights(self, nodes: Nodes, h: float) -> Array:
+        """Return the weights of all trees at all values of the number, in units of h^(w/2), shape (G, N, K)."""
+        return self.weighing.at_values(nodes, h, self.weighing.values)
+
+    def combined(self, phi: Array) -> Array:
+        """Return the combinations of weights that are conditions, shape (n, K)."""
         weighing, keys = self.weighing, list(self._told_apart)
         places = {each: place for place, each in enumerate(weighing.trees)}
-        powers = weighing.powers(1 + max(k for _, k in keys))
-        found = np.tensordot(powers, weighing.at_values(nodes, h, weighing.values), axes=1)
-        return Weighed(found[[k for _, k in keys], [places[each] for each, _ in keys]], nodes)
+        found = np.tensordot(weighing.powers(1 + max(k for _, k in keys)), phi, axes=1)
+        return np.asarray(found[[k for _, k in keys], [places[each] for each, _ in keys]])
 
     @cached_property
     def _told_apart(self) -> dict[tuple[Tree, int], Combination]:
@@ -90,9 +94,9 @@ class PosedProbe(AffineProbe):
     @cached_property
     def homogeneity(self) -> float:
         """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
-        some = self.weighing.few_values
-        first = self.weighing.at_values(self.points, H, some)
-        return max(largest_change(first, self.weighing.at_values(self.points, h, some)) for h in OTHERS)
+        weighing, few = self.weighing, self.weighing.few
+        others = (weighing.at_values(self.points, h, weighing.values[few]) for h in OTHERS)
+        return max(largest_change(self.first_weights[few], other) for other in others)
 
     @cached_property
     def remainder(self) -> float:
@@ -100,7 +104,7 @@ class PosedProbe(AffineProbe):
         weighing = self.weighing
         if not self._scaled:
             return 0.0
-        value, expected = weighing.interpolated(weighing.at_values(self.points, H, weighing.values))
+        value, expected = weighing.interpolated(self.first_weights)
         return largest_change(expected, weighing.at_values(self.points, H, np.array([value]))[0])
 
     @property

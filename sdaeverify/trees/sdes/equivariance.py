@@ -11,6 +11,7 @@ is related to g whatever k is, so that A Phi_G(x) + c = Phi_g(A x + c) on each p
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -121,8 +122,9 @@ class Related:
         return len(self.calls) > before
 
 
+@lru_cache(maxsize=16)
 def related_equations(kind: EquationClass, motions: int) -> Related:
-    """Return two equations of a class that an affine map relates.
+    """Return two equations of a class that an affine map relates, which all schemes share.
 
     Parameters
     ----------

@@ -77,6 +77,24 @@ def _complex_sine(x: Array, y: Array) -> Array:
     return sine
 
 
+class Unknowns(NamedTuple):
+    """The weights of the trees of one weight as unknowns of linear equations at many states.
+
+    Attributes
+    ----------
+    weight : int
+    rows : list of int
+        Places of the trees in the basis.
+    matrix, inverse : ndarray, shape (M S, n) and (n, M S)
+        F(tau)/sigma(tau) at all states, and what gives the unknowns in least squares.
+    """
+
+    weight: int
+    rows: list[int]
+    matrix: Array
+    inverse: Array
+
+
 @dataclass(frozen=True, eq=False)
 class RichEquation:
     """A random equation with diagonal noise.
@@ -85,12 +103,18 @@ class RichEquation:
     ----------
     motions : int
         Number M of components that move, each with a noise of its own.
-    states : int
-        Number S of random states at which it is looked at.
+    basis : tuple of Tree
+        Trees that it tells apart, with elementary differentials that are independent.
     """
 
     motions: int
-    states: int
+    basis: tuple[Tree, ...]
+
+    @cached_property
+    def states(self) -> int:
+        """Number S of random states at which it is looked at: enough to tell the trees of each weight apart."""
+        most = max(Counter(each.weight for each in self.basis).values())
+        return max(FEWEST, int(SURPLUS * most / self.motions))
 
     @property
     def dimension(self) -> int:
@@ -177,6 +201,20 @@ class RichEquation:
             found[each] = np.where(np.arange(self.motions)[:, None] == j, moving, 0.0)
         return np.array([found[each] for each in trees])
 
+    @cached_property
+    def unknowns(self) -> list[Unknowns]:
+        """The equations for the weights of the basis, by weight."""
+        trees = closure(self.basis)
+        differentials = dict(zip(trees, self.elementary(trees), strict=True))
+        found = []
+        for weight in sorted({each.weight for each in self.basis}):
+            rows = [i for i, each in enumerate(self.basis) if each.weight == weight]
+            some = [self.basis[i] for i in rows]
+            matrix = np.array([differentials[each].ravel() / each.symmetry for each in some]).T
+            Q, R = np.linalg.qr(matrix)
+            found.append(Unknowns(weight, rows, matrix, np.linalg.solve(R, Q.T)))
+        return found
+
     def _direction(self, vector: Array | None) -> Array:
         """Return a direction among x, p and t: of time if there is no vector."""
         whole = np.zeros((1, self.dimension + 1, self.states))
@@ -210,56 +248,13 @@ class TaylorWeights(NamedTuple):
     no_trees: float
 
 
-class Unknowns(NamedTuple):
-    """The weights of the trees of one weight as unknowns of linear equations at many states.
-
-    Attributes
-    ----------
-    weight : int
-    rows : list of int
-        Places of the trees in the basis.
-    matrix, inverse : ndarray, shape (M S, n) and (n, M S)
-        F(tau)/sigma(tau) at all states, and what gives the unknowns in least squares.
-    """
-
-    weight: int
-    rows: list[int]
-    matrix: Array
-    inverse: Array
-
-
-def unknowns_of(equation: RichEquation, basis: Sequence[Tree]) -> list[Unknowns]:
-    """Return the equations for weights of trees, by weight.
-
-    Parameters
-    ----------
-    equation : RichEquation
-        With as many states as `states_for` says.
-    basis : sequence of Tree
-        Trees with elementary differentials that are independent.
-    """
-    trees = closure(basis)
-    differentials = dict(zip(trees, equation.elementary(trees), strict=True))
-    found = []
-    for weight in sorted({each.weight for each in basis}):
-        rows = [i for i, each in enumerate(basis) if each.weight == weight]
-        matrix = np.array([differentials[basis[i]].ravel() / basis[i].symmetry for i in rows]).T
-        Q, R = np.linalg.qr(matrix)
-        found.append(Unknowns(weight, rows, matrix, np.linalg.solve(R, Q.T)))
-    return found
-
-
-def taylor_weights(
-    scheme: Scheme, equation: RichEquation, unknowns: Sequence[Unknowns], nodes: Nodes
-) -> TaylorWeights:
+def taylor_weights(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> TaylorWeights:
     """Return what the Taylor series of a scheme's steps says of the weights of trees.
 
     Parameters
     ----------
     scheme : Scheme
     equation : RichEquation
-    unknowns : sequence of Unknowns
-        Of this equation.
     nodes : Nodes
         The noise of a step of length 1, of the motions that count.
 
@@ -270,8 +265,8 @@ def taylor_weights(
     """
     count = len(nodes.weights)
     series, no_series = _series(scheme, equation, nodes)
-    psi, no_trees = np.empty((sum(len(each.rows) for each in unknowns), count)), 0.0
-    for weight, rows, matrix, inverse in unknowns:
+    psi, no_trees = np.empty((len(equation.basis), count)), 0.0
+    for weight, rows, matrix, inverse in equation.unknowns:
         wanted = series[weight - 1].reshape(-1, count)
         psi[rows] = inverse @ wanted
         left = np.sqrt(np.max(np.mean((matrix @ psi[rows] - wanted) ** 2, axis=0)))
@@ -305,9 +300,3 @@ def _with_still(nodes: Nodes) -> Nodes:
     dW = np.concatenate([nodes.dW, *[nodes.dW[:1]] * STILL])
     A = np.zeros((l * (l - 1) // 2, len(nodes.weights)))
     return nodes._replace(dW=dW, H=more(nodes.H), K=more(nodes.K), A=A)
-
-
-def states_for(basis: Sequence[Tree], motions: int) -> int:
-    """Return how many states are needed to tell the trees of each weight apart."""
-    most = max(Counter(each.weight for each in basis).values())
-    return max(FEWEST, int(SURPLUS * most / motions))
