@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from sdaeverify import Array, Increment, Problem, Scheme, SchemeError, UsageError
+from sdaeverify import Array, Increment, Problem, Scheme, SchemeError, Settings, UsageError
 from sdaeverify.numerics import GROUPS
 from sdaeverify.studying import Source
 

@@ -72,7 +72,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     missing = {bug: why for bug, why in missing.items() if fnmatchcase(bug.scheme.name, only)}
     if not (plans or missing):
         raise UsageError(
-            f"no planted bug and no claim of a scheme matches {only!r}; a glob such as '*euler*' matches parts of names"
+            f"no planted bug and no claim of a scheme matches {only!r}; '*euler*' matches parts of names"
         )
     # The largest first: the others fill what time is left on the last worker.
     return SelfTest(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
