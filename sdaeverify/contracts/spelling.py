@@ -10,7 +10,13 @@ LONGEST = 100
 def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
     """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string.
 
-    What all of them begin with, such as ``--``, may be given: it makes no two of them alike.
+    Parameters
+    ----------
+    word : str
+        What was given.
+    known : iterable of str
+    prefix : str, optional
+        What all of them begin with, such as ``--``: it makes no two of them alike.
     """
     if len(word) > LONGEST:
         return ""
