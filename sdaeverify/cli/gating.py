@@ -70,6 +70,9 @@ def carry_out_gate(
     # What stands in its place and is no lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
     require_writable(options["out"])
+    if options["write_lock"]:
+        # Said now, not after all is run.
+        require_writable(policy.lock_file.parent, "lock of the policy")
     _remove_report(options["out"] / GATE)
     with workers(*held_to, registry) as crew:
         with output_to_stderr():
