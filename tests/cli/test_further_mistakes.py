@@ -197,7 +197,7 @@ MISTAKES = {
         f"gate --config hunt.toml {GATE}": "such as '30 s' or '5 min'",
         f"gate --config quotes.toml {GATE}": "(at line 2, column 12)",
         f"gate --config empty.toml {GATE}": "length >= 1",
-        f"gate --config scheme.toml {GATE}": "did you mean milstein?",
+        f"gate --config scheme.toml {GATE}": "scheme.toml: [tool.sdaeverify]: unknown scheme 'milstien'; did",
         f"gate --config lock.toml {GATE} --write-lock": "cannot write into /proc",
         f"gate --config package.json {GATE}": "package.json is no TOML file",
         f"gate --config cutlock/pyproject.toml {GATE}": "anew with gate --write-lock",
