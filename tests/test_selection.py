@@ -135,7 +135,7 @@ def test_a_run_of_everything_leaves_out_what_is_run_on_request(registry: Registr
     [
         (["half-explict"], "unknown scheme 'half-explict'; did you mean half-explicit?"),
         (["half"], "unknown scheme 'half'; did you mean half-explicit or half-other?"),
-        (["xyz-*"], "unknown scheme 'xyz-*'"),
+        (["xyz-*"], "unknown scheme 'xyz-*'; sdaeverify list schemes shows all"),
         ("", "empty selection of schemes: ''"),
         ([","], "empty selection of schemes: ','"),
         (["euler[a=1"], "cannot read 'euler[a=1': expected name[key=value,...]"),

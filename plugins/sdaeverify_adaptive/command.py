@@ -81,9 +81,11 @@ def adaptive(**asked: Any) -> ExitCode:
 
 def _numbers(text: str | None) -> tuple[float, ...]:
     try:
-        return tuple(float(part) for part in text.split(",")) if text else ()
+        return tuple(float(part) for part in text.split(",")) if text is not None else ()
     except ValueError:
-        raise UsageError(f"--tolerances expects numbers separated by commas, got {text!r:.200}") from None
+        raise UsageError(
+            f"--tolerances expects numbers separated by commas, such as 1e-2,1e-3,1e-4, got {text!r:.200}"
+        ) from None
 
 
 def _solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
@@ -94,7 +96,7 @@ def _solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
         name, texts = parse_label(pattern)
         names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
         if names == [name] and name not in entries:
-            raise unknown("adaptive solver", name, entries)
+            raise UsageError(f"{unknown('adaptive solver', name, entries)} (known: {', '.join(entries)})")
         made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
         found |= {solver.label: solver for solver in made}
     return list(found.values())

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from sdaeverify import Array, Increment, Problem, Scheme, SchemeError, UsageError
+from sdaeverify import Array, Increment, Problem, Scheme, SchemeError, Settings, UsageError
 from sdaeverify.numerics import GROUPS
 from sdaeverify.studying import Source
 
@@ -40,10 +40,17 @@ class Budget:
 
     def __post_init__(self) -> None:
         if self.paths < 2 * GROUPS or self.paths % GROUPS:
-            raise UsageError(f"the number of paths must be a multiple of {GROUPS}, at least {2 * GROUPS}")
+            raise UsageError(
+                f"the number of paths must be a multiple of {GROUPS}, at least {2 * GROUPS}, got {self.paths}"
+            )
         falling = all(a > b > 0.0 for a, b in zip(self.tolerances, self.tolerances[1:], strict=False))
         if self.tolerances and (len(self.tolerances) < 3 or not falling):
-            raise UsageError("tolerances must be positive and fall, three of them at least, or no rate can be told")
+            given = ",".join(f"{tolerance:g}" for tolerance in self.tolerances)
+            raise UsageError(
+                f"tolerances must be positive and fall, three of them at least, or no rate can be told; got {given}"
+            )
+        # Said before anything is solved.
+        Settings(seed=self.seed)
 
     def sources(self, label: str) -> Iterator[Source]:
         """Yield the addresses of all blocks of paths; a run with fewer than a block draws others."""

@@ -47,13 +47,14 @@ WORDS = {
     ExitCode.OK: "everything is run",
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.NOT_MEASURED: "something could not be run",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
     ExitCode.INTERRUPTED: "interrupted; the paths that were finished are saved",
 }
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Run the experiments of papers again.")
 @click.argument("names", nargs=-1)
-@click.option("--list", "as_list", is_flag=True, help="List the experiments; run nothing.")
+@click.option("--list", "as_list", is_flag=True, help="List the experiments, NAMES or all; run nothing.")
 @options.once(
     "--budget",
     type=click.Choice([each.value for each in Budget]),
@@ -77,7 +78,7 @@ def reproduce(context: click.Context, /, **asked: Any) -> ExitCode:
     """
     registry = load_and_warn(asked["plugins"], lab=True)
     if asked["as_list"]:
-        return _list(registry, output(unbroken=True))
+        return _list(registry, _names_of(asked["names"] or [ALL], registry), output(unbroken=True))
     names = _names_of(asked["names"], registry)
     budget = {"budget": Budget(asked["budget"]), "paths": asked["paths"], "seed": asked["seed"]}
     plans = [experiment_plan(registry, name, **budget) for name in names]
@@ -110,8 +111,10 @@ def _folder(out: Path | None, name: str, *, alone: bool) -> Path:
     return out if out and alone else (out or FOLDER) / name
 
 
-def _list(registry: Registry, console: Console) -> ExitCode:
-    for name, experiment in registry.things(EXPERIMENTS).items():
+def _list(registry: Registry, names: Sequence[str], console: Console) -> ExitCode:
+    known = registry.things(EXPERIMENTS)
+    for name in names:
+        experiment = known[name]
         console.print(Text(name, style="bold"))
         texts = experiment.title, f"{experiment.source}; {experiment.paths} paths"
         print_texts(console, (f"    {text}" for text in texts))

@@ -17,6 +17,7 @@ from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
+from ..study import Plan
 from ..study.class_results import class_results
 from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
@@ -70,10 +71,12 @@ def carry_out_gate(
     # What stands in its place and is no lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
     require_writable(options["out"])
+    if options["write_lock"]:
+        # Said now, not after all is run.
+        require_writable(policy.lock_file.parent, "lock of the policy")
     _remove_report(options["out"] / GATE)
     with workers(*held_to, registry) as crew:
-        with output_to_stderr():
-            plan = gate_plan(registry, policy, crew.executor)
+        plan = _plan(registry, policy, crew, narrowed=is_narrowed(options))
         given = policy.settings, registry, arguments, options["out"], not options["reuse"]
         run = Run(plan, *given, orders=policy.asks_classes)
         result, code = _run_to_its_end(run, crew, options["progress"])
@@ -87,6 +90,17 @@ def carry_out_gate(
     # Written last: where it is, the gate came to its end.
     write_json(json_report(gated), options["out"] / GATE)
     return gated, ExitCode(gated.code)
+
+
+def _plan(registry: Registry, policy: Policy, crew: Workers, *, narrowed: bool) -> Plan:
+    """Return what is run; an unknown name of the policy is told with the file that names it."""
+    try:
+        with output_to_stderr():
+            return gate_plan(registry, policy, crew.executor)
+    except UsageError as error:
+        if policy.file is None or narrowed:
+            raise
+        raise UsageError(f"{policy.file}: [tool.sdaeverify]: {error}") from error
 
 
 def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, ExitCode]:

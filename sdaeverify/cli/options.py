@@ -49,12 +49,15 @@ progress_of_cells = once(
 
 
 class _NamedPath(click.Path):
-    """A path that is not empty, which would be the folder that the program is in."""
+    """A path that is not empty, which would be the folder that the program is in, and no option of the command."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path."""
         if is_blank(str(value)):
             self.fail("expected a path, got an empty text", param, ctx)
+        options = [word for each in ctx.command.params for word in each.opts if word.startswith("-")] if ctx else []
+        if str(value) in options:
+            self.fail(f"expected a path, got the option {value}; write ./{value} if it is one", param, ctx)
         return super().convert(value, param, ctx)
 
 

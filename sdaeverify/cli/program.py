@@ -18,7 +18,7 @@ from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, PluginError, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_disabled, origin_of
 from .console import PROGRAM, complain, silence
-from .exit_codes import ExitCode, code_of_error
+from .exit_codes import ExitCode, code_of_error, codes_in_words
 
 # Each file of the folder is a command, imported when it is asked for.
 OWN = {module.name for module in iter_modules([str(Path(__file__).parent / "commands")])}
@@ -78,6 +78,7 @@ def _command(name: str) -> click.Command | None:
 
 @click.group(
     cls=_Commands,
+    epilog=codes_in_words(),
     context_settings={"help_option_names": ["-h", "--help"]},
     invoke_without_command=True,
 )
@@ -171,6 +172,21 @@ def _text(error: click.ClickException) -> str:
             if error.ctx
             else []
         )
-        return f"no such option {error.option_name}{did_you_mean(error.option_name, known)}"
-    text = error.format_message().rstrip(".")
-    return text[:1].lower() + text[1:]
+        meant = did_you_mean(error.option_name, known, "--" if error.option_name.startswith("--") else "")
+        hint = meant or _whose(error.option_name)
+        return f"no such option {error.option_name}{hint or _help_of(error)}"
+    text = error.format_message().rstrip(".").replace("valid integer range", "valid integer")
+    return f"{text[:1].lower()}{text[1:]}{_help_of(error)}"
+
+
+def _whose(option: str) -> str:
+    """Return which commands of the program's own have an option that is asked of another."""
+    commands = {name: _command(name) for name in sorted(OWN)}
+    having = [name for name, one in commands.items() if one and any(option in each.opts for each in one.params)]
+    return f"; it is an option of {', '.join(having)}" if having else ""
+
+
+def _help_of(error: click.ClickException) -> str:
+    """Return where a command says what it takes."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    return f"; {context.command_path} --help shows what it takes" if context else ""

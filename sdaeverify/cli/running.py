@@ -5,7 +5,7 @@ import shlex
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -173,9 +173,8 @@ def halt_of(error: BaseException) -> Halt:
     return Halt(why, ExitCode.NOT_MEASURED, "; try fewer --jobs or a smaller --block")
 
 
-def workers(
-    jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES
-) -> AbstractContextManager[Workers]:
+@contextmanager
+def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Workers]:
     """Give the workers of a run, as `crew_of`, and warn where limits do not hold.
 
     Parameters
@@ -185,9 +184,10 @@ def workers(
     executor : str
         Its name, perhaps with an address.
     """
-    if executor != PROCESSES and limits is not None:
-        complain("warning", f"no limits of time and memory hold on executor {executor}")
-    return crew_of(jobs, limits, registry, executor)
+    with crew_of(jobs, limits, registry, executor) as crew:
+        if executor != PROCESSES and limits is not None:
+            complain("warning", f"no limits of time and memory hold on executor {executor}")
+        yield crew
 
 
 def advance(run: Run, crew: Workers, kind: str) -> Result:

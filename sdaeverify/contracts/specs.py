@@ -32,6 +32,8 @@ from .spelling import did_you_mean
 CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "local_order_is_global", "source")
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
+# What a command lists by name.
+LISTED = ("scheme", "problem", "measure")
 NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")
 
 
@@ -263,7 +265,7 @@ def describe(thing: object) -> str:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
-    """Return the error for a name that is not registered, with the names that are close.
+    """Return the error for a name that is not registered, with the names that are close or where all of them are.
 
     Parameters
     ----------
@@ -274,7 +276,8 @@ def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
     known : mapping by name
         What is registered.
     """
-    return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known)}")
+    listed = f"; sdaeverify list {kind}s shows all" if kind in LISTED else ""
+    return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known) or listed}")
 
 
 def _matrix_texts(function: Callable[..., Problem]) -> list[dict[str, str]]:

@@ -7,11 +7,23 @@ from difflib import SequenceMatcher
 LONGEST = 100
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
+def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
+    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string.
+
+    Parameters
+    ----------
+    word : str
+        What was given.
+    known : iterable of str
+    prefix : str, optional
+        What all of them begin with, such as ``--``: it makes no two of them alike.
+    """
     if len(word) > LONGEST:
         return ""
-    scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
+    bare = word.removeprefix(prefix).lower()
+    scores = {
+        other: SequenceMatcher(None, bare, other.removeprefix(prefix).lower()).ratio() for other in sorted(known)
+    }
     least = max(0.6, max(scores.values(), default=0.0) - 0.1)
     close = [other for other, score in scores.items() if score >= least]
     close = close or [other for other in scores if word and word.lower() in other.lower()]

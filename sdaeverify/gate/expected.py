@@ -133,7 +133,8 @@ def validate(data: object, kind: type[Validated]) -> Validated:
         path = place.strip(".`")
         # Nothing but expected failures is nested.
         known = (FailingClaim if path else kind).__struct_encode_fields__
-        hint = did_you_mean(what.split("`")[1], known) if "unknown field" in what else ""
+        listed = f"; known are {', '.join(known)}"
+        hint = (did_you_mean(what.split("`")[1], known) or listed) if "unknown field" in what else ""
         raise UsageError(f"{path}: {what}{hint}" if path else f"{what}{hint}") from error
 
 

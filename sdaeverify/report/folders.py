@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
+# How there comes to be one.
+MAKE = "sdaeverify matrix --out FOLDER makes one"
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
 CLASSES = "classes.csv"
 DETAILS = "details"
@@ -135,7 +137,7 @@ def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
         rows = read_rows(file)
     except (OSError, ValueError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
-        raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}") from error
+        raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}; {MAKE}") from error
     if rows and (lacking := {*names} - {*rows[0]}):
         raise UsageError(f"{file} is no table of this program: it lacks {', '.join(sorted(lacking))}")
     return rows
@@ -153,7 +155,8 @@ def run_of(folder: Path) -> dict[str, Any]:
     try:
         run = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {error.strerror or error}") from error
+        why = error.strerror or error
+        raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}; {MAKE}") from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no JSON: {error}") from error
     if not isinstance(run, dict):

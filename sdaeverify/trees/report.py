@@ -12,6 +12,7 @@ import pandas as pd
 from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import whole
+from ..contracts.spelling import did_you_mean
 from ..errors import UsageError
 from ..forms import SDE
 from ..registry.load import load_registry
@@ -272,7 +273,7 @@ def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[Equ
     wanted = known if names is None else names.split(",") if isinstance(names, str) else names
     for name in wanted:
         if name not in known:
-            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}")
+            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}{did_you_mean(name, known)}")
     return [known[name] for name in wanted]
 
 

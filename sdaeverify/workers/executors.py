@@ -116,7 +116,9 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
             # What goes wrong later is none of its business.
             opened.callback(given.__exit__, None, None, None)
         except ImportError as error:
-            raise UsageError(f"executor {name} needs a library that is not installed: {one_line(error)}") from error
+            raise UsageError(
+                f"executor {name} needs a library that is not installed: {one_line(error)}; install it with pip"
+            ) from error
         except FAULTS as error:
             raise UsageError(f"executor {text} cannot be used: {one_line(error)}") from error
         yield workers._replace(plugins=Plugins.of(registry))

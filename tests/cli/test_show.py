@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+NO_RUN = "holds no run: cannot read verdicts.csv: No such file or directory; sdaeverify matrix --out FOLDER makes one"
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 
 
@@ -125,13 +126,13 @@ def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "reports/latest holds no run: cannot read verdicts.csv: No such file or directory"),
+        ((), f"reports/latest {NO_RUN}"),
         (("nowhere",), "nowhere is no folder, and reports/latest, in which it could be a scheme, holds no run"),
-        (("nowhere/",), "nowhere holds no run: cannot read verdicts.csv: No such file or directory"),
+        (("nowhere/",), f"nowhere {NO_RUN}"),
         ((str(REFERENCE), "milstien"), f"nothing in {REFERENCE} is about milstien; did you mean milstein?"),
         (
             (str(REFERENCE), "milstein", "gbm", "-m", "srtong"),
-            f"nothing in {REFERENCE} is about milstein on gbm, srtong",
+            f"nothing in {REFERENCE} is about milstein on gbm, srtong; did you mean strong?",
         ),
     ],
 )

@@ -112,10 +112,14 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     Raises
     ------
     UsageError
-        If there are too few repetitions, or nothing is left to be done.
+        If there are too few repetitions, a pattern is empty, or nothing is left to be done.
     """
     if repetitions < FEWEST:
         raise UsageError(f"repetitions must be at least {FEWEST}, got {repetitions}")
+    if not all(only):
+        raise UsageError(
+            "--only expects a part of the name of a study or cell, got an empty text; leave it out for all"
+        )
     cases = registry.things(CASES)
     placed = [_place(registry, case, only) for case in cases.values()]
     made = CalibrationPlan(

@@ -14,6 +14,7 @@ from sdaeverify.commands import (
     PAGE,
     ExitCode,
     TablePage,
+    codes_in_words,
     conclude,
     describe_making,
     empty_table,
@@ -40,10 +41,14 @@ REPETITIONS = 1000
 WORDS = {
     ExitCode.OK: "every rate agrees with what is promised",
     ExitCode.REFUTED: "a rate disagrees with what is promised",
+    ExitCode.USAGE: "the command line is wrong",
+    ExitCode.NOT_MEASURED: "something could not be measured",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
+    ExitCode.INTERRUPTED: "interrupted",
 }
 
 
-@click.command(short_help="Try out intervals and tests over many seeds.")
+@click.command(epilog=codes_in_words(WORDS), short_help="Try out intervals and tests over many seeds.")
 @options.once(
     "--repetitions", type=int, default=REPETITIONS, help="Samples of 400 paths; more smaller and fewer larger ones."
 )

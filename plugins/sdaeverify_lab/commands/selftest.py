@@ -33,7 +33,9 @@ DEFAULTS = Settings(paths=1024, max_looks=3)
 WORDS = {
     ExitCode.OK: "every planted bug is refuted, and nothing else",
     ExitCode.REFUTED: "a planted bug survives, or what is right is refuted",
+    ExitCode.USAGE: "the command line is wrong",
     ExitCode.NOT_MEASURED: "something could not be measured",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
 }
 FILE = "kill.csv"
 

@@ -71,7 +71,9 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     plans = [made for made in _plans(registry, placed, wanted) if made.cells]
     missing = {bug: why for bug, why in missing.items() if fnmatchcase(bug.scheme.name, only)}
     if not (plans or missing):
-        raise UsageError(f"no planted bug and no claim of a scheme matches {only!r}")
+        raise UsageError(
+            f"no planted bug and no claim of a scheme matches {only!r}; '*euler*' matches parts of names"
+        )
     # The largest first: the others fill what time is left on the last worker.
     return SelfTest(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
 

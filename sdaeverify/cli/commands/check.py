@@ -22,7 +22,13 @@ from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
 
-WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
+WORDS = {
+    ExitCode.OK: "no check fails",
+    ExitCode.REFUTED: "a check fails",
+    ExitCode.USAGE: "wrong usage",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
+}
+LISTED = "; sdaeverify list shows all"
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -72,7 +78,7 @@ def _kinds(registry: Registry, pattern: str) -> list[str]:
     found = [kind for kind, entries in kinds.items() if any(fnmatchcase(known, name) for known in entries)]
     if not found:
         known = [other for entries in kinds.values() for other in entries]
-        raise UsageError(f"no scheme or problem is named {name!r}{did_you_mean(name, known)}")
+        raise UsageError(f"no scheme or problem is named {name!r}{did_you_mean(name, known) or LISTED}")
     return found
 
 

@@ -5,6 +5,7 @@ from math import isfinite, nan
 from typing import Any
 
 import click
+from click.core import ParameterSource
 from rich.text import Text
 
 from ...api import Result, load, verify
@@ -28,6 +29,7 @@ HEADINGS = ("", "scheme", "order", "noise", "error", "steps", "work", "")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 # Enough for errors to be told from each other; a run of more paths is given by --run.
 PATHS = 2048
+OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs")
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
@@ -45,7 +47,8 @@ PATHS = 2048
 @options.once("-j", "--jobs", type=click.IntRange(min=1), default=1, help="Worker processes.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with a list of schemes.")
 @options.plugins
-def choose(problem: str, as_json: bool, **asked: Any) -> ExitCode:
+@click.pass_context
+def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any) -> ExitCode:
     """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
 
     The work is the time of the steps of a path, measured on this machine; the verdict is the one on what the scheme
@@ -56,10 +59,12 @@ def choose(problem: str, as_json: bool, **asked: Any) -> ExitCode:
         raise UsageError(f"--accuracy expects a positive number, the error that is wanted, got {accuracy:g}")
     if any(letter in problem.partition("[")[0] for letter in ",*?"):
         raise UsageError(f"choose takes one problem, got {problem!r:.200}; sdaeverify list problems has their names")
+    if asked["run"] is not None:
+        _require_none_given(context)
     load_and_warn(asked["plugins"])
     with output_to_stderr():
         result = _result(problem, asked)
-    label = _label(result, problem)
+    label = _label(result, problem, alone=asked["run"] is None)
     found = result.choose(label, asked["measure"], asked["quantity"] or "", accuracy)
     code = ExitCode.OK if any(isfinite(one.seconds) for one in found.found) else ExitCode.NOTHING
     if as_json:
@@ -71,20 +76,28 @@ def choose(problem: str, as_json: bool, **asked: Any) -> ExitCode:
     return code
 
 
+def _require_none_given(context: click.Context) -> None:
+    """Refuse options of a run where nothing is run: they would change nothing."""
+    names = [name for name in OF_A_RUN if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    if names:
+        given = ", ".join(f"--{name}" for name in names)
+        raise UsageError(f"contradictory options: with --run nothing is run; leave out --run, or {given}")
+
+
 def _result(problem: str, asked: dict[str, Any]) -> Result:
     if asked["run"] is not None:
         return load(asked["run"])
-    numbers = {name: asked[name] for name in ("paths", "levels", "seed", "jobs", "plugins")}
+    numbers = {name: asked[name] for name in (*OF_A_RUN[1:], "plugins")}
     return verify(asked["schemes"], [problem], [asked["measure"]], **numbers)
 
 
-def _label(result: Result, problem: str) -> str:
-    """Return the label under which a problem is in a result: one that was run alone is the only one."""
+def _label(result: Result, problem: str, *, alone: bool) -> str:
+    """Return the label under which a problem is in a result: the only one if it was run alone."""
     labels = list(dict.fromkeys(row.problem for row in result.rows.verdicts))
     if problem in labels or not labels:
         return problem
     named = [label for label in labels if parse_label(label) == parse_label(problem)]
-    return named[0] if named else labels[0] if len(labels) == 1 else problem
+    return named[0] if named else labels[0] if alone and len(labels) == 1 else problem
 
 
 def _show(found: Choices, result: Result) -> None:

@@ -42,7 +42,7 @@ def compare(**options: Any) -> ExitCode:
     with few paths. Errors are compared where both runs have the same seed, step sizes and problem.
     """
     if len(options["runs"]) < 2:
-        raise UsageError("compare needs two runs or more")
+        raise UsageError("compare needs two runs or more: folders that matrix --out wrote, the oldest first")
     changes([], options["factor"], options["alpha"])
     runs = [read_run(folder) for folder in options["runs"]]
     for run in (run for run in runs if run.damaged):

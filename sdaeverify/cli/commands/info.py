@@ -53,7 +53,8 @@ def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
         registry = load_quietly(plugins, lab=True)
     if label.name not in (known := _names(registry)):
         raise UsageError(
-            f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
+            f"no scheme, problem, measure or plugin is named {label.name!r}"
+            f"{did_you_mean(label.name, known) or '; sdaeverify list shows all'}"
         )
     with output_to_stderr():
         told = list(_tell(registry, label.name, label.parameters or {}))

@@ -43,7 +43,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     rows = [*map(VerdictRow.from_row, chosen)]
     if not (rows or absent):
         about = ", ".join(filter(None, [" on ".join(filter(None, (scheme, problem))), *measures]))
-        raise UsageError(f"nothing in {folder} is about {about}{_meant(tables, scheme, problem)}")
+        raise UsageError(f"nothing in {folder} is about {about}{_meant(folder, tables, scheme, problem, measures)}")
     shown = [row for row in rows if row.verdict in ATTENTION] if left_open else rows
     console = output()
     width, plain = console.width, console.options.ascii_only
@@ -78,14 +78,14 @@ def _places(what: Sequence[str]) -> tuple[Path, str, str]:
     return folder, scheme, problem
 
 
-def _meant(tables: SavedTables, scheme: str, problem: str) -> str:
-    """Return a hint where a name is nearly that of a scheme or problem of the run."""
-    rows = [*tables.verdicts, *tables.absent]
-    for kind, word in (("scheme", scheme), ("problem", problem)):
+def _meant(folder: Path, tables: SavedTables, scheme: str, problem: str, measures: Sequence[str]) -> str:
+    """Return what a name that the run does not have was meant to be, or else how to see what it has."""
+    rows, hint = [*tables.verdicts, *tables.absent], f"; sdaeverify show {folder} shows what there is"
+    for kind, word in (("scheme", scheme), ("problem", problem), *(("measure", each) for each in measures)):
         names = {row[kind] for row in rows}
         if word and not any(_is_named(name, word) for name in names):
-            return did_you_mean(word, names)
-    return ""
+            return did_you_mean(word, names) or hint
+    return hint
 
 
 def _is_path(word: str) -> bool:

@@ -12,7 +12,9 @@ from ...contracts.matching import match
 from ...contracts.measure import Measure
 from ...contracts.scheme import Scheme
 from ...contracts.specs import ProblemSpec
+from ...contracts.spelling import did_you_mean
 from ...errors import FAULTS, UsageError
+from ...forms.traits import known_traits
 from ...registry.load import Registry, load_registry
 from ...registry.selection import select_measures, select_problems, select_schemes
 from ..strategies import EXAMPLES as DRAWINGS
@@ -35,6 +37,7 @@ def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
     asked : HuntOptions
     """
     registry = load_registry([str(file) for file in asked.plugins])
+    _require_traits(asked)
     targets = list(_targets(registry, schemes, asked))
     if not targets:
         raise UsageError("nothing is hunted: the schemes claim nothing of these measures on problems of these forms")
@@ -78,11 +81,25 @@ def _place(measure: Measure) -> tuple[bool, str]:
 
 
 def _forms(scheme: Scheme, wanted: Sequence[str]) -> list[str]:
-    """Return the forms that are asked for; if none is, those that a scheme solves itself."""
+    """Return the forms that are asked for and that a scheme solves; if none is, those that it solves itself."""
     known = [*DRAWINGS, SHIPPED]
     if unknown := sorted(set(wanted) - set(known)):
-        raise UsageError(f"unknown form {', '.join(unknown)}; known are {', '.join(known)}")
-    return list(wanted) or [form for form in DRAWINGS if isinstance(_problem(form), scheme.forms)]
+        raise UsageError(
+            f"unknown form {', '.join(unknown)}; known are {', '.join(known)}{did_you_mean(unknown[0], known)}"
+        )
+    if wanted:
+        return [form for form in wanted if form == SHIPPED or scheme.view_of(_problem(form)) is not None]
+    return [form for form in DRAWINGS if isinstance(_problem(form), scheme.forms)]
+
+
+def _require_traits(asked: HuntOptions) -> None:
+    """Refuse traits that no form declares: no example would have them. Registered problems may declare their own."""
+    known = {name for form in DRAWINGS for name in known_traits(type(_problem(form)))}
+    unknown = sorted(set(map(str, asked.when)) - known)
+    if unknown and SHIPPED not in asked.forms:
+        raise UsageError(
+            f"unknown trait {unknown[0]!r:.200}{did_you_mean(unknown[0], known)}; sdaeverify info traits shows all"
+        )
 
 
 @cache

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...api import Measures
-from ...contracts.settings import number, whole
+from ...contracts.settings import number, require, whole
 from ...errors import UsageError
 
 EXAMPLES, SHRINKING = 200, 60.0
@@ -60,7 +60,7 @@ class HuntOptions:
     tell: Callable[[str], object] = str
 
     def __post_init__(self) -> None:
-        whole("seed", self.seed)
+        require(0 <= whole("seed", self.seed) < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         for name in ("when", "forms"):
             if isinstance(given := getattr(self, name), str):
                 raise UsageError(f"{name} expects a list of names, such as [{given!r:.200}], got {given!r:.200}")
