@@ -170,7 +170,8 @@ def verdict_lines(rows: pd.DataFrame, wanted: str) -> Iterator[str]:
         refuted = int((runs["verdict"].agg(lambda each: Verdict.REFUTED in set(each))).sum())
         other = int((runs["without_limit"].agg(lambda each: Verdict.REFUTED in set(each))).sum())
         verified = int((runs["verdict"].agg(lambda each: set(each) == {Verdict.VERIFIED})).sum())
-        first = cell[cell["measure"] != "tolerance-steps"]["estimate"]
+        rates = cell[cell["measure"] == "tolerance"]
+        first = (cell if rates.empty else rates)["estimate"]
         shown = verified if wanted == "all verified" else other
         found, seconds = f"{first.min():.2f} to {first.max():.2f}", runs["seconds"].first().mean()
         yield f"| {name} | {label} | {len(runs)} | {refuted} | {shown} | {found} | {seconds:.1f} |"
