@@ -2,7 +2,8 @@
 
 ::
 
-    from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
+    from sdaeverify.testing import check_problem, check_scheme
+    from sdaeverify.testing import parametrize_with_checks, parametrize_with_claims, parametrize_with_hunts
 
     failed = [row for row in check_scheme(MyScheme()) if row["status"] == "failed"]
 
@@ -12,6 +13,10 @@
 
     @parametrize_with_claims([MyScheme()])
     def test_claims(subject, check):
+        check(subject)
+
+    @parametrize_with_hunts([MyScheme()])
+    def test_no_counterexample(subject, check):
         check(subject)
 
 `check_scheme` and `check_problem` need no pytest and raise nothing for a check that fails. `checks` returns the
@@ -134,6 +139,7 @@ controls (truths)
 
 from .check import LEVEL, Check
 from .claims import parametrize_with_claims
+from .hunts import parametrize_with_hunts
 from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
 
@@ -145,4 +151,5 @@ __all__ = [
     "checks",
     "parametrize_with_checks",
     "parametrize_with_claims",
+    "parametrize_with_hunts",
 ]

@@ -1,0 +1,94 @@
+"""Hunts as tests: the claims of each scheme are attacked by problems of their own, marked ``hunt``.
+
+``hunt`` is a marker to be registered with pytest, so that the quick run of a project leaves hunts out::
+
+    [tool.pytest.ini_options]
+    addopts = ["-m", "not hunt"]
+    markers = ["hunt: counterexamples are looked for, run with -m hunt"]
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..contracts.scheme import Scheme
+from ..errors import UsageError
+from ..registry.selection import select_schemes
+from ..report.plain import visible
+from .claims import ClaimError
+from .hunting.hunt import hunt
+from .subjects import load_plugins
+
+if TYPE_CHECKING:
+    import pytest
+
+# The name of the marker, and how long a scheme is hunted where nobody says it.
+MARKER, MINUTES = "hunt", 0.5
+
+
+@dataclass(frozen=True)
+class HuntCheck:
+    """The hunt of a scheme, as a parameter of a test.
+
+    Attributes
+    ----------
+    options : mapping
+        Of the hunt.
+    """
+
+    options: Mapping[str, Any]
+
+    def __call__(self, subject: Scheme) -> None:
+        """Raise what is found: nothing if no counterexample is confirmed.
+
+        Raises
+        ------
+        ClaimError
+            If a claim is refuted on a problem that was drawn, and again by a run on its plugin file, whose text is
+            at the end of the message.
+        """
+        __tracebackhide__ = True
+        report = hunt(subject, **self.options)
+        if report.found:
+            told = [visible(attack.outcome) for attack in report.found]
+            raise ClaimError("\n".join([*told, "", report.found[0].example.source]))  # type: ignore[union-attr]
+
+    def __repr__(self) -> str:
+        return "hunt"
+
+
+def parametrize_with_hunts(schemes: Sequence[str | Scheme], **options: Any) -> "pytest.MarkDecorator":
+    """Return a decorator of a test function of ``subject`` and ``check`` that hunts each scheme, marked ``hunt``.
+
+    ::
+
+        @parametrize_with_hunts([MyScheme()], minutes=2.0)
+        def test_no_counterexample(subject, check):
+            check(subject)
+
+    Parameters
+    ----------
+    schemes : sequence of Scheme or str
+        Schemes and patterns of registered ones, mixed.
+    **options
+        As `sdaeverify.hunt` takes them; half a minute for each scheme where neither ``minutes`` nor ``examples`` is
+        given. With ``examples`` the outcome does not depend on the speed of the machine.
+
+    Returns
+    -------
+    pytest.MarkDecorator
+
+    Raises
+    ------
+    UsageError
+        If no scheme is named, or a name is unknown.
+    """
+    import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+    if not schemes:
+        raise UsageError("schemes is empty; name the schemes that are to be hunted")
+    timed = options if {"minutes", "examples"} & set(options) else {**options, "minutes": MINUTES}
+    found = select_schemes(load_plugins(), schemes)
+    marks = getattr(pytest.mark, MARKER)
+    cases = [pytest.param(scheme, HuntCheck(timed), id=visible(scheme.label), marks=marks) for scheme in found]
+    return pytest.mark.parametrize(("subject", "check"), cases)
