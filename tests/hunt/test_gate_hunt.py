@@ -1,0 +1,57 @@
+"""A nightly gate with a hunt in its policy."""
+
+import json
+
+import pytest
+
+import sdaeverify
+from facade import execute
+
+POLICY = """[tool.sdaeverify]
+schemes = ["{scheme}"]
+problems = ["ou"]
+measures = ["strong"]
+tier = "nightly"
+hunt = "10 s"
+"""
+PLUGIN = """from hunt.wrong_schemes import LaterSecondStage
+from sdaeverify import hookimpl
+
+@hookimpl
+def sdaeverify_schemes():
+    return [LaterSecondStage()]
+"""
+
+
+def run_gate(tmp_path, scheme):
+    """Return the exit code of a gate, and its report."""
+    (tmp_path / "plugin.py").write_text(PLUGIN, encoding="utf-8")
+    (tmp_path / "pyproject.toml").write_text(POLICY.format(scheme=scheme), encoding="utf-8")
+    given = ["--config", str(tmp_path / "pyproject.toml"), "--plugin", str(tmp_path / "plugin.py")]
+    code = execute(["gate", *given, "--out", str(tmp_path / "gate"), "-j", "1", "--progress", "none"])
+    return code, json.loads((tmp_path / "gate/gate.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+def test_a_hunt_makes_a_gate_red_that_its_problems_leave_green(tmp_path, capsys):
+    """All claims pass on the problem of the policy; the hunt finds another one, and keeps it as plugin and test."""
+    code, report = run_gate(tmp_path, "later-second-stage")
+
+    printed = capsys.readouterr().out
+    assert set(report["counts"]) == {"passed"}
+    assert code == 1
+    assert "later-second-stage, strong, SDE: order >= 1.5" in printed
+    assert "hunt of 10 s: " in printed
+    found = [tmp_path / "plugin.py", tmp_path / "gate/counterexample.py"]
+    rows = sdaeverify.verify("later-second-stage", "counterexample", "strong", plugins=found).verdicts
+    assert (rows.verdict == "refuted").any()
+    assert (tmp_path / "gate/test_counterexample.py").exists()
+
+
+@pytest.mark.slow
+def test_a_hunt_leaves_the_gate_of_a_right_scheme_green(tmp_path, capsys):
+    """It says how many examples were looked at."""
+    code, _ = run_gate(tmp_path, "sri1w1")
+
+    assert code == 0
+    assert "0 claims refuted" in capsys.readouterr().out
