@@ -81,6 +81,38 @@ def test_memory_is_kept_between_steps_and_left_out_of_what_is_read() -> None:
     assert np.abs(step.read(kept) - anew).max() > 0.1 * np.sqrt(H)
 
 
+class FirstSlope(Averaging):
+    """Euler-Maruyama with the drift of the state that it entered, for ever."""
+
+    name: ClassVar[str] = "first-slope"
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Remembered:
+        """Remember the drift."""
+        return Remembered(state, h * problem.drift(t, state))
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        kick = s.apply(problem.diffusion(t, state.x), noise.dW)
+        return Step(state._replace(x=state.x + state.last + kick))
+
+
+class LastSlope(FirstSlope):
+    """The same with the drift of the state before."""
+
+    name: ClassVar[str] = "last-slope"
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return Step(super().step(problem, state, t, h, noise).state._replace(last=h * problem.drift(t, state.x)))
+
+
+@pytest.mark.parametrize("problem", [gbm(), swapped({"p": slice(0, 1), "q": slice(1, 2)})], ids=["gbm", "rotation"])
+def test_memory_that_is_never_renewed_is_no_error_of_one_step(problem: SDE) -> None:
+    """It differs from what entering sets by what grows with the time of a run; memory of one step before does not."""
+    assert "steps of a run differ" in OneStep(FirstSlope(), problem).why_not_probed()
+    assert not OneStep(LastSlope(), problem).why_not_entered()
+
+
 def on_ellipse() -> HolonomicSDAE:
     """Return a point on an ellipse whose velocity grows from 0 by noise: later steps have larger errors."""
     return HolonomicSDAE(

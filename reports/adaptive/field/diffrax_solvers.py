@@ -112,7 +112,7 @@ class Diffrax(Adaptive):
     stored: int = 0
 
     name: ClassVar[str] = "diffrax-pid"
-    tolerances: ClassVar[tuple[float, ...]] = tuple(2.0**-n for n in (5, 7, 9, 11))
+    tolerances: ClassVar[tuple[float, ...]] = tuple(2.0**-n for n in (7, 9, 11, 13, 15))
     source: ClassVar[str] = f"diffrax {diffrax.__version__}"
 
     @property

@@ -10,7 +10,7 @@ from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import key_of, read_verdicts, run_of
+from ..folders import Key, key_of, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
 
@@ -84,17 +84,27 @@ def read_run(folder: Path) -> StoredRun:
             # Evidence of an earlier version stays where it was: what was used last counts.
             for levels in {every, few} if lane.block == SCREENING else {lane.ingredients["levels"]}:
                 lanes[levels][lane.scheme, lane.problem][lane.block] = lane
-    if not lanes:
+    if not lanes and (damaged or not _is_decided_early(folder)):
         raise UsageError(why_absent(folder, damaged))
     return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
 
 
 def verdict_changes(old: Path, new: Path) -> list[dict[str, str]]:
-    """Return the verdicts that changed between the runs in two folders, of what both judged: names, before, after."""
-    known = {key_of(row): row["verdict"] for row in read_verdicts(old).verdicts}
-    both = ((key_of(row), row["verdict"]) for row in read_verdicts(new).verdicts)
-    changed = ((key, known[key], after) for key, after in both if known.get(key, after) != after)
-    return [{**key._asdict(), "before": before, "after": after} for key, before, after in changed]
+    """Return the verdicts that changed between the runs in two folders, of what both judged: names, before, after.
+
+    A verdict on a whole cell, as of a broken contract, is one on each quantity that the other run has of it.
+    """
+    befores, afters = ({key_of(row): row["verdict"] for row in read_verdicts(run).verdicts} for run in (old, new))
+    both = ((key, _verdict_in(befores, key), _verdict_in(afters, key)) for key in {**befores, **afters})
+    return [
+        {**key._asdict(), "before": before, "after": after}
+        for key, before, after in both
+        if before and after and before != after
+    ]
+
+
+def _verdict_in(verdicts: Mapping[Key, str], key: Key) -> str:
+    return verdicts.get(key, verdicts.get(key._replace(quantity=""), ""))
 
 
 def why_not_on_common_noise(old: StoredRun, new: StoredRun) -> str:
@@ -118,6 +128,10 @@ def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
 
 # Where the contract of a scheme is broken, nothing is simulated.
 BEFORE_ANY_PATH = "T0"
+
+
+def _is_decided_early(folder: Path) -> bool:
+    return any(row.get("decided_by") == BEFORE_ANY_PATH for row in read_verdicts(folder).verdicts)
 
 
 def why_absent(folder: Path, damaged: int) -> str:
