@@ -205,8 +205,8 @@ def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
     refuted, mended = (call("compare", *runs, "--plugin", "old.py") for runs in (("old", "new"), ("new", "old")))
 
     assert (refuted.code, mended.code) == (1, 0)
-    assert "mine on gbm, strong x: verified -> refuted" in refuted.out
-    assert "mine on gbm, strong x: refuted -> verified" in mended.out
+    assert "mine on gbm, strong x: inconclusive -> refuted" in refuted.out
+    assert "mine on gbm, strong x: refuted -> inconclusive" in mended.out
 
 
 def with_ingredients(**changes):
