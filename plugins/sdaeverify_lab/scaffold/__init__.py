@@ -152,7 +152,9 @@ def fill_in(names: Names) -> Mapping[str, str]:
 
     texts = {fill(path): fill((template / f"{name}.txt").read_text(encoding="utf-8")) for path, name in FILES.items()}
     # Sorted as the gate would write it: where the names of this plugin belong depends on them.
-    texts[LOCK] = json.dumps(json.loads(texts[LOCK]), indent=1, sort_keys=True) + "\n"
+    sorted_lock = json.dumps(json.loads(texts[LOCK]), indent=1, sort_keys=True) + "\n"
+    # Each claim on a line of its own, as gate writes it.
+    texts[LOCK] = re.sub(r"\{\n\s*([^{}]*?)\n\s*\}", r"{\1}", sorted_lock)
     return texts
 
 
