@@ -9,13 +9,13 @@ from functools import cached_property
 from itertools import chain
 from math import inf, isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import pandas as pd
 
 from .contracts.measure import Measure
 from .contracts.scheme import Scheme
-from .contracts.settings import Settings, number, read_levels, whole
+from .contracts.settings import Settings, SettingsOptions, number, settings_from, whole
 from .contracts.specs import ProblemSpec
 from .errors import UsageError
 from .forms import Problem
@@ -40,6 +40,7 @@ from .report.tables.saved_tables import read_result
 from .store.store import Store
 from .study import CellResult, Event, Finished, Plan, Study, plan
 from .study.class_rows import class_rows
+from .study.examination import Work, command_words
 from .study.trial import trial_of
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits, read_limits
@@ -52,20 +53,6 @@ LOG = logging.getLogger("sdaeverify")
 Schemes = str | Scheme | Sequence[str | Scheme]
 Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]
 Measures = str | Measure | Sequence[str | Measure]
-
-
-class SettingsOptions(TypedDict, total=False):
-    """Keywords of `Settings`."""
-
-    paths: int
-    coarsest: int
-    levels: int | str
-    first_levels: int
-    seed: int
-    confidence: float
-    block: int
-    max_looks: int
-    tests_reserved: int
 
 
 @dataclass(frozen=True, repr=False)
@@ -393,28 +380,6 @@ def crew_of(
         yield Workers(executor, jobs, Plugins.of(registry))
 
 
-def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
-    """Return settings from keywords.
-
-    Raises
-    ------
-    UsageError
-        If a keyword is unknown or a value out of its range.
-    """
-    known = SettingsOptions.__annotations__
-    if unknown := sorted(set(settings) - set(known)):
-        raise UsageError(f"unknown setting {', '.join(unknown)}; known are {', '.join(known)}")
-    given: dict[str, Any] = dict(settings)
-    if isinstance(levels := given.get("levels"), str):
-        coarsest, given["levels"] = read_levels("levels", levels)
-        if given.setdefault("coarsest", coarsest) != coarsest:
-            raise UsageError(f"levels begin with {coarsest} steps, but coarsest is {given['coarsest']!r:.200}")
-    if "levels" in given:
-        # Who says which levels wants to see them.
-        given.setdefault("first_levels", given["levels"])
-    return Settings(**given)
-
-
 def plan_of(
     registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
 ) -> Plan:
@@ -439,7 +404,7 @@ def plan_of(
     )
 
 
-def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:
+def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside: Sequence[Work] = ()) -> Result:
     """Return what is known of a study, finished or not.
 
     Parameters
@@ -449,12 +414,16 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     registry : Registry
     arguments : sequence of str
         The call, kept in the record of the run.
+    beside : sequence of Work, optional
+        Examinations that have come to their end.
     """
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
     run["noise"] = {each.label: noise_in_words(each) for each in things.values() if isinstance(each, Scheme)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
+    run["examined"] = command_words(beside)
+    results += tuple(result for work in beside for result in work.results)
     rows = rows_of(results)
     tables = tables_of(rows, results, study.settings)
     if study.class_rows is not None:

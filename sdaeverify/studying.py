@@ -22,6 +22,7 @@ from .simulate.ensemble import Entry, SchemeEvidence, Task, one_thread, run_bloc
 from .simulate.tracks import Track, follow
 from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
 from .study.class_results import class_results, is_of_class
+from .study.examination import Examination
 from .study.holm import holm
 from .verdicts.path_tests import DEEP_PATHS, RESOLVED
 from .workers.pool import in_turn
@@ -36,6 +37,7 @@ __all__ = [
     "CellResult",
     "Chains",
     "Entry",
+    "Examination",
     "LevelNoise",
     "Piece",
     "Plan",

@@ -4,7 +4,6 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from fnmatch import fnmatchcase
 from math import isfinite
 from typing import Any
 
@@ -22,19 +21,15 @@ from sdaeverify.commands import (
     options,
     output,
     print_texts,
+    run_on_workers,
     visible,
 )
 from sdaeverify.measuring import Verdict
-from sdaeverify.studying import UNMEASURED, Registry, one_thread, parse_label, select_problems, unknown
+from sdaeverify.studying import UNMEASURED, select_problems
 
-from .contract import Adaptive
-from .run import Measured, Row, cells, measured, rows
+from .run import PROBLEMS, AdaptiveRun, Row, cells, select_solvers, work_of
 from .sample import Budget
 
-HOOK = "sdaeverify_adaptive"
-PLANTED = "planted-"
-# Ito's sense, additive noise, an area, and an equation without reflection symmetry.
-PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "heisenberg", "shear")
 WORDS = {
     ExitCode.OK: "no claim is refuted, and no check fails",
     ExitCode.REFUTED: "a claim is refuted, or a check fails",
@@ -54,6 +49,8 @@ STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONC
 @options.once("--paths", type=int, default=Budget().paths, help="Number of paths.")
 @options.once("--tolerances", metavar="LIST", help="Such as 1e-2,1e-3,1e-4.  [default: those of each solver]")
 @options.seed
+@options.jobs
+@options.progress_of_cells
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
 @options.plugins
 def adaptive(**asked: Any) -> ExitCode:
@@ -65,13 +62,15 @@ def adaptive(**asked: Any) -> ExitCode:
     """
     begun, registry = time.monotonic(), load_and_warn(asked["plugins"], lab=True)
     budget = Budget(asked["paths"], _numbers(asked["tolerances"]), asked["seed"])
-    pairs, why = cells(_solvers(registry, asked["solvers"]), select_problems(registry, asked["problems"] or PROBLEMS))
-    with one_thread():
-        done = [measured(cell, budget) for cell in pairs]
-    found = rows(done)
+    solvers = select_solvers(registry, asked["solvers"])
+    pairs, why = cells(solvers, select_problems(registry, asked["problems"] or PROBLEMS))
+    run = AdaptiveRun(pairs, budget)
+    if (ended := run_on_workers(run, asked["jobs"], registry, asked["progress"])) is not ExitCode.OK:
+        return ended
+    found = run.rows
     code = _code(found)
     if asked["as_json"]:
-        click.echo(json.dumps([*_records(found, done)], indent=2))
+        click.echo(json.dumps([*_records(found, run)], indent=2))
         return code
     console = output(unbroken=True)
     console.print(_table(found))
@@ -86,20 +85,6 @@ def _numbers(text: str | None) -> tuple[float, ...]:
         raise UsageError(
             f"--tolerances expects numbers separated by commas, such as 1e-2,1e-3,1e-4, got {text!r:.200}"
         ) from None
-
-
-def _solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
-    entries, found = registry.entries.get(HOOK, {}), dict[str, Adaptive]()
-    if not patterns:
-        return [entry.thing for name, entry in entries.items() if not name.startswith(PLANTED)]
-    for pattern in patterns:
-        name, texts = parse_label(pattern)
-        names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
-        if names == [name] and name not in entries:
-            raise UsageError(f"{unknown('adaptive solver', name, entries)} (known: {', '.join(entries)})")
-        made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
-        found |= {solver.label: solver for solver in made}
-    return list(found.values())
 
 
 def _code(found: Sequence[Row]) -> ExitCode:
@@ -145,8 +130,8 @@ def _counts(found: Sequence[Row]) -> str:
     return ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items())) or "no solver and problem fit"
 
 
-def _records(found: Sequence[Row], done: Sequence[Measured]) -> Iterator[Mapping[str, object]]:
-    work = [(each.cell, [*_work(each)]) for each in done]
+def _records(found: Sequence[Row], run: AdaptiveRun) -> Iterator[Mapping[str, object]]:
+    work = [*zip(run.cells, work_of(run), strict=True)]
     for row in found:
         one = row.finding
         yield {
@@ -164,14 +149,3 @@ def _records(found: Sequence[Row], done: Sequence[Measured]) -> Iterator[Mapping
 
 def _number(value: float) -> float | None:
     return value if isfinite(value) else None
-
-
-def _work(each: Measured) -> Iterator[Mapping[str, float]]:
-    """Yield what each tolerance took and came to."""
-    if each.sample is None:
-        return
-    runs, budget = each.sample.runs, each.sample.budget
-    rms = (each.sample.errors**2).sum(axis=1).mean(axis=-1) ** 0.5
-    for k, tolerance in enumerate(budget.tolerances):
-        counted = {name: float(getattr(runs, name)[k].mean()) for name in ("steps", "rejected", "evaluations")}
-        yield {"tolerance": tolerance, "rms": float(rms[k]), **counted}

@@ -129,7 +129,7 @@ def _of_rate(question: Question, measure: str, covered: Coverage, rows: slice) -
     assert claim is not None
     nothing = Estimate(np.nan, np.nan)
     if len(use) < FEWEST:
-        few = f"{len(use)} tolerances have 16 steps or more in the mean, and {FEWEST} are needed; try smaller ones"
+        few = f"tolerances with 16 steps or more in the mean: {len(use)}, and {FEWEST} are needed; try smaller ones"
         return Asked(measure, covered, PathTests.none(few), nothing, np.nan, evidence)
     if not isinstance(claim.value, Order):
         return Asked(measure, covered, PathTests.none("an order is asked for"), nothing, np.nan, evidence)
@@ -279,14 +279,16 @@ def bound_tests(bias: Estimate, most: float, evidence: Evidence) -> PathTests:
     return PathTests(inside, outside, reason, bias.growth_to_decide(np.copysign(most, bias.value), evidence.level))
 
 
-def judge(asked: Sequence[Asked]) -> list[Finding]:
+def judge(asked: Sequence[Asked], confidence: float = Settings().confidence) -> list[Finding]:
     """Return the findings of a run: verdicts that hold for all of its tests together, by Holm's procedure.
 
     Parameters
     ----------
     asked : sequence of Asked
+    confidence : float, optional
+        One less the probability of any false verdict.
     """
-    alpha = 1.0 - Settings().confidence
+    alpha = 1.0 - confidence
     level = alpha / max(len(asked), 1)
     refuted = holm({(i, 0): each.tests.refuted for i, each in enumerate(asked)}, alpha)
     verified = holm({(i, 0): each.tests.verified for i, each in enumerate(asked)}, alpha)

@@ -1,22 +1,28 @@
 """A run: solvers on problems, what paths say of their claims, and what the checks find."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from fnmatch import fnmatchcase
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sdaeverify import Problem
+from sdaeverify import Array, Problem, Settings, UsageError
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Opinion, Reason, Verdict
-from sdaeverify.studying import ProblemSpec, Source
+from sdaeverify.studying import Advanced, ProblemSpec, Registry, Source, in_turn, one_thread, parse_label, unknown
 
 from .checks import Answer, check
 from .contract import Adaptive
 from .judging import LAW, RATE, STEPS, Asked, Question, ask, judge
 from .path import brownian_path
-from .sample import Budget, Sample, measure, why_not
+from .sample import Budget, Runs, Sample, measure, why_not
 
+HOOK, PLANTED = "sdaeverify_adaptive", "planted-"
+# Ito's sense, additive noise, an area, and an equation without reflection symmetry.
+PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "heisenberg", "shear")
 MEASURES = (RATE, STEPS, LAW)
 # Paths of the checks, and which of a solver's tolerances they are made with: one at which steps are rejected.
 CHECKED, MIDDLE = 20, 2
@@ -28,14 +34,19 @@ class Cell(NamedTuple):
     Attributes
     ----------
     solver : Adaptive
-    label : str
-        Of the problem.
+    spec : ProblemSpec
+        Recipe of the problem.
     problem : Problem
     """
 
     solver: Adaptive
-    label: str
+    spec: ProblemSpec
     problem: Problem
+
+    @property
+    def label(self) -> str:
+        """The label of the problem."""
+        return self.spec.label
 
 
 class Row(NamedTuple):
@@ -54,14 +65,59 @@ class Row(NamedTuple):
     finding: Finding
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What came of a cell: a sample or why there is none, and the answers of the checks."""
+class Measured(NamedTuple):
+    """What came of a cell, fit to be sent from another process, which a problem need not be.
 
-    cell: Cell
-    sample: Sample | None
+    Attributes
+    ----------
+    sampled : tuple or None
+        The fields of its `Sample` but for solver and problem; None if there is none.
+    failed : Opinion or None
+        Why there is none.
+    answers : tuple of Answer
+        Of the checks.
+    seconds : float
+        That all of it took.
+    """
+
+    sampled: tuple[Budget, Runs, Array, float, float] | None
     failed: Opinion | None
     answers: tuple[Answer, ...]
+    seconds: float = 0.0
+
+    def sample(self, cell: Cell) -> Sample | None:
+        """Return the sample of the cell that was measured."""
+        view = cell.solver.view_of(cell.problem)
+        return (
+            None if self.sampled is None or view is None else Sample(cell.solver, cell.problem, view, *self.sampled)
+        )
+
+
+def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
+    """Return the solvers that labels and globs mean, each once; all but planted ones where there are none.
+
+    Parameters
+    ----------
+    registry : Registry
+        Loaded with the lab.
+    patterns : sequence of str
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown.
+    """
+    entries, found = registry.entries.get(HOOK, {}), dict[str, Adaptive]()
+    if not patterns:
+        return [entry.thing for name, entry in entries.items() if not name.startswith(PLANTED)]
+    for pattern in patterns:
+        name, texts = parse_label(pattern)
+        names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
+        if names == [name] and name not in entries:
+            raise UsageError(f"{unknown('adaptive solver', name, entries)} (known: {', '.join(entries)})")
+        made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
+        found |= {solver.label: solver for solver in made}
+    return list(found.values())
 
 
 def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[list[Cell], list[str]]:
@@ -80,7 +136,7 @@ def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[li
             if reason:
                 why.append(f"{solver.label} on {spec.label}: {reason}")
             else:
-                found.append(Cell(solver, spec.label, problem))
+                found.append(Cell(solver, spec, problem))
     return sorted(found, key=lambda cell: cell.solver.label), why
 
 
@@ -91,16 +147,72 @@ def _unclaimed(solver: Adaptive, problem: Problem) -> str:
     return "" if claimed else "it claims nothing here"
 
 
-def measured(cell: Cell, budget: Budget) -> Measured:
-    """Return what comes of a cell; what a solver raises is an opinion on it."""
-    sample, failed = None, None
+class AdaptiveRun:
+    """The work on some cells: complete when `run` has come to its end.
+
+    Parameters
+    ----------
+    pairs : sequence of Cell
+    budget : Budget
+    confidence : float
+        One less the probability of any false refutation.
+    """
+
+    def __init__(self, pairs: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
+        self.cells, self.budget, self.confidence = list(pairs), budget, confidence
+        self.done: list[Measured] = []
+
+    @property
+    def total(self) -> int:
+        """Number of cells."""
+        return len(self.cells)
+
+    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
+        """Measure all cells.
+
+        Parameters
+        ----------
+        executor : Executor, optional
+            Cells are measured in this process if left out.
+        window : int, optional
+            Cells in flight.
+        """
+        calls = ((cell, partial(measured, cell.solver, cell.spec, self.budget)) for cell in self.cells)
+        for cell, found in in_turn(executor, window, calls):
+            self.done.append(found)
+            yield Advanced(len(self.done), self.total, cell.label)
+
+    @property
+    def rows(self) -> list[Row]:
+        """All rows, cell by cell."""
+        return rows(self.cells, self.done, self.confidence)
+
+
+def measured(solver: Adaptive, spec: ProblemSpec, budget: Budget) -> Measured:
+    """Return what comes of a solver on a problem; what the solver raises is an opinion on it.
+
+    Parameters
+    ----------
+    solver : Adaptive
+    spec : ProblemSpec
+    budget : Budget
+    """
+    begun = time.monotonic()
+    found = _measured(Cell(solver, spec, spec.build()), budget)
+    return found._replace(seconds=time.monotonic() - begun)
+
+
+def _measured(cell: Cell, budget: Budget) -> Measured:
     try:
-        sample = measure(cell.solver, cell.problem, budget, cell.label)
-        if not np.all(np.isfinite(sample.runs.ends)):
-            failed = Opinion(Verdict.DIVERGED, Reason("the solver returns what is not finite"))
+        with one_thread():
+            found = measure(cell.solver, cell.problem, budget, cell.label)
+            answers = tuple(_answers(cell, budget))
     except FAULTS as error:
-        failed = Opinion(Verdict.ERROR, Reason(one_line(error)))
-    return Measured(cell, sample, failed, tuple(_answers(cell, budget)) if failed is None else ())
+        return Measured(None, Opinion(Verdict.ERROR, Reason(one_line(error))), ())
+    sampled = found.budget, found.runs, found.truth, found.grid_error, found.grid_bias
+    if not np.all(np.isfinite(found.runs.ends)):
+        return Measured(sampled, Opinion(Verdict.DIVERGED, Reason("the solver returns what is not finite")), ())
+    return Measured(sampled, None, answers)
 
 
 def _answers(cell: Cell, budget: Budget) -> list[Answer]:
@@ -111,27 +223,51 @@ def _answers(cell: Cell, budget: Budget) -> list[Answer]:
     return check(cell.solver, view, path, tolerances[MIDDLE])
 
 
-def rows(done: Sequence[Measured]) -> list[Row]:
-    """Return all rows of a run, cell by cell."""
-    asked = [(each.cell, one) for each in done if each.failed is None for one in _asked(each)]
-    judged = judge([one for _, one in asked])
+def rows(pairs: Sequence[Cell], done: Sequence[Measured], confidence: float) -> list[Row]:
+    """Return all rows of a run, cell by cell.
+
+    Parameters
+    ----------
+    pairs : sequence of Cell
+    done : sequence of Measured
+        As many.
+    confidence : float
+    """
+    known = [*zip(pairs, done, strict=True)]
+    asked = [(cell, one) for cell, each in known if each.failed is None for one in _asked(cell, each)]
+    judged = judge([one for _, one in asked], confidence)
     found = [Row(cell, one.measure, finding) for (cell, one), finding in zip(asked, judged, strict=True)]
-    found += [row for each in done for row in _further(each)]
-    places = [each.cell for each in done]
-    return sorted(found, key=lambda row: places.index(row.cell))
+    found += [row for cell, each in known for row in _further(cell, each)]
+    places = {id(cell): place for place, cell in enumerate(pairs)}
+    return sorted(found, key=lambda row: places[id(row.cell)])
 
 
-def _asked(each: Measured) -> Iterator[Asked]:
-    if each.sample is not None:
-        yield from ask(Question(each.sample))
+def _asked(cell: Cell, each: Measured) -> Iterator[Asked]:
+    if (sample := each.sample(cell)) is not None:
+        yield from ask(Question(sample))
 
 
-def _further(each: Measured) -> Iterator[Row]:
+def _further(cell: Cell, each: Measured) -> Iterator[Row]:
     """Yield the rows of a cell that paths say nothing of."""
     if each.failed is not None:
-        yield Row(each.cell, RATE, Finding(quantity="", verdict=each.failed.verdict, reason=each.failed.reason))
+        yield Row(cell, RATE, Finding(quantity="", verdict=each.failed.verdict, reason=each.failed.reason))
     for answer in each.answers:
         verdict = Verdict.NOT_APPLICABLE if answer.skipped else Verdict.VERIFIED
         verdict = Verdict.REFUTED if answer.failed else verdict
         reason = Reason(answer.failed or answer.skipped)
-        yield Row(each.cell, answer.check, Finding(quantity="", verdict=verdict, reason=reason, tier=0))
+        yield Row(cell, answer.check, Finding(quantity="", verdict=verdict, reason=reason, tier=0))
+
+
+def work_of(run: AdaptiveRun) -> list[list[Mapping[str, Any]]]:
+    """Return what each tolerance took and came to, for each cell."""
+    return [[*_work(each)] for each in run.done]
+
+
+def _work(each: Measured) -> Iterator[Mapping[str, float]]:
+    if each.sampled is None:
+        return
+    budget, runs, truth, *_ = each.sampled
+    rms = ((runs.ends - truth) ** 2).sum(axis=1).mean(axis=-1) ** 0.5
+    for k, tolerance in enumerate(budget.tolerances):
+        counted = {name: float(getattr(runs, name)[k].mean()) for name in ("steps", "rejected", "evaluations")}
+        yield {"tolerance": tolerance, "rms": float(rms[k]), **counted}

@@ -19,12 +19,13 @@ from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..study import Plan
 from ..study.class_results import class_results
+from ..study.examination import Work, begin_all, command_words
 from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
-from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, workers
+from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20
 GATE = "gate.json"
@@ -75,11 +76,15 @@ def carry_out_gate(
         # Said now, not after all is run.
         require_writable(policy.lock_file.parent, "lock of the policy")
     _remove_report(options["out"] / GATE)
+    narrowed = is_narrowed(options)
+    beside = [] if narrowed else _begin_examinations(registry, policy)
     with workers(*held_to, registry) as crew:
-        plan = _plan(registry, policy, crew, narrowed=is_narrowed(options))
+        plan = _plan(registry, policy, crew, narrowed=narrowed)
         given = policy.settings, registry, arguments, options["out"], not options["reuse"]
         run = Run(plan, *given, orders=policy.asks_classes)
         result, code = _run_to_its_end(run, crew, options["progress"])
+    if result is not None and beside:
+        result, code = _examine(run, beside, held_to[0], options["progress"])
     if result is None:
         return None, code
     run.write_page()
@@ -114,6 +119,24 @@ def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, 
         return None, halt.code
 
 
+def _begin_examinations(registry: Registry, policy: Policy) -> list[Work]:
+    """Return what plugins examine; what is wrong with a table of the policy is told with the file that holds it."""
+    try:
+        return begin_all(registry, policy.examinations, policy.settings)
+    except UsageError as error:
+        raise UsageError(f"{policy.file}: [tool.sdaeverify.examinations]: {error}") from error
+
+
+def _examine(run: Run, beside: list[Work], jobs: int, kind: str) -> tuple[Result | None, ExitCode]:
+    """Do the work of examinations and return what the run and they come to; None and why not if there is no end."""
+    for work in beside:
+        code = run_on_workers(work, jobs, run.registry, kind)
+        if code is not ExitCode.OK:
+            return None, code
+    run.examined = beside
+    return run.save(), ExitCode.OK
+
+
 def _judge(
     run: Run, result: Result, policy: Policy, options: Mapping[str, Any], tiers: dict[str, Claims] | None
 ) -> Gated:
@@ -145,8 +168,17 @@ def _judge(
         f"exit code {code.value}: {code.words}",
         registry.files,
         frozenset(result.run["unnamed"]),
+        command_words(run.examined),
         (*_warnings(found, policy, registry, narrowed=narrowed), *limit_lines(missed, MOST_UNTESTED)),
-        (*news, *locked, *told, *_left_out(policy, registry), *limit_lines(chosen, MOST_UNTESTED), *reused),
+        (
+            *news,
+            *locked,
+            *told,
+            *_left_out(policy, registry),
+            *_notes(run, policy),
+            *limit_lines(chosen, MOST_UNTESTED),
+            *reused,
+        ),
     )
 
 
@@ -198,6 +230,13 @@ def describe_everything(registry: Registry) -> str:
     left = [name for name, entry in registry.schemes.items() if entry.on_request]
     taken = f"no policy and no project name schemes: the claims of all {len(registry.schemes) - len(left)} are gated"
     return f"{taken}; run on request are {', '.join(left)}" if left else taken
+
+
+def _notes(run: Run, policy: Policy) -> Iterator[str]:
+    """Yield what examinations have left out, or that none is made."""
+    yield from (note for work in run.examined for note in work.notes)
+    if policy.examinations and not run.examined:
+        yield f"examinations of {', '.join(policy.examinations)} are left out where a part is selected"
 
 
 def _remove_report(file: Path) -> None:

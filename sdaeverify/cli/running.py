@@ -3,7 +3,7 @@
 import os
 import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -26,6 +26,7 @@ from ..report.tables.columns import COLUMNS
 from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
+from ..study.examination import Work
 from ..workers.executors import PROCESSES, LostExecutorError, Workers
 from ..workers.limits import Limits, available_cores
 from ..workers.pool import BLOCKS_A_WORKER
@@ -62,6 +63,8 @@ class Run:
         Whether the run ends with the first claim that is refuted.
     orders : bool
         Whether schemes are asked for their order conditions.
+    examined : sequence of Work
+        Examinations beside the study that have come to their end.
     study : Study
     home : Path
         Folder of the process that `folder` is relative to.
@@ -79,6 +82,7 @@ class Run:
     quiet: bool = False
     first_only: bool = False
     orders: bool = True
+    examined: Sequence[Work] = ()
     study: Study = field(init=False)
     home: Path = field(init=False)
 
@@ -92,7 +96,7 @@ class Run:
     @property
     def result(self) -> Result:
         """What is known so far."""
-        return result_of(self.study, self.registry, self.arguments)
+        return result_of(self.study, self.registry, self.arguments, self.examined)
 
     def save(self) -> Result:
         """Save and return what is known so far."""

@@ -8,6 +8,7 @@ from itertools import accumulate
 from math import isqrt
 from numbers import Real
 from operator import index
+from typing import Any, TypedDict, Unpack
 
 from ..errors import UsageError
 
@@ -224,3 +225,39 @@ def require(condition: bool, name: str, expected: str, given: object) -> None:
     """
     if not condition:
         raise UsageError(f"{name} must be {expected}, got {given}")
+
+
+class SettingsOptions(TypedDict, total=False):
+    """Keywords of `Settings`."""
+
+    paths: int
+    coarsest: int
+    levels: int | str
+    first_levels: int
+    seed: int
+    confidence: float
+    block: int
+    max_looks: int
+    tests_reserved: int
+
+
+def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
+    """Return settings from keywords.
+
+    Raises
+    ------
+    UsageError
+        If a keyword is unknown or a value out of its range.
+    """
+    known = SettingsOptions.__annotations__
+    if unknown := sorted(set(settings) - set(known)):
+        raise UsageError(f"unknown setting {', '.join(unknown)}; known are {', '.join(known)}")
+    given: dict[str, Any] = dict(settings)
+    if isinstance(levels := given.get("levels"), str):
+        coarsest, given["levels"] = read_levels("levels", levels)
+        if given.setdefault("coarsest", coarsest) != coarsest:
+            raise UsageError(f"levels begin with {coarsest} steps, but coarsest is {given['coarsest']!r:.200}")
+    if "levels" in given:
+        # Who says which levels wants to see them.
+        given.setdefault("first_levels", given["levels"])
+    return Settings(**given)

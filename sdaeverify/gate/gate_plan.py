@@ -142,6 +142,9 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
         return select_schemes(registry, policy.schemes)
     own = [entry for entry in registry.schemes.values() if _is_of(entry, policy)]
     if policy.distribution and not own:
+        if policy.examinations:
+            # A project may have solvers alone that are no schemes of the matrix.
+            return []
         raise UsageError(
             f"project {policy.distribution} registers no scheme here; install it, or name schemes in {policy.file}"
         )

@@ -1,7 +1,8 @@
 """A gate that has come to its end: all that its reports are made of."""
 
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from ..contracts.settings import Settings
 from .outcomes import ORDER, Outcome, Status, is_red
@@ -38,6 +39,8 @@ class Gated:
         Plugin files named by path.
     unnamed : frozenset of str
         Labels of schemes and problems that no command can name.
+    examined : mapping of str to list of str
+        Words of the commands that find results of examinations again, by the name of the measure.
     warnings, notes : tuple of str
         What else is worth a line.
     """
@@ -51,6 +54,7 @@ class Gated:
     words: str = ""
     plugins: tuple[str, ...] = ()
     unnamed: frozenset[str] = frozenset()
+    examined: Mapping[str, list[str]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

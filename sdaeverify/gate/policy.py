@@ -67,6 +67,9 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     hunt : str
         How long counterexamples of the gated claims are looked for at tier nightly, such as ``30 s`` or ``5 min``;
         empty for not at all.
+    examinations : dict of str to dict
+        What plugins examine by means of their own, by its name, each with its table; with the cells they share
+        `alpha`.
     expected_failures : tuple of FailingClaim
     """
 
@@ -85,6 +88,7 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     resolution: float = inf
     orders: bool = True
     hunt: Text = ""
+    examinations: dict[str, dict[str, Any]] = msgspec.field(default_factory=dict)
     expected_failures: tuple[FailingClaim, ...] = ()
 
 
@@ -134,8 +138,9 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
 
     @property
     def settings(self) -> Settings:
-        """Those of the tier, with this seed and this error probability."""
-        return replace(self.budget.settings, seed=self.seed, confidence=1.0 - self.alpha)
+        """Those of the tier, with this seed; cells and examinations have an equal share of the error probability."""
+        share = self.alpha / (1 + len(self.examinations))
+        return replace(self.budget.settings, seed=self.seed, confidence=1.0 - share)
 
     @property
     def hunt_seconds(self) -> float:

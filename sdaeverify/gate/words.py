@@ -7,7 +7,7 @@ from textwrap import shorten
 from ..contracts.finding import SAMPLED, Finding
 from ..contracts.settings import Settings
 from ..report.plain import visible
-from ..report.tables.command import orders_command, reproduce
+from ..report.tables.command import examination_command, orders_command, reproduce
 from ..report.verdict_row import VerdictRow
 from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
@@ -71,7 +71,11 @@ def message(outcome: Outcome, settings: Settings, command: str = "") -> str:
 
 def gated_command(gated: Gated, outcome: Outcome) -> str:
     """Return the command that computes an outcome of a gate again; empty where none can."""
-    return "" if {*outcome.key} & gated.unnamed else command_of(outcome, gated.settings, gated.plugins)
+    if {*outcome.key} & gated.unnamed:
+        return ""
+    if (words := gated.examined.get(outcome.key.measure)) is not None:
+        return examination_command(outcome.key[:3], words, gated.plugins)
+    return command_of(outcome, gated.settings, gated.plugins)
 
 
 def text_report(gated: Gated, most: int = MOST) -> Iterator[str]:

@@ -274,7 +274,7 @@ def test_wrong_options(project, arguments, message):
 def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
     """A broken plugin of the project itself fails its gate, whatever else is registered."""
     row = PluginRow("mine", "mypack", "1", "mine.schemes", "broken", "ImportError: no")
-    monkeypatch.setattr("sdaeverify.cli.commands.gate.load_and_warn", lambda files: Registry({}, (row,)))
+    monkeypatch.setattr("sdaeverify.cli.commands.gate.load_and_warn", lambda files, **_: Registry({}, (row,)))
     (tmp_path / "pyproject.toml").write_text(f"[project]\nname = 'mypack'\n{POLICY}")
     outcome = project()
 

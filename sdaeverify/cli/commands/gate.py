@@ -64,7 +64,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> tuple[Gated | None, ExitCode]:
-    registry = load_and_warn(policy.plugins)
+    registry = load_and_warn(policy.plugins, lab=bool(policy.examinations))
     if not _own_plugins_work(registry, policy):
         return None, ExitCode.PLUGIN
     held_to = read_limits(

@@ -9,8 +9,8 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from ...api import SettingsOptions, plan_of, settings_from
-from ...contracts.settings import Settings, read_levels
+from ...api import plan_of
+from ...contracts.settings import Settings, SettingsOptions, read_levels, settings_from
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts

@@ -10,6 +10,7 @@ from ..saved import settings_of
 from ..verdict_row import VerdictRow
 
 CELL = ("scheme", "problem", "measure")
+PYTHON = ("python", "-m", "sdaeverify")
 
 
 def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = ()) -> str:
@@ -28,7 +29,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     str
     """
     default = Settings()
-    words = ["python", "-m", "sdaeverify", "matrix"]
+    words = [*PYTHON, "matrix"]
     words += [word for option, name in zip(("-s", "-p", "-m"), cell, strict=True) for word in (option, name)]
     words += ["--out", "reports/reproduced"]
     words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
@@ -53,9 +54,26 @@ def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[s
     plugins : sequence of str
         Plugin files named by path.
     """
-    words = ["python", "-m", "sdaeverify", "orders", scheme, "--class", kind]
+    words = [*PYTHON, "orders", scheme, "--class", kind]
     words += ["--motions", str(motions)] if motions > 1 else []
     return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
+
+
+def examination_command(cell: Sequence[str], words: Sequence[str], plugins: Sequence[str] = ()) -> str:
+    """Return the command that finds a result of an examination again.
+
+    Parameters
+    ----------
+    cell : sequence of str
+        Labels of scheme and problem, name of the measure.
+    words : sequence of str
+        As the examination gives them, with its own words for both labels.
+    plugins : sequence of str
+        Plugin files named by path.
+    """
+    labels = {f"{{{kind}}}": name for kind, name in zip(CELL, cell, strict=True)}
+    told = [*PYTHON, *(labels.get(word, word) for word in words)]
+    return shlex.join([*told, *(word for plugin in plugins for word in ("--plugin", plugin))])
 
 
 def command_of(row: Row, run: Mapping[str, Any]) -> str:
@@ -78,9 +96,14 @@ def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
     UsageError
         If these are not as this program writes them.
     """
-    settings, plugins, unnamed = settings_of(run), run.get("files", ()), {*run.get("unnamed", ())}
+    settings, unnamed = settings_of(run), {*run.get("unnamed", ())}
     cells = ([text(row, name) for name in CELL] for row in rows)
-    return ["" if {*cell} & unnamed else reproduce(cell, settings, plugins) for cell in cells]
+    return ["" if {*cell} & unnamed else _command(cell, settings, run) for cell in cells]
+
+
+def _command(cell: Sequence[str], settings: Settings, run: Mapping[str, Any]) -> str:
+    plugins, words = run.get("files", ()), run.get("examined", {}).get(cell[2])
+    return reproduce(cell, settings, plugins) if words is None else examination_command(cell, words, plugins)
 
 
 def records_of(rows: Iterable[VerdictRow], run: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -1,0 +1,191 @@
+"""Adaptive solvers in a gate: their claims about tolerances beside the claims of schemes, with lock and page."""
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import msgspec
+import numpy as np
+
+from sdaeverify import Claim, Settings, UsageError, hookimpl
+from sdaeverify.measuring import Finding, LevelFinding, Measure, Method, Reason, Verdict, group_sums, jackknife
+from sdaeverify.studying import Advanced, CellResult, Examination, Registry, select_problems
+from sdaeverify.studying import Cell as StudyCell
+
+from .judging import STEPS, parts
+from .run import PROBLEMS, AdaptiveRun, Cell, Measured, Row, cells, select_solvers
+from .sample import Budget
+
+CHECKS = Method("checks of a solver", 0)
+
+
+class AdaptiveTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The table ``[tool.sdaeverify.examinations.adaptive]`` of a policy.
+
+    Attributes
+    ----------
+    solvers : tuple of str
+        Labels and globs: what is not named is not gated.
+    problems : tuple of str
+        Labels and globs.
+    paths : int
+    tolerances : tuple of float
+        Largest first; those of each solver if left out.
+    """
+
+    solvers: tuple[str, ...]
+    problems: tuple[str, ...] = PROBLEMS
+    paths: int = Budget().paths
+    tolerances: tuple[float, ...] = ()
+
+
+class ToleranceRate(Measure):
+    """The rate of the error in the tolerance."""
+
+    name: ClassVar[str] = "tolerance"
+    value_of: ClassVar[str] = "rate in the tolerance"
+
+
+class ToleranceSteps(Measure):
+    """The order of the error in the mean number of steps."""
+
+    name: ClassVar[str] = "tolerance-steps"
+
+
+class ToleranceLaw(Measure):
+    """The bias of an observable at the smallest tolerance."""
+
+    name: ClassVar[str] = "tolerance-law"
+    value_of: ClassVar[str] = "bias at the smallest tolerance"
+
+
+# What speaks against a solver as a whole.
+AGAINST = frozenset({Verdict.REFUTED, Verdict.ERROR, Verdict.DIVERGED})
+SUBJECTS = {measure.name: measure for measure in (ToleranceRate(), ToleranceSteps(), ToleranceLaw())}
+
+
+@dataclass(frozen=True)
+class AdaptiveWork:
+    """The work of an examination.
+
+    Attributes
+    ----------
+    measuring : AdaptiveRun
+    notes : tuple of str
+        What is asked for and cannot be measured.
+    """
+
+    measuring: AdaptiveRun
+    notes: tuple[str, ...]
+
+    @property
+    def total(self) -> int:
+        """Number of pairs of solver and problem."""
+        return self.measuring.total
+
+    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
+        """Measure all pairs."""
+        return self.measuring.run(executor, window)
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """Words of the command that measures a pair again."""
+        budget, fine = self.measuring.budget, ",".join(map(repr, self.measuring.budget.tolerances))
+        words = ("adaptive", "{scheme}", "-p", "{problem}", "--paths", str(budget.paths), "--seed", str(budget.seed))
+        return (*words, "--tolerances", fine) if fine else words
+
+    @property
+    def results(self) -> list[CellResult]:
+        """What was found: a result for each solver, problem and kind of claim."""
+        rows = self.measuring.rows
+        return [
+            result
+            for cell, done in zip(self.measuring.cells, self.measuring.done, strict=True)
+            for result in _results(cell, done, [row for row in rows if row.cell is cell])
+        ]
+
+
+def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:
+    """Yield the results of a pair; what speaks against the solver as a whole does so against each kind of claim."""
+    view = cell.solver.view_of(cell.problem)
+    whole = [_of_whole(row) for row in rows if not row.finding.quantity and row.finding.verdict in AGAINST]
+    for name, claims in _claimed(cell).items():
+        own = [row.finding for row in rows if row.measure == name and row.finding.quantity]
+        findings = (*(replace(found, claim=claims[0]) for found in whole), *own)
+        levels = tuple(_levels(cell, done)) if name == STEPS else ()
+        study_cell = StudyCell(cell.solver, cell.spec, SUBJECTS[name], seen=view)
+        if findings:
+            horizon, paths = cell.problem.horizon, _paths(done)
+            yield CellResult(study_cell, findings, levels, paths=paths, seconds=done.seconds, horizon=horizon)
+
+
+def _of_whole(row: Row) -> Finding:
+    """Return what is found of a solver as a whole, with the name of the check that has found it."""
+    told = "" if row.measure in SUBJECTS else f"{row.measure}: "
+    return replace(row.finding, reason=Reason(f"{told}{row.finding.reason}"), method=CHECKS)
+
+
+def _claimed(cell: Cell) -> dict[str, list[Claim]]:
+    view = cell.solver.view_of(cell.problem)
+    traits = frozenset() if view is None else view.traits
+    found: dict[str, list[Claim]] = {}
+    for claim in cell.solver.promises:
+        if claim.measure in SUBJECTS and claim.when <= traits:
+            found.setdefault(claim.measure, []).append(claim)
+    return found
+
+
+def _paths(done: Measured) -> int:
+    return 0 if done.sampled is None else done.sampled[0].paths
+
+
+def _levels(cell: Cell, done: Measured) -> Iterator[LevelFinding]:
+    """Yield the error at each tolerance that is used, at the mean step size, rejected steps counted."""
+    sample = done.sample(cell)
+    if sample is None:
+        return
+    use = sample.usable
+    means = sample.tries[use].mean(axis=-1)
+    for name, rows in parts(sample).items():
+        for h, errors in zip(cell.problem.horizon / means, sample.errors[use, rows], strict=True):
+            squares, ones = group_sums((errors**2).sum(axis=0)), group_sums(np.ones(errors.shape[-1]))
+            rms = jackknife(squares[None], ones, lambda means: float(np.sqrt(means[0])))
+            yield LevelFinding(name, None, rms.value, rms.se, h=float(h))
+
+
+class AdaptiveExamination(Examination):
+    """Solvers that choose their steps, by what they claim of their tolerance."""
+
+    name: ClassVar[str] = "adaptive"
+
+    def begin(self, registry: Registry, asked: Mapping[str, Any], settings: Settings) -> AdaptiveWork:
+        """Return the work on what a table of a policy names.
+
+        Parameters
+        ----------
+        registry : Registry
+        asked : mapping of str to object
+        settings : Settings
+            Of the gate.
+
+        Raises
+        ------
+        UsageError
+            If the table is none, or names what there is not.
+        """
+        try:
+            table = msgspec.convert(dict(asked), AdaptiveTable)
+        except msgspec.ValidationError as error:
+            known = ", ".join(AdaptiveTable.__struct_fields__)
+            raise UsageError(f"table {self.name}: {error}; known are {known}") from error
+        budget = Budget(table.paths, table.tolerances, settings.seed)
+        solvers = select_solvers(registry, table.solvers) if table.solvers else []
+        pairs, why = cells(solvers, select_problems(registry, table.problems))
+        return AdaptiveWork(AdaptiveRun(pairs, budget, settings.confidence), tuple(why))
+
+
+@hookimpl
+def sdaeverify_examinations() -> list[AdaptiveExamination]:
+    """Return the examination of adaptive solvers."""
+    return [AdaptiveExamination()]
