@@ -2,7 +2,8 @@
 
 A plugin registers solvers by the hook ``sdaeverify_adaptive``, a function without arguments that returns a list of
 them, marked `hookimpl`. A solver is an `Adaptive`: it solves a problem along a `Path` with a tolerance and returns a
-`Solved`. A gate counts its claims where the policy has a table ``[tool.sdaeverify.examinations.adaptive]``. It is a scheme in all but its step, so that its name, form, claims and parameters are those of a scheme.
+`Solved`. It is a scheme in all but its step, so that its name, form, claims and parameters are those of a scheme. A
+gate counts its claims where the policy has a table ``[tool.sdaeverify.examinations.adaptive]``.
 """
 
 from .contract import Adaptive, Solved
