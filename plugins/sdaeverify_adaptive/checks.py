@@ -67,6 +67,8 @@ def own_steps(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> 
     """
     if solver.own_noise:
         return Answer(OWN_STEPS, skipped="it has noise of its own")
+    if solver.in_batches:
+        return Answer(OWN_STEPS, skipped="paths that are solved together share their steps, as it says (in_batches)")
     together = checked(solver, solver.solve(view, path, tolerance), path.paths)
     for row in range(min(ROWS, path.paths)):
         alone = checked(solver, solver.solve(view, path.only(np.array([row])), tolerance), 1)

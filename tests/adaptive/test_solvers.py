@@ -182,6 +182,18 @@ def test_batches_are_the_unit_where_rows_share_their_steps():
     assert np.all(found.runs.steps == 2)
 
 
+def test_who_says_that_rows_share_their_steps_is_not_asked_for_own_ones():
+    """A solver in batches is let off the check of own steps; one that couples its rows unsaid fails it."""
+    own, _ = check(InGroups(), problem("ou"), path(), 2.0**-8)
+    undeclared, _ = check(solver("planted-batch-norm"), problem("ou"), path(), 2.0**-8)
+
+    assert (own.failed, own.skipped) == (
+        "",
+        "paths that are solved together share their steps, as it says (in_batches)",
+    )
+    assert undeclared.failed
+
+
 def test_a_single_step_is_refused():
     """An adaptive solver is no scheme of one step."""
     with pytest.raises(SchemeError, match="chooses its steps"):

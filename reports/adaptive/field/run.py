@@ -1,36 +1,34 @@
-"""Judges adaptive solvers of diffrax and torchsde, those that are installed, and writes their table into this folder.
+"""Judges adaptive solvers of diffrax and torchsde, those that are installed, and writes their tables beside itself.
 
 pip install '.[diffrax,torchsde]' && python reports/adaptive/field/run.py [diffrax] [torchsde]
 """
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
 
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[2]
-PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "hyperbolic", "double-well", "shear", "hyperbolic-pair")
-# torchsde solves path after path.
-PATHS = {"diffrax": "400", "torchsde": "40"}
-SIDE_BY_SIDE = 2
+LIBRARIES = ("diffrax", "torchsde")
+PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "hyperbolic", "double-well", "shear")
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
 GIVEN = {**os.environ, **ONE_THREAD, "JAX_PLATFORMS": "cpu"}
 
 
-def judged(library: str, problem: str) -> tuple[list[dict[str, object]], str]:
-    """Return the rows of all solvers of a library on a problem, and what the command said on stderr."""
+def judged(library: str) -> list[dict[str, object]]:
+    """Return the rows of all solvers of a library."""
     plugin = FOLDER / f"{library}_solvers.py"
-    command = [sys.executable, "-m", "sdaeverify", "adaptive", "--plugin", str(plugin), f"{library}-*", "-p", problem]
-    command += ["--paths", PATHS[library], "--json"]
+    command = [sys.executable, "-m", "sdaeverify", "adaptive", "--plugin", str(plugin), f"{library}-*", "--json"]
+    command += [word for problem in PROBLEMS for word in ("-p", problem)]
     # 1 and 3: a claim is refuted, a cell is in error. Both stand in the table.
-    done = subprocess.run(command, cwd=ROOT, env=GIVEN, capture_output=True, text=True, check=False)
-    return json.loads(done.stdout or "[]"), done.stderr
+    done = subprocess.run([*command, "-j", "2"], cwd=ROOT, env=GIVEN, stdout=subprocess.PIPE, text=True, check=False)
+    return list(json.loads(done.stdout or "[]"))
 
 
 def save(library: str, rows: list[dict[str, object]]) -> None:
@@ -42,15 +40,17 @@ def save(library: str, rows: list[dict[str, object]]) -> None:
     found.to_csv(FOLDER / f"{library}.csv", index=False, float_format="%.4g")
 
 
+def processor_seconds() -> float:
+    """Return the seconds of processor time that processes which have ended have taken."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 if __name__ == "__main__":
-    for library in sys.argv[1:] or PATHS:
-        begun, rows = time.monotonic(), list[dict[str, object]]()
-        with ThreadPoolExecutor(SIDE_BY_SIDE) as threads:
-            for problem, (found, said) in zip(
-                PROBLEMS, threads.map(judged, [library] * len(PROBLEMS), PROBLEMS), strict=True
-            ):
-                print(
-                    f"{library} on {problem}: {len(found)} rows, {time.monotonic() - begun:.0f} s {said}", flush=True
-                )
-                rows += found
-                save(library, rows)
+    for library in sys.argv[1:] or LIBRARIES:
+        begun, before = time.monotonic(), processor_seconds()
+        rows = judged(library)
+        save(library, rows)
+        took = f"{time.monotonic() - begun:.0f} s, {processor_seconds() - before:.0f} s of processor time"
+        solvers = len({row["solver"] for row in rows})
+        print(f"{library}: {solvers} configurations, {len(rows)} rows, {took}", flush=True)
