@@ -16,7 +16,7 @@ from ..probing import Nodes, step_nodes
 
 SEED = 20260101
 # Points where paths are compared, and nodes a variable of a rule; fewer where rules are long.
-POINTS, COUNT, FEWER, FEWEST = 24, 5, 4, 3
+POINTS, COUNT, FEWER, FEWEST = 12, 5, 4, 3
 # A rule of signs of more variables than three is one of strength 3 for up to eight of them.
 FEW_SIGNS = 3
 

@@ -32,7 +32,7 @@ SINES, STILL, RATE, VARIETY = 8, 2, 1.0, 2.5
 SURPLUS, FEWEST = 2.5, 24
 # Step sizes are the squares of so many Chebyshev points up to the longest, for so many powers; one more size tells
 # whether the series is one.
-SIZES, POWERS, LONGEST, BETWEEN = 16, 11, 0.1, 0.057
+SIZES, POWERS, LONGEST, BETWEEN = 12, 11, 0.1, 0.057
 
 
 class Sines(NamedTuple):
