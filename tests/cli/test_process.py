@@ -42,7 +42,15 @@ Start = Callable[..., "subprocess.Popen[str]"]
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Start]:
+def interruptible() -> Iterator[None]:
+    """Hear interrupts: whom a shell starts in the background ignores them, and so do all that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def start(tmp_path: Path, interruptible: None) -> Iterator[Start]:
     """Start the program in a session of its own; end what is left of it."""
     running: list[subprocess.Popen[str]] = []
 

@@ -117,7 +117,7 @@ class Diffrax(Adaptive):
     @property
     def tolerances(self) -> tuple[float, ...]:  # type: ignore[override] # of each solver its own
         """Return tolerances that lead to 16 to 1000 steps or so: Heun's estimate is of the lowest order."""
-        return tuple(2.0**-n for n in ((6, 8, 10, 12) if self.solver == "Heun" else (9, 11, 13, 15)))
+        return tuple(2.0**-n for n in ((6, 8, 10, 12) if self.solver == "Heun" else (8, 10, 12, 14)))
 
     @property
     def promises(self) -> tuple[Claim, ...]:
@@ -136,6 +136,8 @@ class Diffrax(Adaptive):
             return "the noise is not additive"
         if self.solver == "SlowRK":
             return "diffrax gives it no estimate of its error"
+        if self.scaled == "rtol" and not np.all(problem.initial(1)):
+            return "a relative tolerance alone means nothing where a component is 0 in the beginning"
         return why_not_bridged(problem, stratonovich=True)
 
     def controller(self, tolerance: Any, tick: float) -> Any:
