@@ -191,7 +191,11 @@ class OrderReport:
             )
         kind = next((each for each in OF_SDES if each.name == row.kind), None)
         if kind is None:
-            raise UsageError(f"the condition {condition.name} is one of {row.kind}: a file is written of SDEs alone")
+            form = self.scheme.forms[0].__name__
+            raise UsageError(
+                f"the condition {condition.name} is one of {row.kind}, and a file is written of SDEs alone; "
+                f"sdaeverify hunt {self.scheme.label} --form {form} looks for a problem that shows it"
+            )
         return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, kind.traits)
 
     def __repr__(self) -> str:
