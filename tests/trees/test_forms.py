@@ -160,7 +160,7 @@ def test_a_file_is_written_of_sdes_alone():
     """One line says that a failing tree of another form has none."""
     report = orders(ScaledK(), "langevin")
 
-    with pytest.raises(UsageError, match="is one of langevin, and a file is written of SDEs alone; sdaeverify hunt .* --form Langevin"):
+    with pytest.raises(UsageError, match=r"is written of SDEs alone; sdaeverify hunt .* --form Langevin"):
         report.to_problem(report.failing[0])
 
 
