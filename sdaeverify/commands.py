@@ -21,6 +21,7 @@ from .cli.console import conclude, output, print_texts
 from .cli.exit_codes import ExitCode, codes_in_words
 from .cli.loading import load_and_warn
 from .cli.running import run_on_workers
+from .gate.lock import claims_on_lines
 from .report.files import require_writable, write_json, write_table, write_text
 from .report.html import PAGE, TablePage, write_tables
 from .report.plain import empty_table, escape, visible
@@ -30,6 +31,7 @@ __all__ = [
     "PAGE",
     "ExitCode",
     "TablePage",
+    "claims_on_lines",
     "codes_in_words",
     "conclude",
     "describe_making",

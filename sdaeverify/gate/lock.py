@@ -160,8 +160,12 @@ def read_lock(file: Path) -> dict[str, Claims] | None:
 def lock_text(tiers: Mapping[str, Claims]) -> str:
     """Return the text of a lock file."""
     nested = {tier: _nest_claims(claims) for tier, claims in tiers.items() if claims}
-    known = msgspec.to_builtins({"schema_version": SCHEMA, "tiers": nested})
-    text = json.dumps(known, indent=1, sort_keys=True, ensure_ascii=False)
+    return claims_on_lines(msgspec.to_builtins({"schema_version": SCHEMA, "tiers": nested}))
+
+
+def claims_on_lines(contents: Mapping[str, Any]) -> str:
+    """Return the contents of a lock file as its text: names sorted, each claim on a line of its own."""
+    text = json.dumps(contents, indent=1, sort_keys=True, ensure_ascii=False)
     return re.sub(r"\{\n[^{}]*\}", _on_one_line, text) + "\n"
 
 

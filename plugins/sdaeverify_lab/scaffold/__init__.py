@@ -19,6 +19,7 @@ from tempfile import mkdtemp
 from typing import NamedTuple
 
 from sdaeverify import UsageError
+from sdaeverify.commands import claims_on_lines
 
 # Modules that a plugin needs itself, or that pip would put beside it: their name is no name for another one.
 TAKEN = frozenset({"sdaeverify", "numpy", "scipy", "pandas", "pluggy", "pytest", "click", "rich", "test", "tests"})
@@ -151,11 +152,8 @@ def fill_in(names: Names) -> Mapping[str, str]:
         return Template(text).substitute(values)
 
     texts = {fill(path): fill((template / f"{name}.txt").read_text(encoding="utf-8")) for path, name in FILES.items()}
-    # Sorted as the gate would write it: where the names of this plugin belong depends on them.
-    sorted_lock = json.dumps(json.loads(texts[LOCK]), indent=1, sort_keys=True) + "\n"
-    # Each claim on a line of its own, as gate writes it.
-    texts[LOCK] = re.sub(r"\{\n\s*([^{}]*?)\n\s*\}", r"{\1}", sorted_lock)
-    return texts
+    # As the gate would write it: where the names of this plugin belong depends on them.
+    return texts | {LOCK: claims_on_lines(json.loads(texts[LOCK]))}
 
 
 def _require_empty(folder: Path) -> None:
