@@ -17,6 +17,7 @@ from ..registry.selection import select_schemes
 from ..report.plain import visible
 from .claims import ClaimError
 from .hunting.hunt import hunt
+from .hunting.options import read_options
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
@@ -81,13 +82,15 @@ def parametrize_with_hunts(schemes: Sequence[str | Scheme], **options: Any) -> "
     Raises
     ------
     UsageError
-        If no scheme is named, or a name is unknown.
+        If no scheme is named, a name is unknown, or an option is wrong.
     """
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
     if not schemes:
         raise UsageError("schemes is empty; name the schemes that are to be hunted")
     timed = options if {"minutes", "examples"} & set(options) else {**options, "minutes": MINUTES}
+    # Said when tests are collected, not where one of them runs.
+    read_options(timed)
     found = select_schemes(load_plugins(), schemes)
     marks = getattr(pytest.mark, MARKER)
     cases = [pytest.param(scheme, HuntCheck(timed), id=visible(scheme.label), marks=marks) for scheme in found]

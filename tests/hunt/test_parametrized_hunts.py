@@ -40,6 +40,15 @@ def test_each_scheme_is_a_test_with_the_marker():
     assert all(case.values[1].options["minutes"] == 0.5 for case in found)
 
 
+@pytest.mark.parametrize(
+    ("options", "what"), [({"minuts": 1}, "unknown option minuts"), ({"minutes": 0}, "positive")]
+)
+def test_a_wrong_option_is_told_when_tests_are_collected(options, what):
+    """No test has to run for it."""
+    with pytest.raises(UsageError, match=what):
+        cases("milstein", **options)
+
+
 @pytest.mark.parametrize(("schemes", "what"), [((), "schemes is empty"), (("nosuch",), "unknown scheme")])
 def test_a_hunt_of_nothing_is_refused(schemes, what):
     """One line says what was expected."""

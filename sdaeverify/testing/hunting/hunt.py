@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ...api import Schemes
 from ...contracts.scheme import Scheme
 from ...errors import UsageError
-from .options import HuntOptions
+from .options import read_options
 
 if TYPE_CHECKING:
     from .report import HuntReport
@@ -39,10 +39,7 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
     """
     if schemes is None or (not isinstance(schemes, str | Scheme) and not schemes):
         raise UsageError(f"hunt expects the schemes that are hunted, such as 'milstein', got {schemes!r:.200}")
-    if unknown := sorted(set(options) - set(HuntOptions.__annotations__)):
-        known = ", ".join(HuntOptions.__annotations__)
-        raise UsageError(f"unknown option {', '.join(unknown)} of a hunt; known are {known}")
-    asked = HuntOptions(**options)
+    asked = read_options(options)
     from .attacks import attack_all  # noqa: PLC0415 - optional: it needs hypothesis
 
     return attack_all(schemes, asked)

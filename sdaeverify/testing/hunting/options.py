@@ -1,9 +1,10 @@
 """What a hunt looks for, and how long."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...api import Measures
 from ...contracts.settings import number, require, whole
@@ -72,3 +73,17 @@ class HuntOptions:
             raise UsageError(f"minutes must be positive, got {self.minutes!r:.200}")
         if not number("shrinking", self.shrinking) >= 0.0:
             raise UsageError(f"shrinking must not be negative, got {self.shrinking!r:.200}")
+
+
+def read_options(given: Mapping[str, Any]) -> HuntOptions:
+    """Return options that an author gives by name.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown or a value out of its range.
+    """
+    if unknown := sorted(set(given) - set(HuntOptions.__annotations__)):
+        known = ", ".join(HuntOptions.__annotations__)
+        raise UsageError(f"unknown option {', '.join(unknown)} of a hunt; known are {known}")
+    return HuntOptions(**given)
