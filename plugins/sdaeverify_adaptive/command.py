@@ -131,7 +131,6 @@ def _counts(found: Sequence[Row]) -> str:
 
 
 def _records(found: Sequence[Row], run: AdaptiveRun) -> Iterator[Mapping[str, object]]:
-    work = [*zip(run.cells, work_of(run), strict=True)]
     for row in found:
         one = row.finding
         yield {
@@ -143,7 +142,7 @@ def _records(found: Sequence[Row], run: AdaptiveRun) -> Iterator[Mapping[str, ob
             "verdict": one.verdict.value,
             "reason": str(one.reason),
             **{name: _number(getattr(one, name)) for name in ("estimate", "low", "high", "resolution")},
-            "work": next(took for cell, took in work if cell is row.cell),
+            **work_of(run, row.cell),
         }
 
 

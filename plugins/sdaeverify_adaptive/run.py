@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from fnmatch import fnmatchcase
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -258,9 +258,10 @@ def _further(cell: Cell, each: Measured) -> Iterator[Row]:
         yield Row(cell, answer.check, Finding(quantity="", verdict=verdict, reason=reason, tier=0))
 
 
-def work_of(run: AdaptiveRun) -> list[list[Mapping[str, Any]]]:
-    """Return what each tolerance took and came to, for each cell."""
-    return [[*_work(each)] for each in run.done]
+def work_of(run: AdaptiveRun, cell: Cell) -> dict[str, object]:
+    """Return what each tolerance took and came to on a cell, and the seconds of all of it."""
+    each = next(done for known, done in zip(run.cells, run.done, strict=True) if known is cell)
+    return {"work": [*_work(each)], "seconds": round(each.seconds, 2)}
 
 
 def _work(each: Measured) -> Iterator[Mapping[str, float]]:

@@ -114,7 +114,7 @@ class TorchSDE(Adaptive):
 
     name: ClassVar[str] = "torchsde-adaptive"
     in_batches: ClassVar[bool] = True
-    tolerances: ClassVar[tuple[float, ...]] = tuple(2.0**-n for n in (7, 9, 11, 13))
+    tolerances: ClassVar[tuple[float, ...]] = tuple(2.0**-n for n in (8, 9, 10, 11))
     source: ClassVar[str] = f"torchsde {version('torchsde')}"
 
     @property
@@ -148,4 +148,4 @@ class TorchSDE(Adaptive):
 @hookimpl
 def sdaeverify_adaptive() -> list[Adaptive]:
     """Register what was judged."""
-    return [TorchSDE(method) for method in ("heun", "euler", "milstein")]
+    return [TorchSDE(method) for method in ("heun", "midpoint", "milstein")]
