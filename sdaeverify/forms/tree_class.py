@@ -111,6 +111,39 @@ class Posed(NamedTuple):
     driven: Array
 
 
+class Written(NamedTuple):
+    """A problem whose components are trees, as source code of its own.
+
+    Attributes
+    ----------
+    form : str
+        Name of its class.
+    functions : str
+        Definitions of its coefficients.
+    arguments : mapping of str to object
+        What the class is called with, as source code, but for noise, traits, truths, horizon and source.
+    components : tuple of str
+        Of each tree, such as ``x[0]``.
+    beside : tuple of str
+        What else the problem has, a line each.
+    traits : frozenset of str
+        That it declares.
+    exact : bool
+        Whether means of products of trees are powers of time.
+    module : str
+        From which the class is imported.
+    """
+
+    form: str
+    functions: str
+    arguments: Mapping[str, object]
+    components: tuple[str, ...]
+    beside: tuple[str, ...] = ()
+    traits: frozenset[str] = frozenset()
+    exact: bool = True
+    module: str = "sdaeverify"
+
+
 class Relatives(NamedTuple):
     """Two problems that affine maps of their components relate: A Phi_above(x) + c = Phi_below(A x + c).
 
@@ -163,3 +196,12 @@ class TreeClass(ABC):
         motions : int
             Number of Brownian motions of the one below, where it can be chosen.
         """
+
+    def written(self, grove: Grove) -> Written | None:  # noqa: ARG002 - most classes write nothing
+        """Return the problem that has trees as components as source code, from a state of zeros; None for no code.
+
+        Parameters
+        ----------
+        grove : Grove
+        """
+        return None

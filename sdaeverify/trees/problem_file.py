@@ -1,28 +1,60 @@
-"""The problem that a failing condition is about, as a plugin file: an SDE with a component for each tree."""
+"""The problem that a failing condition is about, as a plugin file: an equation with a component for each tree."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 from ..errors import UsageError
+from . import Grove, TreeClass, Written
+from .classes import EquationClass
 from .conditions import Condition
 from .grow import DRIFT, TIME, Tree, closure
 from .moments import ExactMoments
+from .posed.grammar import grove_of, integral, without_scaled
 
 TEMPLATE = '''"""A problem on which an order condition of {scheme} fails.
 
 The condition {name}{of_paths}: found {found}, wanted {wanted}, in units of h^({weight}/2).
-Written by sdaeverify orders. Components are iterated integrals, one for each tree, and one that keeps errors from
-being zero:
+Written by sdaeverify orders. The components, one for each tree, and what keeps errors from being zero:
 
 {components}
-    x[{last}]  dx = -x dt + dW_1
 """
 
 import numpy as np
 
-from sdaeverify import SDE, Moment, hookimpl
+{imports}
 
 
-def drift(t, x):
+{functions}
+
+def counterexample(horizon: float = 1.0) -> {form}:
+    """The closure of {name} as a system.
+
+    Parameters
+    ----------
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    The order condition of {name}.
+    """
+    return {form}(
+{arguments}
+        noise=frozenset({noise}),
+        traits=frozenset({traits}),
+{truths}        horizon=horizon,
+        source="order condition of {name}",
+    )
+
+
+@hookimpl
+def sdaeverify_problems():
+    """Register the problem."""
+    return [counterexample]
+'''
+# What scaled nodes are multiplied with.
+NUMBER = -0.5
+OF_SDE = '''def drift(t, x):
     """Return f(t, x), shape ({d}, P)."""
     f = np.zeros_like(x)
 {drift}    f[{last}] = -x[{last}]
@@ -34,95 +66,124 @@ def diffusion(t, x):
     B = np.zeros({shape})
 {diffusion}    B[{last}, 0] = 1.0
     return B
-
-
-def counterexample(horizon: float = 1.0) -> SDE:
-    """The closure of {name} as a system: dx_i is the product of the components below it.
-
-    Parameters
-    ----------
-    horizon : float
-        Final time.
-
-    Source
-    ------
-    The order condition of {name}.
-    """
-    return SDE(
-        drift=drift,
-        diffusion=diffusion,
-        start=np.zeros({d}),
-        noise_dim={motions},
-        noise=frozenset({noise}),
-        traits=frozenset({traits}),
-        observables={{"{observable}": lambda t, s: {product}}},
+'''
+TRUTHS = """        observables={{"{observable}": lambda t, s: {product}}},
         truths=(
             Moment(observable="{observable}", value=lambda t: {moment} * t ** {power}, source="Ito's formula"),
         ),
-        horizon=horizon,
-        source="order condition of {name}",
-    )
+"""
 
 
-@hookimpl
-def sdaeverify_problems():
-    """Register the problem."""
-    return [counterexample]
-'''
+@dataclass(frozen=True)
+class About:
+    """What a file is about.
 
-
-def problem_file(
-    condition: Condition, scheme: str, motions: int, noise: Iterable[str], traits: frozenset[str]
-) -> str:
-    """Return the text of a plugin file with the closure of a condition's trees as a problem.
-
-    Parameters
+    Attributes
     ----------
     condition : Condition
     scheme : str
         Label of the scheme that it fails for.
     motions : int
         Number of Brownian motions.
-    noise : iterable of str
+    noise : tuple of str
         What the problem has drawn.
-    traits : frozenset of str
-        Of the class.
+    """
+
+    condition: Condition
+    scheme: str
+    motions: int
+    noise: tuple[str, ...]
+
+
+def problem_file(about: About, kind: EquationClass | TreeClass) -> str:
+    """Return the text of a plugin file with the closure of a condition's trees as a problem.
+
+    Parameters
+    ----------
+    about : About
+    kind : EquationClass or TreeClass
+        The class that the condition is of.
 
     Raises
     ------
     UsageError
-        If the closure is no equation of the class, because its condition is one modulo relations.
+        If there is no such problem in the class.
     """
-    trees = closure(condition.forest)
-    if traits - {"additive-noise"} and not all(map(_vanishes, trees)):
+    condition, trees = about.condition, closure(about.condition.forest)
+    written: Written | None
+    if isinstance(kind, EquationClass):
+        written = _written(condition, trees, about.motions, kind.traits)
+    else:
+        trees = closure(without_scaled(each, kind.nodes) for each in condition.forest)
+        written = kind.written(grove_of(trees, kind.nodes, Grove((), about.motions, NUMBER, 0.0)))
+    if written is None:
         raise UsageError(
-            f"the condition {condition.name} is one modulo relations, and the closure of no tree shows it"
+            f"no file is written of conditions of {kind.name}; sdaeverify hunt {about.scheme} looks for a problem "
+            "that shows it"
         )
     found, wanted = condition.texts
-    moment = ExactMoments().mean(condition.forest)
-    constant = "additive-noise" in traits
+    lines = [f"    {place}  {each}" for place, each in zip(written.components, trees, strict=True)]
     return TEMPLATE.format(
-        scheme=scheme,
+        scheme=about.scheme,
         name=condition.name,
         of_paths=" on each path" if condition.on_paths else "",
         found=found,
         wanted=wanted,
         weight=condition.weight,
-        components="\n".join(f"    x[{i}]  {each}" for i, each in enumerate(trees)),
-        last=len(trees),
-        d=len(trees) + 1,
-        motions=motions,
-        paths="1" if constant else "P",
-        shape=f"({len(trees) + 1}, {motions}, " + ("1)" if constant else "x.shape[1]), dtype=x.dtype"),
-        drift="".join(_lines(trees, "f[{0}]", noisy=False)),
-        diffusion="".join(_lines(trees, "B[{0}, {1}]", noisy=True)),
-        noise=_set_text({"dW", "H", *noise}),
-        traits=_set_text(traits),
+        components="\n".join([*lines, *(f"    {line}" for line in written.beside)]),
+        imports="\n".join(_imports(written)),
+        form=written.form,
+        functions=written.functions,
+        arguments="\n".join(f"        {name}={value}," for name, value in written.arguments.items()),
+        noise=_set_text({"dW", "H", *about.noise}),
+        traits=_set_text(written.traits),
+        truths=_truths(condition, trees, written) if written.exact else "",
+    )
+
+
+def _imports(written: Written) -> Iterator[str]:
+    names = {"sdaeverify": ["Moment", "hookimpl"] if written.exact else ["hookimpl"]}
+    names.setdefault(written.module, []).insert(0, written.form)
+    yield from (f"from {module} import {', '.join(some)}" for module, some in sorted(names.items()))
+
+
+def _truths(condition: Condition, trees: Sequence[Tree], written: Written) -> str:
+    """Return the mean of the forest as a truth."""
+    moment = ExactMoments().mean_of_product([integral(each) for each in condition.forest])
+    places = (written.components[trees.index(each)] for each in condition.forest)
+    return TRUTHS.format(
         observable=condition.name,
-        product=" * ".join(f's["x"][{trees.index(each)}]' for each in condition.forest),
+        product=" * ".join(f's["{place[0]}"]{place[1:]}' for place in places),
         moment=f"{moment.numerator} / {moment.denominator}",
         power=condition.weight / 2,
     )
+
+
+def _written(condition: Condition, trees: Sequence[Tree], motions: int, traits: frozenset[str]) -> Written:
+    """Return the closure of a condition's trees as an SDE.
+
+    Raises
+    ------
+    UsageError
+        If it is no equation of the class, because the condition is one modulo relations.
+    """
+    if traits - {"additive-noise"} and not all(map(_vanishes, trees)):
+        raise UsageError(
+            f"the condition {condition.name} is one modulo relations, and the closure of no tree shows it"
+        )
+    constant, last = "additive-noise" in traits, len(trees)
+    functions = OF_SDE.format(
+        d=last + 1,
+        last=last,
+        motions=motions,
+        paths="1" if constant else "P",
+        shape=f"({last + 1}, {motions}, " + ("1)" if constant else "x.shape[1]), dtype=x.dtype"),
+        drift="".join(_lines(trees, "f[{0}]", noisy=False)),
+        diffusion="".join(_lines(trees, "B[{0}, {1}]", noisy=True)),
+    )
+    arguments = {"drift": "drift", "diffusion": "diffusion", "start": f"np.zeros({last + 1})", "noise_dim": motions}
+    components = tuple(f"x[{place}]" for place in range(last))
+    return Written("SDE", functions, arguments, components, (f"x[{last}]  dx = -x dt + dW_1",), traits)
 
 
 def _vanishes(each: Tree) -> bool:

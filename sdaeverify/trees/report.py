@@ -23,7 +23,7 @@ from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
 from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
-from .problem_file import problem_file
+from .problem_file import About, problem_file
 from .sdes.universal import Universal
 
 
@@ -189,14 +189,8 @@ class OrderReport:
             raise UsageError(
                 "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
             )
-        kind = next((each for each in OF_SDES if each.name == row.kind), None)
-        if kind is None:
-            form = self.scheme.forms[0].__name__
-            raise UsageError(
-                f"the condition {condition.name} is one of {row.kind}, and a file is written of SDEs alone; "
-                f"sdaeverify hunt {self.scheme.label} --form {form} looks for a problem that shows it"
-            )
-        return problem_file(condition, self.scheme.label, max(1, row.motions), self.scheme.noise, kind.traits)
+        about = About(condition, self.scheme.label, max(1, row.motions), tuple(self.scheme.noise))
+        return problem_file(about, classes_of(self.scheme)[row.kind])
 
     def __repr__(self) -> str:
         return self.table.to_string(index=False)

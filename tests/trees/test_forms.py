@@ -7,7 +7,19 @@ import numpy as np
 import pytest
 
 from facade import ExactMoments, Examined, grow_nodes, integral, probe_of, told_apart, tree
-from sdaeverify import SDE, Claim, IndexOneSDAE, Langevin, Problem, Scheme, Step, UsageError, orders
+from sdaeverify import (
+    SDE,
+    Claim,
+    DelayState,
+    IndexOneSDAE,
+    Langevin,
+    Problem,
+    Scheme,
+    Step,
+    UsageError,
+    orders,
+    verify,
+)
 from sdaeverify.trees import Node, Posed, Relatives, TreeClass
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
@@ -111,6 +123,8 @@ class StrongerY(StochasticTheta):
     def step(self, problem, state, t, h, noise):
         """Make one step."""
         after = super().step(problem, state, t, h, noise)
+        if not isinstance(state, DelayState):
+            return after
         return after._replace(state=after.state._replace(y=state.y + 1.02 * (after.state.y - state.y)))
 
 
@@ -156,11 +170,31 @@ def test_what_trees_cannot_tell_fails_a_premise(scheme, words):
     assert isinstance(scheme, RootFriction) or list(table.held) == list(table.of)
 
 
-def test_a_file_is_written_of_sdes_alone():
-    """One line says that a failing tree of another form has none."""
-    report = orders(ScaledK(), "langevin")
+@pytest.mark.parametrize(
+    ("wrong", "right", "kind", "component"),
+    [
+        (StrongerY(), "stochastic-theta", "index-1-additive", "    y[0]  u(b1)\n"),
+        (HalfFriction(), "baoab", "langevin", "    p[0]  p\n"),
+        (ScaledK(), "quicsort", "langevin", "    q[0]  q(b1)\n"),
+    ],
+)
+def test_the_file_of_a_condition_refutes_the_wrong_scheme_and_not_the_right_one(
+    wrong, right, kind, component, tmp_path
+):
+    """The trees of an equation of index 1 and of Langevin dynamics are written as an equation that `matrix` runs."""
+    report, file = orders(wrong, kind, 1), tmp_path / "problem.py"
+    file.write_text(report.to_problem(report.failing[0]))
 
-    with pytest.raises(UsageError, match=r"is written of SDEs alone; sdaeverify hunt .* --form Langevin"):
+    assert component in file.read_text()
+    assert "refuted" in set(verify(wrong, "counterexample", "strong", plugins=[file]).verdicts.verdict)
+    assert not {"refuted", "error"} & set(verify(right, "counterexample", plugins=[file]).verdicts.verdict)
+
+
+def test_where_forces_have_a_potential_no_file_is_written():
+    """One line says what to do instead."""
+    report = orders(ScaledK(), "langevin-gradient", 1)
+
+    with pytest.raises(UsageError, match=r"no file .* langevin-gradient; sdaeverify hunt wrong-scaled-k"):
         report.to_problem(report.failing[0])
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass
+from ..tree_class import OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass, Written
 
 ALL = frozenset({"x", "y", TIME})
 NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
@@ -25,6 +25,25 @@ ADDITIVE = (NODES[0], Node("b", "x", integral=OVER_NOISE, most=0), NODES[2])
 # Random equations: differential and algebraic components below and above, and the sizes of terms.
 LOW, HIGH, SEED = (2, 1), (5, 3), 20260105
 SIZES = (0.7, 0.3, 0.1)
+SOURCE = '''def drift(t, x, y):
+    """Return f(t, x, y), shape ({d}, P)."""
+    f = np.zeros(x.shape, dtype=np.result_type(x, y))
+{drift}    f[{last}] = -x[{last}]
+    return f
+
+
+def diffusion(t, x, y):
+    """Return B(t, x, y), shape ({d}, {motions}, {paths})."""
+    B = np.zeros({shape})
+{diffusion}    B[{last}, 0] = 1.0
+    return B
+
+
+def constraint(t, x, y):
+    """Return u(t, x, y), shape ({q}, P)."""
+    u = np.zeros(y.shape, dtype=np.result_type(x, y))
+{constraint}    return u - y
+'''
 Coefficient = Callable[[float, Array, Array], Array]
 
 
@@ -68,6 +87,38 @@ class IndexOneTrees(TreeClass):
         )
         rows = [(tree.node.of, int(row)) for tree, row in zip(grove.trees, system.rows, strict=True)]
         return Posed(problem, rows, [1.0] * len(grove.trees), np.eye(grove.motions))
+
+    def written(self, grove: Grove) -> Written:
+        """Return the equation of trees in x and in y as source code."""
+        system = _Products(grove)
+        places = [f"{tree.node.of}[{row}]" for tree, row in zip(grove.trees, system.rows, strict=True)]
+        lines: dict[str, list[str]] = {"f": [], "b": [], "u": []}
+        for tree, row in zip(grove.trees, system.rows, strict=True):
+            product = " * ".join("t" if kid < 0 else places[kid] for kid in tree.kids) or "1.0"
+            target = f"B[{row}, {tree.motion}]" if tree.node.name == "b" else f"{tree.node.name}[{row}]"
+            lines[tree.node.name].append(f"    {target} = {product}\n")
+        last, q = system.size - 1, max(1, len(system.of["u"]))
+        functions = SOURCE.format(
+            d=system.size,
+            q=q,
+            last=last,
+            motions=grove.motions,
+            paths="1" if self.additive else "P",
+            shape=f"({system.size}, {grove.motions}, "
+            + ("1)" if self.additive else "x.shape[1]), dtype=np.result_type(x, y)"),
+            drift="".join(lines["f"]),
+            diffusion="".join(lines["b"]),
+            constraint="".join(lines["u"]) or f"    u[0] = x[{last}]\n",
+        )
+        arguments = {
+            **{name: name for name in ("drift", "diffusion", "constraint")},
+            "start": f"np.zeros({system.size})",
+            "algebraic": q,
+            "noise_dim": grove.motions,
+        }
+        beside = (f"x[{last}]  dx = -x dt + dW_1", *([] if lines["u"] else [f"y[0]  x[{last}]"]))
+        traits = frozenset({"additive-noise"} if self.additive else ())
+        return Written(self.form.__name__, functions, arguments, tuple(places), beside, traits)
 
     def relatives(self, motions: int) -> Relatives:
         """Return random equations: above, f is A^+ f(t, A x + c, C y + e) + N k(t, x, y), and so are b and u."""

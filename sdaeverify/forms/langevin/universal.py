@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass
+from ..tree_class import OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written
 
 Q, P = frozenset({"q"}), frozenset({"p"})
 NODES = (
@@ -33,6 +33,12 @@ MOMENTUM, STRENGTH, FAINT = 1.25, 0.8, 2.0**-27
 # Random dynamics: degrees of freedom, friction, and the sizes of terms of the force.
 LOW, HIGH, FRICTION, SEED = 2, 5, 1.5, 20260104
 SIZES = (0.7, 0.4, 0.1)
+
+SOURCE = '''def force(q):
+    """Return F(q), shape ({d}, P)."""
+    F = np.zeros_like(q)
+{force}    return F
+'''
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,31 @@ class LangevinTrees(TreeClass):
         problem = self._dynamics(self._force(forces, origin[:, None]), -grove.number, origin, start)
         rows = [(tree.node.of, freedoms[owner]) for tree, owner in zip(grove.trees, owners, strict=True)]
         return Posed(problem, rows, sizes, driven)
+
+    def written(self, grove: Grove) -> Written | None:
+        """Return dynamics whose forces are products of positions as source code; none where they have a potential."""
+        if self.gradient:
+            return None
+        momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
+        freedoms = {place: n for n, place in enumerate(momenta)}
+        owners = [place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees)]
+        lines, start = [], [0.0] * len(momenta)
+        for place, n in freedoms.items():
+            tree = grove.trees[place]
+            if tree.node.name == "f":
+                factors = " * ".join(f"q[{freedoms[owners[kid]]}]" for kid in tree.kids) or "1.0"
+                lines.append(f"    F[{n}] = {factors}\n")
+            start[n] = MOMENTUM if tree.node.integral == PRODUCT else 0.0
+        arguments = {
+            "force": "force",
+            "friction": -grove.number,
+            "strength": STRENGTH,
+            "position": f"np.zeros({len(momenta)})",
+            "momentum": start,
+        }
+        places = tuple(f"{tree.node.of}[{freedoms[owner]}]" for tree, owner in zip(grove.trees, owners, strict=True))
+        functions = SOURCE.format(d=len(momenta), force="".join(lines))
+        return Written(self.form.__name__, functions, arguments, places, ("each momentum has noise",), exact=False)
 
     def _sizes(self, grove: Grove) -> list[float]:
         own = {"p": MOMENTUM, "b": STRENGTH, "f": FAINT if self.gradient else 1.0, "q": 1.0}

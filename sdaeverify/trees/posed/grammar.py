@@ -135,6 +135,11 @@ def _without(of: Tree, scaled: frozenset[str]) -> tuple[Tree, int]:
     return tree(of.colour, (kid for kid, _ in parts), of.name), count
 
 
+def without_scaled(of: Tree, nodes: Iterable[Node]) -> Tree:
+    """Return a tree without its scaled nodes, of which there may be none."""
+    return _without(of, frozenset(node.name for node in nodes if node.scaled))[0]
+
+
 def _above(of: Tree, scaled: frozenset[str]) -> int:
     """Return how much stands on scaled nodes."""
     return (of.weight if of.name in scaled else 0) + sum(_above(kid, scaled) for kid in of.kids)
