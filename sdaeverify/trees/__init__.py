@@ -11,7 +11,8 @@ A form of one's own has order conditions as soon as it offers a class of its equ
         def tree_classes(cls):
             return (MyTrees(),)                   # a TreeClass: kinds of nodes, a problem for given trees, relatives
 
-Where it has `written` too, a failing condition can be written as a plugin file. `Langevin` and `IndexOneSDAE` do the same; these are the names that such a class is written with.
+Where it has `written` too, a failing condition can be written as a plugin file. `Langevin` and `IndexOneSDAE` do the
+same; these are the names that such a class is written with.
 """
 
 from ..forms.tree_class import Grove, Grown, Node, Posed, Relatives, TreeClass, Written
