@@ -8,7 +8,7 @@ import click
 
 from ..api import Result
 from ..errors import UsageError
-from ..gate.gate_plan import gate_plan, gated_schemes, omitted_measures
+from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
@@ -186,17 +186,25 @@ def _why_not_locked(policy: Policy, tiers: dict[str, Claims] | None) -> Iterator
 
 
 def _left_out(policy: Policy, registry: Registry) -> Iterator[str]:
-    if not (policy.schemes or policy.distribution):
-        yield describe_everything(registry)
+    if gates_everything(registry, policy):
+        yield describe_everything(registry, policy.file)
     if skipped := omitted_measures(registry, policy):
         left = f"tier {policy.tier} leaves out {', '.join(skipped)}"
         yield f"{left}; a larger tier runs them, or a policy that names them"
 
 
-def describe_everything(registry: Registry) -> str:
-    """Return whose claims are gated where neither schemes nor a project are named, and whose are not."""
+def describe_everything(registry: Registry, file: Path | None) -> str:
+    """Return whose claims are gated where a policy names no schemes and has none of its own, and whose are not.
+
+    Parameters
+    ----------
+    registry : Registry
+    file : Path or None
+        The policy's.
+    """
     left = [name for name, entry in registry.schemes.items() if entry.on_request]
-    taken = f"no policy and no project name schemes: the claims of all {len(registry.schemes) - len(left)} are gated"
+    names = "no pyproject.toml is here or above" if file is None else f"{file} names no schemes, plugins or project"
+    taken = f"{names}: the claims of all {len(registry.schemes) - len(left)} schemes are gated"
     return f"{taken}; run on request are {', '.join(left)}" if left else taken
 
 

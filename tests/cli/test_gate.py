@@ -203,6 +203,19 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
     assert not (tmp_path / "reports").exists()
 
 
+def test_a_gate_of_everything_says_why(project, monkeypatch, tmp_path):
+    """Schemes of the policy's plugin files are its own; without any, the file that names none is named."""
+    few = ("-p", "ou", "-m", "strong")
+    assert "schemes are gated" not in project(*few).out
+
+    (tmp_path / "pyproject.toml").write_text("[tool.sdaeverify]\ntier = 'smoke'\n")
+    names = f"note: {tmp_path}/pyproject.toml names no schemes, plugins or project"
+    assert f"{names}: the claims of all" in project(*few).out
+
+    monkeypatch.setattr("sdaeverify.gate.policy._nearest", lambda _: None)
+    assert "note: no pyproject.toml is here or above: the claims of all" in project(*few, "--tier", "smoke").out
+
+
 def test_missing_lock(project):
     """A lock file that the policy names must be there; without one a note says how to write it."""
     assert "note: there is no lock file" in project("-s", "right").out
