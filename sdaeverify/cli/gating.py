@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from ..api import Result
+from ..contracts.spelling import counted
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
@@ -163,8 +164,9 @@ def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tup
         return (), (f"hunt of {policy.hunt}: {error}",)
     found = report.write(options["out"] / COUNTEREXAMPLE)
     files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
-    counted = f"hunt of {policy.hunt}: {report.looked_at} examples, {len(report.found)} claims refuted"
-    return tuple(attack.outcome for attack in report.found), (counted, *files)
+    tried, refuted = counted(report.looked_at, "example"), counted(len(report.found), "claim")
+    told = f"hunt of {policy.hunt}: {tried}, {refuted} refuted"
+    return tuple(attack.outcome for attack in report.found), (told, *files)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:

@@ -161,7 +161,7 @@ def test_an_expectation_of_what_is_not_there(project, arguments):
 def test_lock(project, tmp_path):
     """What is locked must be there: a claim that is gone is code 5 and is named."""
     written = project("--write-lock")
-    assert f"4 claims of tier smoke are locked in {tmp_path / 'sdaeverify.lock'}" in written.out
+    assert f"{tmp_path / 'sdaeverify.lock'} locks 4 claims of tier smoke" in written.out
 
     assert project().code == ExitCode.REFUTED
     plugin = tmp_path / "odd_plugin.py"
