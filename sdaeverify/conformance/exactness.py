@@ -236,9 +236,11 @@ def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
         return ""
     if trivial.noisy and followed.paths.isdisjoint(claim.measure for claim in scheme.promises):
         return _miss_in_law(scheme, trivial)
-    if remembers(scheme, trivial.problem) and _begins_roughly(scheme, trivial):
+    small = _is_small_start(scheme, trivial) if remembers(scheme, trivial.problem) else None
+    if small:
         return ""
-    return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}"
+    hint = "" if small is None else "; later steps are exact, so that it is what enter sets"
+    return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}{hint}"
 
 
 def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
@@ -248,13 +250,14 @@ def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
     return f"{fine.quantity} after many steps is off by {fine.share:.2g} of what the exact one grows by"
 
 
-def _begins_roughly(scheme: Scheme, trivial: Trivial) -> bool:
-    """Tell whether later steps of a run are exact, and its first ones off by no more than the order 1 in h."""
+def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:
+    """Tell whether what the first steps are off by is of the order 1 in h; None where later ones are not exact."""
     (error, off, bound), (fine_error, fine_off, fine_bound) = (
         _late_error(scheme, *run) for run in ((trivial, H), trivial.short_run)
     )
-    exact = off <= bound and fine_off <= fine_bound
-    return exact and fine_error <= max(fine_bound, 2.0 * trivial.shorter * error)
+    if off > bound or fine_off > fine_bound:
+        return None
+    return fine_error <= max(fine_bound, 2.0 * trivial.shorter * error)
 
 
 def _late_error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:

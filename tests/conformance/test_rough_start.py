@@ -71,8 +71,11 @@ def test_a_first_step_of_lower_order_is_let_pass(problem: SDE) -> None:
     ids=["start off by 1", "start off by the root of h", "wrong drift"],
 )
 def test_what_costs_an_order_or_lasts_is_refuted(scheme: Scheme, equation: str) -> None:
-    """A start that is farther off, and later steps that are not exact."""
-    assert exactness_violation(scheme).startswith(f"not exact on {equation}")
+    """A start that is farther off, which is said, and later steps that are not exact."""
+    text = exactness_violation(scheme)
+
+    assert text.startswith(f"not exact on {equation}")
+    assert ("so that it is what enter sets" in text) == (equation == "dx = 0")
 
 
 def test_a_claim_above_the_order_of_the_start_is_not_verified() -> None:
