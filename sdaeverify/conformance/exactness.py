@@ -144,7 +144,8 @@ def _stack_parts(parts: Parts, known: list[str]) -> Array:
 # Behind a miss on more Brownian motions than the problem has.
 SEVERAL = "; if the scheme does not support several, say so in refuses"
 STEPS, PATHS = 8, 3
-# So many steps later a scheme of several steps has forgotten how it began: roots up to 7/8 are at rounding.
+# So many steps later a scheme of several steps has forgotten how it began: roots up to 7/8 are at rounding. As many
+# steps are compared then: what goes wrong every so many steps is among them.
 BEGUN = 272
 # A relative error of order 1/2 or more in h falls below this power of the factor that steps are shortened by.
 VANISHING = 0.4
@@ -255,18 +256,18 @@ def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:
     (error, off, bound), (fine_error, fine_off, fine_bound) = (
         _late_error(scheme, *run) for run in ((trivial, H), trivial.short_run)
     )
-    if off > bound or fine_off > fine_bound:
+    if not (off <= bound and fine_off <= fine_bound):
         return None
     return fine_error <= max(fine_bound, 2.0 * trivial.shorter * error)
 
 
 def _late_error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:
-    """Return the largest error after many steps, by how much more steps change it, and what rounding explains."""
-    begun, end = _run(scheme, trivial, h, (BEGUN, BEGUN + STEPS))
+    """Return the largest error after many steps, by how much as many more change it, and what rounding explains."""
+    begun, end = _run(scheme, trivial, h, (BEGUN, 2 * BEGUN))
     first, last = ({name: got[name] - after[name] for name in after} for got, after in (begun, end))
     size = max(_largest(begun[1]), _largest(end[1]))
     changed = _largest({name: last[name] - first[name] for name in last})
-    return _largest(last), changed, 64.0 * EPS * (BEGUN + STEPS) * size
+    return _largest(last), changed, 128.0 * EPS * BEGUN * size
 
 
 def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:

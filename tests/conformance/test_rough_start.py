@@ -11,11 +11,12 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, verify
 
 
 class Two(NamedTuple):
-    """A state, the one before, and the noise of the step between them."""
+    """A state, the one before, the noise of the step between them, and how many steps were made."""
 
     x: Array
     before: Array
     kick: Array
+    number: Array
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class TwoSteps(Scheme):
     off: float = 0.0
     power: float = 1.0
     weight: float = 2.0 / 3.0
+    period: int = 0
 
     name: ClassVar[str] = "two-steps"
     form: ClassVar[type[SDE]] = SDE
@@ -32,7 +34,7 @@ class TwoSteps(Scheme):
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Two:
         """Return the start: the state before is the same, or farther off."""
-        return Two(state, state - self.off * h**self.power, np.zeros_like(state))
+        return Two(state, state - self.off * h**self.power, np.zeros_like(state), np.zeros_like(state[:1]))
 
     def parts(self, problem: SDE, state: Two) -> dict[str, Array]:
         """Return the last state."""
@@ -40,11 +42,12 @@ class TwoSteps(Scheme):
 
     def step(self, problem: SDE, state: Two, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the implicit equation is iterated to rounding."""
-        kick = problem.diffused(t, state.x, noise.dW)
+        kick, number = problem.diffused(t, state.x, noise.dW), state.number[0, 0]
+        weight = 0.0 if self.period and number % self.period == 0 else self.weight
         y = known = (4.0 * state.x - state.before - state.kick) / 3.0 + kick
         for _ in range(40):
-            y = known + self.weight * h * problem.drift(t + h, y)
-        return Step(Two(y, state.x, kick))
+            y = known + weight * h * problem.drift(t + h, y)
+        return Step(Two(y, state.x, kick, state.number + 1.0))
 
 
 class Ambitious(TwoSteps):
@@ -67,8 +70,10 @@ def test_a_first_step_of_lower_order_is_let_pass(problem: SDE) -> None:
         (TwoSteps(off=1.0, power=0.0), "dx = 0"),
         (TwoSteps(off=1.0, power=0.5), "dx = 0"),
         (TwoSteps(weight=0.66), "dx = c dt"),
+        (TwoSteps(period=10), "dx = c dt"),
+        (TwoSteps(period=100), "dx = c dt"),
     ],
-    ids=["start off by 1", "start off by the root of h", "wrong drift"],
+    ids=["start off by 1", "start off by the root of h", "wrong drift", "forgotten drift", "rarely forgotten drift"],
 )
 def test_what_costs_an_order_or_lasts_is_refuted(scheme: Scheme, equation: str) -> None:
     """A start that is farther off, which is said, and later steps that are not exact."""
