@@ -246,6 +246,7 @@ from sdaeverify.trees.sdes.taylor import RichEquation
 from sdaeverify.trees.sdes.universal import TIME_0, Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests
+from sdaeverify.verdicts.coverage import claim_for
 from sdaeverify.verdicts.opinions import beside, of_smooth
 from sdaeverify.verdicts.path_tests import hold_back, unlike
 from sdaeverify.verdicts.rules import FINER as way_FINER

@@ -491,6 +491,19 @@ def test_edited_file_is_loaded_anew(tmp_path: Path, install: Install) -> None:
     assert old.__name__ in sys.modules
 
 
+def test_modules_beside_a_plugin_file_are_found_and_hide_no_others(tmp_path, monkeypatch):
+    """A file imports what lies in its folder, from wherever it is loaded; an installed module stays what it is."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (tmp_path / "beside_the_plugin.py").write_text("x = 1")
+    (tmp_path / "numpy.py").write_text("x = 2")
+    file = tmp_path / "mine.py"
+    file.write_text("import numpy\nfrom beside_the_plugin import x\n")
+
+    assert load_file(file).x == 1
+    assert load_file(file).numpy is sys.modules["numpy"]
+    assert "array" in vars(sys.modules["numpy"])
+
+
 def test_other_process_unpickles_after_loading_the_file(tmp_path: Path, install: Install) -> None:
     """A process that loads the file can read the schemes and problems pickled elsewhere."""
     file = tmp_path / "mine.py"

@@ -7,8 +7,9 @@ from typing import Any
 import click
 
 from ..api import Result
+from ..contracts.spelling import counted
 from ..errors import UsageError
-from ..gate.gate_plan import gate_plan, gated_schemes, omitted_measures
+from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
@@ -195,8 +196,9 @@ def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tup
         return (), (f"hunt of {policy.hunt}: {error}",)
     found = report.write(options["out"] / COUNTEREXAMPLE)
     files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
-    counted = f"hunt of {policy.hunt}: {report.looked_at} examples, {len(report.found)} claims refuted"
-    return tuple(attack.outcome for attack in report.found), (counted, *files)
+    tried, refuted = counted(report.looked_at, "example"), counted(len(report.found), "claim")
+    told = f"hunt of {policy.hunt}: {tried}, {refuted} refuted"
+    return tuple(attack.outcome for attack in report.found), (told, *files)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:
@@ -218,17 +220,25 @@ def _why_not_locked(policy: Policy, tiers: dict[str, Claims] | None) -> Iterator
 
 
 def _left_out(policy: Policy, registry: Registry) -> Iterator[str]:
-    if not (policy.schemes or policy.distribution):
-        yield describe_everything(registry)
+    if gates_everything(registry, policy):
+        yield describe_everything(registry, policy.file)
     if skipped := omitted_measures(registry, policy):
         left = f"tier {policy.tier} leaves out {', '.join(skipped)}"
         yield f"{left}; a larger tier runs them, or a policy that names them"
 
 
-def describe_everything(registry: Registry) -> str:
-    """Return whose claims are gated where neither schemes nor a project are named, and whose are not."""
+def describe_everything(registry: Registry, file: Path | None) -> str:
+    """Return whose claims are gated where a policy names no schemes and has none of its own, and whose are not.
+
+    Parameters
+    ----------
+    registry : Registry
+    file : Path or None
+        The policy's.
+    """
     left = [name for name, entry in registry.schemes.items() if entry.on_request]
-    taken = f"no policy and no project name schemes: the claims of all {len(registry.schemes) - len(left)} are gated"
+    names = "no pyproject.toml is here or above" if file is None else f"{file} names no schemes, plugins or project"
+    taken = f"{names}: the claims of all {len(registry.schemes) - len(left)} schemes are gated"
     return f"{taken}; run on request are {', '.join(left)}" if left else taken
 
 

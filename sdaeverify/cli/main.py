@@ -1,6 +1,8 @@
 """The program from its start to its end."""
 
+import os
 import sys
+from contextlib import suppress
 from typing import NoReturn
 
 from ..workers.room import why_no_room
@@ -12,7 +14,16 @@ def run() -> NoReturn:
     sys.exit(_program())
 
 
+def _find_modules_here() -> None:
+    """Let the console script find modules of the current folder, as ``python -m`` does; they hide no others."""
+    # There may be no such folder any more.
+    with suppress(OSError):
+        if not sys.flags.safe_path and (here := os.getcwd()) not in sys.path:
+            sys.path.append(here)
+
+
 def _program() -> int:
+    _find_modules_here()
     if why := why_no_room(0):
         sys.stderr.write(f"sdaeverify: error: {why}\n")
         return ExitCode.NOT_MEASURED

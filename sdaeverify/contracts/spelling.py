@@ -28,3 +28,8 @@ def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
     close = [other for other, score in scores.items() if score >= least]
     close = close or [other for other in scores if word and word.lower() in other.lower()]
     return f"; did you mean {' or '.join(close[:3])}?" if close else ""
+
+
+def counted(number: int, word: str) -> str:
+    """Return a number of things, such as ``1 cell`` and ``2 cells``."""
+    return f"{number} {word}{'s' * (number != 1)}"

@@ -129,9 +129,9 @@ def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
 
 
 def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
-    """Return the schemes a policy means: by its patterns, else those of its project.
+    """Return the schemes a policy means: by its patterns, else those of its project and of its plugin files.
 
-    Without a project, everything that is not run on request.
+    Without these, everything that is not run on request.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     """
     if policy.schemes:
         return select_schemes(registry, policy.schemes)
-    own = [entry for entry in registry.schemes.values() if _is_of(entry, policy)]
+    own = _own(registry, policy)
     if policy.distribution and not own:
         if policy.examinations:
             # A project may have solvers alone that are no schemes of the matrix.
@@ -149,6 +149,15 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
             f"project {policy.distribution} registers no scheme here; install it, or name schemes in {policy.file}"
         )
     return select_schemes(registry, [variant for entry in own for variant in entry.variants])
+
+
+def gates_everything(registry: Registry, policy: Policy) -> bool:
+    """Tell whether all schemes are gated because a policy names none and has none of its own."""
+    return not (policy.schemes or policy.distribution or _own(registry, policy))
+
+
+def _own(registry: Registry, policy: Policy) -> list[Registered]:
+    return [entry for entry in registry.schemes.values() if _is_of(entry, policy)]
 
 
 def _is_of(entry: Registered, policy: Policy) -> bool:

@@ -17,6 +17,7 @@ import msgspec
 
 from ..contracts.claimed import MARGIN, Bound, Order, Word
 from ..contracts.scheme import Claim
+from ..contracts.spelling import counted
 from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
@@ -256,5 +257,5 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     claims, before = found_claims(outcomes), read_lock(file) or {}
     write_text(lock_text({**before, tier: claims}), file)
     gone, _ = compare(before.get(tier, {}), outcomes)
-    locked = f"{len(claims)} claims of tier {tier} are locked in {file}"
+    locked = f"{file} locks {counted(len(claims), 'claim')} of tier {tier}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -36,7 +36,7 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     Attributes
     ----------
     schemes : tuple of str or Scheme
-        Patterns and schemes; empty for those that `distribution` registers, or everything if it registers none.
+        Patterns and schemes; empty for those that `distribution` and `plugins` register, or everything without these.
     problems : tuple of str, ProblemSpec or callable
         Patterns, recipes and problem functions; empty for all that are not marked as run on request.
     measures : tuple of str or Measure

@@ -202,8 +202,9 @@ def _tests(measure: ScalarMeasure, evidence: Evidence, means: ScaledMeans, claim
 
 def _growth(below: Array, above: Array, level: float) -> float:
     """Return by which factor the paths must grow to decide: p-values are exponentials in their number."""
-    known = [float(p) for p in (below.max(), len(above) * above.min()) if p < 1.0]
-    return min((max(1.0, log(level) / log(p)) if p else 1.0 for p in known), default=inf)
+    # To refute, the least of as many p-values as there are step sizes is multiplied by their number.
+    tests = ((float(below.max()), level), (float(above.min()), level / len(above)))
+    return min((max(1.0, log(enough) / log(p)) if p else 1.0 for p, enough in tests if p < 1.0), default=inf)
 
 
 def _levels(measure: ScalarMeasure, means: ScaledMeans, confidence: float) -> Iterator[LevelFinding]:

@@ -122,7 +122,7 @@ def absolute(path: str | Path) -> Path:
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Import a file as a module of its own.
+    """Import a file as a module of its own; modules beside it are found where it imports them, and hide no others.
 
     The module's name is made of the path and the content: another process that loads the same file can
     unpickle what the file defines, and one that finds it changed cannot mistake it for the old one.
@@ -137,6 +137,8 @@ def load_file(path: str | Path) -> ModuleType:
         raise PluginError(f"plugin file {path}: is a folder, expected a Python file; install it as a package instead")
     if file.suffix != ".py" or not os.path.isfile(file):
         raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
+    if str(file.parent) not in sys.path:
+        sys.path.append(str(file.parent))
     try:
         return load_source(file, file.read_bytes())
     except FAULTS as error:

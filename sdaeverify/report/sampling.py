@@ -13,6 +13,7 @@ from ..contracts.measure import Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import FIRST_BLOCK, Settings, whole
 from ..contracts.specs import ProblemSpec
+from ..contracts.spelling import counted
 from ..contracts.tally import Tally
 from ..errors import SchemeError, UsageError
 from ..forms import Problem
@@ -63,7 +64,7 @@ class Paths:
         steps, shapes = len(self.times) - 1, {name: values.shape[1] for name, values in self.components.items()}
         parts = ", ".join(f"{name} ({size})" for name, size in shapes.items())
         gone = f"{np.count_nonzero(self.lost)} lost, {np.count_nonzero(self.without_root)} without root"
-        made = f"{len(self.lost)} paths of {self.scheme} on {self.problem}: {gone}"
+        made = f"{counted(len(self.lost), 'path')} of {self.scheme} on {self.problem}: {gone}"
         return f"{made}\n{steps} steps to t = {self.times[-1]:g}; components {parts}"
 
     def to_xarray(self) -> "xarray.Dataset":

@@ -25,6 +25,8 @@ class SavedRun:
     settings : Settings
     schemes, problems, measures : tuple of str
         Labels and names.
+    files : tuple of str
+        Plugin files that were named by path.
     """
 
     folder: Path
@@ -32,6 +34,12 @@ class SavedRun:
     schemes: tuple[str, ...]
     problems: tuple[str, ...]
     measures: tuple[str, ...]
+    files: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of its schemes, problems and measures, without parameters."""
+        return frozenset(label.partition("[")[0] for label in (*self.schemes, *self.problems, *self.measures))
 
 
 def read_run(folder: Path) -> SavedRun:
@@ -45,8 +53,9 @@ def read_run(folder: Path) -> SavedRun:
     file, saved = folder / RUN, run_of(folder)
     try:
         names = msgspec.convert(saved["selection"], dict[str, tuple[str, ...]])
-        kinds = (names[kind] for kind in ("schemes", "problems", "measures"))
-        return SavedRun(folder, settings_of(saved, file), *kinds)
+        files = msgspec.convert(saved.get("files", ()), tuple[str, ...])
+        kinds = (names["schemes"], names["problems"], names["measures"])
+        return SavedRun(folder, settings_of(saved, file), *kinds, files)
     except WRONG as error:
         raise _unlike(file, error) from error
 

@@ -26,10 +26,10 @@ SYMBOLS = {
 FIRST = ("verified", "refuted")
 ATTENTION = ("refuted", "diverged", "error", "inconclusive", "not_run")
 ABSENT = "not_applicable"
-BRIEF = ("", "quantity", "claim", "accepted", "one step", "along paths", "by")
+BRIEF = ("", "quantity", "claim", "one step", "along paths", "paths from", "by")
 TIERS = {
     "T0": "by the contract of a step",
-    "T1": "from one step, without sampling",
+    "T1": "from one step, without sampling, accepted from the order that its reason names",
     "T2": "from all steps at once, without sampling",
     "T3": "along paths, which are sampled",
 }
@@ -58,16 +58,17 @@ def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: i
 
 
 def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
-    """Return a row as tables show it: verdict, names, claim, orders of one step and along paths, tier, reason."""
+    """Return a row as tables show it: its verdict, names, claim, orders, tier and reason."""
     told = {
         "": mark(row.verdict, plain=plain),
         "scheme": row.scheme,
         "problem": row.problem,
         "quantity": f"{row.measure} {row.quantity}".strip(),
         "claim": row.claim if isnan(row.claimed_order) else f">= {row.claimed_order}",
-        "accepted": "" if isnan(row.claimed_order) else f">= {row.claimed_order - row.margin:.3g}",
         "one step": local_order(row),
         "along paths": interval(row.path) or other_value(row),
+        # One step has a threshold of its own, which the reason names.
+        "paths from": "" if isnan(row.claimed_order) else f"{row.claimed_order - row.margin:.3g}",
         "by": row.decided_by,
         "why": row.reason,
     }
@@ -173,10 +174,10 @@ def local_order(row: VerdictRow, digits: int = 2) -> str:
 
 
 def claim_in_words(row: VerdictRow) -> str:
-    """Return a claim with its margin."""
+    """Return a claim with its margin, which is one of orders along paths: reasons name that of one step."""
     if not row.claim:
         return "no claim"
-    return row.claim + (f" (margin {row.margin:g})" if not isnan(row.margin) else "")
+    return row.claim + (f" (margin {row.margin:g} along paths)" if not isnan(row.margin) else "")
 
 
 def resolution_in_words(row: VerdictRow) -> str:

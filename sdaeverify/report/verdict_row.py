@@ -211,7 +211,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = f"bias along paths below {RESOLVED:g} standard errors ({resolved:.1f})"
+        noise = f"bias of paths {resolved:.1f} standard errors, a slope needs {RESOLVED:g}"
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

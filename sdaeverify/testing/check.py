@@ -85,7 +85,9 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
     except Inapplicable as words:
         status, reason = CheckStatus.SKIPPED, str(words)
     except FAULTS as error:
-        status, reason = CheckStatus.FAILED, f"raises {one_line(error)}"
+        # What the framework raises is a sentence that says who raised what.
+        told = one_line(error) if isinstance(error, SdaeverifyError) else f"raises {one_line(error)}"
+        status, reason = CheckStatus.FAILED, told
     return status, reason, time.perf_counter() - begun
 
 

@@ -25,6 +25,7 @@ from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
 from .problem_file import About, problem_file
 from .sdes.universal import Universal
+from .weights import NoStepError
 
 
 class ClassVerdict(StrEnum):
@@ -420,8 +421,28 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
     unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
     if why := of.probe.fault or of.probe.why_not_weighed or unasked:
-        verdict = ClassVerdict.ERROR if of.probe.fault else ClassVerdict.PREMISE
+        verdict = ClassVerdict.ERROR if of.probe.fault else _open(claim)
         return replace(row, claim=least, premise=why, verdict=verdict)
+    try:
+        return _compared(of, row, claim)
+    except NoStepError as error:
+        # Steps that test a premise are other ones than those that have given the weights.
+        return replace(row, claim=least, premise=str(error), verdict=_open(claim))
+
+
+def _open(claim: Order | None) -> ClassVerdict:
+    return ClassVerdict.PREMISE if claim else ClassVerdict.NOT_CLAIMED
+
+
+def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
+    """Return what the conditions say of a claim.
+
+    Raises
+    ------
+    NoStepError
+        If a step that tests a premise cannot be made.
+    """
+    least = claim.least if claim else nan
     order = of.order(row.measure)
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     falls_short = claim is not None and order < claim.floor and bool(of.breaking(row.measure))

@@ -85,7 +85,8 @@ def _strongest(claims: Iterable[Claim], traits: Iterable[str], measure: str, qua
     if not covering:
         return Coverage(quantity, None, Reason(f"no claim about {quantity}", Kind.NO_CLAIM))
     missing = sorted(set().union(*(claim.when for claim in covering)) - known)
-    gap = f"no claim about {quantity} here, only on problems with the trait {' and '.join(missing)}"
+    asked = f"trait{'s' * (len(missing) > 1)} {' and '.join(missing)}"
+    gap = f"no claim about {quantity} here: this problem lacks the {asked} that claims ask for"
     return Coverage(quantity, None, Reason(gap, Kind.NO_CLAIM))
 
 

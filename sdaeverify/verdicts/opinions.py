@@ -1,7 +1,7 @@
 """What is said of a claim, and how: what one step decides is guarded by paths, which decide the rest alone."""
 
 from collections.abc import Callable, Container
-from math import isfinite
+from math import ceil, floor, isfinite, log10
 from typing import Any
 
 from ..contracts.claimed import Bound, Order, Word
@@ -206,7 +206,10 @@ def _beyond_budget(evidence: Evidence, needed: float) -> bool:
 
 
 def _ask_for_paths(text: str, paths: float) -> Reason:
-    rounded = f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
+    # Two digits, rounded up: a run that was allowed 1024 does not say that 1000 would decide.
+    unit = 10.0 ** max(floor(log10(paths)) - 1, 0)
+    enough = ceil(paths / unit) * unit
+    rounded = f"{enough:.2g}" if enough >= 1e6 else f"{enough:.0f}"
     return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
 
 

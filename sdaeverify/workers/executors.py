@@ -115,6 +115,8 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
             workers = given.__enter__()
             # What goes wrong later is none of its business.
             opened.callback(given.__exit__, None, None, None)
+        except UsageError:
+            raise
         except ImportError as error:
             raise UsageError(
                 f"executor {name} needs a library that is not installed: {one_line(error)}; install it with pip"
@@ -131,9 +133,18 @@ def serial(_: str, __: int) -> AbstractContextManager[Workers]:
 
 @contextmanager
 def dask(address: str, jobs: int) -> Iterator[Workers]:
-    """Give the workers of a Dask cluster at an address, or of one on this machine."""
-    from distributed import Client, LocalCluster  # noqa: PLC0415
+    """Give the workers of a Dask cluster at an address, or of one on this machine.
 
+    Raises
+    ------
+    UsageError
+        If Dask is not installed.
+    """
+    try:
+        from distributed import Client, LocalCluster  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        needed = f"executor dask needs {error.name}, which is not installed"
+        raise UsageError(f"{needed}; pip install 'sdaeverify[dask]'") from error
     if address:
         with Client(f"tcp://{address}", timeout=ANSWERS_WITHIN) as client:
             lost = partial(_why_lost, client, f"the scheduler at {address} is dead, or cannot be reached any more")

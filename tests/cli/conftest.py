@@ -78,6 +78,8 @@ def call(
     """Run a command line in an empty folder, 80 columns wide."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
+    # Folders of plugin files are added to it.
+    monkeypatch.setattr(sys, "path", [*sys.path])
     for name in (
         "FORCE_COLOR",
         "NO_COLOR",

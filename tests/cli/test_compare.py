@@ -100,6 +100,16 @@ def test_guards_are_compared_where_they_were_enough(measured, compared):
     assert "not in both runs on as many levels" in str(other)
 
 
+def test_a_plugin_that_is_needed_again_is_named_with_its_option(measured, call):
+    """A run says which plugin files it was made with; without them its schemes are unknown."""
+    measured("old"), measured("new", DOUBLED)
+    outcome = call("compare", "old", "new")
+
+    file = Path("new.py").resolve()
+    assert f"not registered here: mine; new was made with plugin files: add --plugin {file}\n" in outcome.err
+    assert call("compare", "old", "new", "--plugin", str(file)).err == ""
+
+
 def test_improvement_is_shown_and_no_failure(measured, call):
     """The other way round the errors are better, which is in the table, and the command succeeds."""
     measured("old"), measured("new", DOUBLED)

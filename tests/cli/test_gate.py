@@ -161,7 +161,7 @@ def test_an_expectation_of_what_is_not_there(project, arguments):
 def test_lock(project, tmp_path):
     """What is locked must be there: a claim that is gone is code 5 and is named."""
     written = project("--write-lock")
-    assert f"4 claims of tier smoke are locked in {tmp_path / 'sdaeverify.lock'}" in written.out
+    assert f"{tmp_path / 'sdaeverify.lock'} locks 4 claims of tier smoke" in written.out
 
     assert project().code == ExitCode.REFUTED
     plugin = tmp_path / "odd_plugin.py"
@@ -201,6 +201,19 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
         assert outcome.err.count("\n") == 1
     assert file.read_text() == text
     assert not (tmp_path / "reports").exists()
+
+
+def test_a_gate_of_everything_says_why(project, monkeypatch, tmp_path):
+    """Schemes of the policy's plugin files are its own; without any, the file that names none is named."""
+    few = ("-p", "ou", "-m", "strong")
+    assert "schemes are gated" not in project(*few).out
+
+    (tmp_path / "pyproject.toml").write_text("[tool.sdaeverify]\ntier = 'smoke'\n")
+    names = f"note: {tmp_path}/pyproject.toml names no schemes, plugins or project"
+    assert f"{names}: the claims of all" in project(*few).out
+
+    monkeypatch.setattr("sdaeverify.gate.policy._nearest", lambda _: None)
+    assert "note: no pyproject.toml is here or above: the claims of all" in project(*few, "--tier", "smoke").out
 
 
 def test_missing_lock(project):

@@ -29,8 +29,9 @@ def test_a_verified_claim_is_a_row(call):
 
     assert outcome.code == 0
     rows = [line.split() for line in outcome.out.splitlines()]
-    assert ["milstein", "scalar", "1", "strong", "1", "1", "11", "of", "11", "verified"] in rows
-    assert not any(row[:2] == ["milstein", "general"] for row in rows)
+    assert rows[0] == ["milstein"]
+    assert ["scalar", "1", "strong", "1", "1", "11/11", "verified"] in rows
+    assert not any(row[:1] == ["general"] for row in rows)
     assert any(row[-1:] == ["(general)"] for row in rows)
     assert "weights independent of h" in outcome.out
 
@@ -56,6 +57,59 @@ def test_a_record_that_cannot_give_an_order_is_told_before_the_tree(call, tmp_pa
     assert outcome.code == 1
     sentence = "no scheme that is given dW alone can have strong order 1 (b1(b2) is beyond it)"
     assert words.index(sentence) < words.index("bold, general, strong: b1(b1): found 0, wanted I")
+
+
+REMEMBERING = """
+from typing import ClassVar, NamedTuple
+from sdaeverify import SDE, Array, Claim, Scheme, Step, hookimpl
+class State(NamedTuple):
+    x: Array
+    before: Array
+
+class Lazy(Scheme):
+    name: ClassVar[str] = "half-explicit-two-step-scheme-with-a-long-name"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def enter(self, problem, state, t, h):
+        return State(state, state)
+
+    def parts(self, problem, state):
+        return problem.parts(state.x)
+
+    def step(self, problem, state, t, h, noise):
+        x, before = state
+        slope = (x - before) / 3.0 + 2.0 / 3.0 * h * problem.drift(t, x)
+        return Step(State(x + slope + problem.diffused(t, x, noise.dW), x))
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Lazy()]
+"""
+
+
+def test_what_is_not_decided_is_counted_below_an_unbroken_name(call, tmp_path, monkeypatch):
+    """Where all premises fail nothing is refuted, and nothing verified either; 80 columns hold a long name."""
+    monkeypatch.setenv("COLUMNS", "80")
+    plugin = tmp_path / "lazy.py"
+    plugin.write_text(REMEMBERING)
+    outcome = call("orders", "half-*-long-name", "--plugin", str(plugin))
+    name, headings, *rest = outcome.out.splitlines()
+
+    assert name == "half-explicit-two-step-scheme-with-a-long-name"
+    assert headings.split() == ["class", "motions", "claim", "order", "held", "verdict"]
+    assert rest[-1] == "exit code 0: no claim is refuted, 7 without a verdict"
+    assert rest[-2].endswith("by order conditions: 7 without a verdict")
+    # A row without a claim has no verdict that is missing.
+    assert [line.split()[1:4] for line in rest if line.startswith("overdamped")] == [["3", "invariant", "not"]]
+
+
+def test_a_premise_that_cannot_be_tested_is_told(call):
+    """A step that fails on the problems of a premise leaves the claim open, with the step size; it is no crash."""
+    outcome = call("orders", "stochastic-theta", "--class", "index-1-additive", "--motions", "4")
+
+    assert outcome.code == 0
+    assert "stochastic-theta: a step of size 0.0625 fails (index-1-additive)" in outcome.out
 
 
 def test_rows_for_programs(call):

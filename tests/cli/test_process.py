@@ -13,7 +13,7 @@ import pytest
 from evidence import rows_of
 from facade import conclude
 
-from .conftest import SCHEME
+from .conftest import HEADER, SCHEME
 
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
@@ -196,3 +196,42 @@ def test_defect_of_the_program(capsys, monkeypatch):
     err = capsys.readouterr().err
     assert "ZeroDivisionError" in err
     assert err.endswith("sdaeverify: error: this is a defect of sdaeverify; please report it with the lines above\n")
+
+
+CONSOLE_SCRIPT = """
+import sys
+from sdaeverify.cli.main import run
+if __name__ == "__main__":
+    sys.exit(run())
+"""
+SPLIT = """
+from {package} import Odd
+from sdaeverify import hookimpl
+@hookimpl
+def sdaeverify_schemes():
+    return [Odd()]
+"""
+
+
+@pytest.mark.parametrize("program", ["script", "module"])
+def test_modules_of_the_current_folder_and_beside_a_plugin_are_found(tmp_path: Path, program: str) -> None:
+    """The console script finds what ``python -m`` does, in its workers too, which unpickle the schemes."""
+    script = tmp_path / "bin" / "sdaeverify"
+    script.parent.mkdir()
+    script.write_text(CONSOLE_SCRIPT)
+    code = HEADER + GATED[: GATED.index("@hookimpl")]
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "here" / "__init__.py").write_text(code)
+    (tmp_path / "there" / "neighbour.py").write_text(code.replace('"odd"', '"other"'))
+    (tmp_path / "mine.py").write_text(SPLIT.format(package="here"))
+    (tmp_path / "there" / "mine.py").write_text(SPLIT.format(package="neighbour"))
+
+    command = (sys.executable, str(script)) if program == "script" else PROGRAM
+    words = ["matrix", "--plugin", "mine.py", "--plugin", "there/mine.py", "-s", "odd,other", "-p", "gbm", *STRONG]
+    ended = subprocess.run(
+        [*command, *words, *BUDGET, "-j", "2", "--no-html"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert ended.returncode in (0, 1), ended.stderr
+    assert all(name in ended.stdout for name in ("odd", "other"))

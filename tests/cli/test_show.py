@@ -101,8 +101,9 @@ def test_show_ends_like_the_run(finished, call):
 def test_show_tells_of_a_cell_why_and_how_again(finished, call):
     """Claim, margin, orders, tier and guard of each quantity, the command, and why the rest does not apply."""
     told = call("show", "out", "milstein", "gbm").out
-    assert "x: order >= 1.0 (margin 0.2); local order 1.000; order along paths" in told
-    assert "decided by T1; guarded by paths, exact solution" in " ".join(told.split())
+    words = " ".join(told.split())
+    assert "x: order >= 1.0 (margin 0.2 along paths); local order 1.000; order along paths" in words
+    assert "decided by T1; guarded by paths, exact solution" in words
     assert "again: python -m sdaeverify matrix -s milstein -p gbm -m strong" in told
 
 
@@ -113,14 +114,17 @@ def test_show_tells_of_an_empty_cell_why(call):
 
 
 def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
-    """Quantity, claim with margin, local order, order along paths with its interval, tier."""
+    """Quantity, claim, local order, order along paths with its interval and the least that paths accept, tier.
+
+    One step accepts from another order on, which its reason names: a note below the table says so.
+    """
     told = call("show", "out", "milstein").out
     assert "milstein on gbm" in told
     assert max(map(len, told.splitlines())) <= 80
-    assert any(
-        line.startswith("✓  strong x ") and line.split()[3:7] == [">=", "1.0", ">=", "0.8"]
-        for line in told.splitlines()
-    )
+    (row,) = [line.split() for line in told.splitlines() if line.startswith("✓  strong x ")]
+    assert [*row[3:6], *row[-2:]] == [">=", "1.0", "1.00", "0.8", "T1"]
+    note = "T1: from one step, without sampling, accepted from the order that its reason names"
+    assert note in " ".join(told.split())
 
 
 @pytest.mark.parametrize(
@@ -148,7 +152,7 @@ def test_the_first_contact_is_a_table_and_a_page(call):
     lines = outcome.out.splitlines()
     assert outcome.code == 0
     assert lines[1] == "euler-maruyama on gbm"
-    assert lines[2].split() == ["quantity", "claim", "accepted", "one", "step", "along", "paths", "by"]
+    assert lines[2].split() == ["quantity", "claim", "one", "step", "along", "paths", "paths", "from", "by"]
     assert max(map(len, lines)) <= 80
     assert "half-explicit-euler on pendulum" in lines
     assert "The page with the pictures is first/report.html: open it in a browser." in lines

@@ -176,9 +176,11 @@ def test_the_command_writes_a_plugin_and_a_test(tmp_path, capsys):
 
 
 def test_the_command_says_that_nothing_was_found(capsys):
-    """A right scheme ends with code 0, one of which nothing is claimed with another."""
+    """A right scheme ends with code 0, one of which nothing is claimed with another; each claim has its examples."""
     assert execute(["hunt", "milstein", "-m", "strong", "--examples", "3", "-j", "1", "--progress", "none"]) == 0
-    assert "0 counterexamples" in capsys.readouterr().out
+    told = capsys.readouterr().out.splitlines()
+    assert told[-1] == "3 examples, 1 attack, 0 counterexamples."
+    assert [line for line in told if "claims" in line] == ["  claims: 3 of order >= 1.0"]
     assert execute(["hunt", "milstein", "-m", "strong", "--form", "Langevin", "--examples", "3", "-j", "1"]) in {0, 5}
 
 

@@ -83,3 +83,14 @@ def test_the_last_look_is_saved_where_half_of_all_paths_say_that_all_are_too_few
 
     assert decide(path_tests.PathTests(1.0, 1.0, Reason(), growth), evidence).settled is settled
     assert guard(LOCAL, path_tests.PathTests(1.0, 1.0, Reason(), blind=growth), evidence).settled is settled
+
+
+@pytest.mark.parametrize(
+    ("growth", "told"), [(1.0, "1100"), (1.01, "1100"), (2.1, "2200"), (10.0, "11000"), (1e3, "1.1e+06")]
+)
+def test_paths_that_would_decide_are_rounded_up(growth, told):
+    """A run of 1024 paths is never told that 1000 would decide."""
+    evidence = replace(evidence_of(1024, KNOWN, 0.1), settings=Settings(paths=1024))
+    found = decide(path_tests.PathTests(1.0, 1.0, Reason(), growth), evidence)
+
+    assert str(found.reason) == f"about {told} paths would decide"

@@ -122,6 +122,44 @@ def test_what_is_lost_counts_either_way():
     assert not rows.verdict.isin(["verified"]).any()
 
 
+class Largest(Constant):
+    """The largest state, which may be many times as large as it is on average."""
+
+    name: ClassVar[str] = "largest"
+    limits: ClassVar[tuple[float, float]] = (0.0, 50.0)
+
+    def number(self, problem, t, parts):
+        return parts["x"][0]
+
+
+class Bounded(Euler):
+    """Euler's method, of whose largest state, 1.93 on average, something is claimed."""
+
+    most: ClassVar[float] = 1.2
+    name: ClassVar[str] = "bounded"
+
+    @property
+    def promises(self):
+        return (Claim(measure="largest", value="the number", bound=self.most, source="made up"),)
+
+
+class NearlyBounded(Bounded):
+    """The same with a bound that is too near to tell."""
+
+    most: ClassVar[float] = 1.8
+    name: ClassVar[str] = "nearly-bounded"
+
+
+def test_more_paths_are_asked_for_where_the_interval_is_wide():
+    """A mean that is above its bound is followed until that is sure, or takes more paths than there may be."""
+    rows = verify([Bounded(), NearlyBounded()], "gbm", Largest()).verdicts.set_index("scheme")
+
+    assert [*rows.verdict] == ["refuted", "inconclusive"]
+    assert rows.value_low["bounded"] > Bounded.most
+    assert min(rows.paths) > 1024
+    assert "0000 paths would decide" in rows.reason["nearly-bounded"]
+
+
 def test_claims_without_a_bound_are_open():
     """Words that are not the measure's, and words without a bound, are not understood."""
     rows = verify(Vague(), "gbm", [Constant(), AtEnd()], paths=256, levels=3).verdicts

@@ -15,8 +15,11 @@ from facade import (
     gbm,
     noncommuting,
     pendulum,
+    pendulum_tangential,
+    pendulum_velocity_noise,
     rough_coefficient,
     smoothness,
+    sphere_langevin,
 )
 
 FUNCTIONS = {
@@ -87,6 +90,24 @@ def test_what_solutions_do_not_reach_does_not_count():
 def test_coefficients_that_are_not_smooth_are_named(problem, rough):
     """A kink is told from an infinite slope and from a jump; where solutions do not go none counts."""
     assert rough_coefficient(problem) == rough
+
+
+def without_jacobian(problem):
+    """Return a problem whose constraint is differentiated for it, and the same as an SDE."""
+    plain = replace(problem, jacobian=None, curvature=None)
+    return plain, EulerMaruyama().view_of(plain)
+
+
+@pytest.mark.parametrize("problem", [pendulum_velocity_noise(), pendulum_tangential(), sphere_langevin()])
+def test_the_rounding_of_a_curvature_that_is_computed_is_no_kink(problem):
+    """Second derivatives of a constraint are rounded a thousand times more than the constraint."""
+    assert [rough_coefficient(view) for view in without_jacobian(problem)] == [None, None]
+
+
+def test_kinks_are_found_beside_a_curvature_that_is_computed():
+    """A force that is not smooth remains so, whoever differentiates the constraint."""
+    bent = replace(pendulum_velocity_noise(), force=lambda t, r, v: -np.abs(v - 0.4))
+    assert {rough_coefficient(view) for view in without_jacobian(bent)} == {Roughness("drift", lipschitz=True)}
 
 
 def test_an_observable_of_an_unknown_component_is_left_alone():

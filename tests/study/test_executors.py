@@ -139,6 +139,14 @@ def test_no_executor(executor, why):
         sdaeverify.verify(*ASKED, **SMALL, executor=executor)
 
 
+def test_a_missing_dask_is_told_with_its_extra(monkeypatch):
+    """One line names what lacks and the command that installs it."""
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    wanted = r"^executor dask needs distributed, which is not installed; pip install 'sdaeverify\[dask\]'$"
+    with pytest.raises(UsageError, match=wanted):
+        sdaeverify.verify(*ASKED, **SMALL, executor="dask")
+
+
 def test_evidence_comes_home(tmp_path, capsys):
     """What workers elsewhere have found is kept in the folder of the run, and the next run finds it there."""
     words = ["matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "512", "--levels", "3"]

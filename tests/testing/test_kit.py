@@ -8,7 +8,7 @@ import pytest
 
 import sdaeverify.testing
 from facade import Question, cells_of, load_plugins, ou
-from sdaeverify import SDE, Scheme, Step, UsageError
+from sdaeverify import SDE, Scheme, SchemeError, Step, UsageError
 from sdaeverify.numerics import apply
 from sdaeverify.testing import LEVEL, Check, check_problem, check_scheme, checks
 
@@ -145,6 +145,17 @@ def test_whatever_a_check_raises_is_a_failure():
 
     assert outcome["status"] == "failed"
     assert outcome["reason"].startswith("raises SystemExit: 3 (")
+
+
+def test_what_the_framework_raises_is_a_sentence_already():
+    """It says what raises, and so it is told as it is."""
+
+    def raising(subject):
+        raise SchemeError("a step of few paths raises IndexError")
+
+    outcome = Question(Check("odd", "api", 1, raising), "x", "scheme", "", None).answer()
+
+    assert (outcome["status"], outcome["reason"]) == ("failed", "a step of few paths raises IndexError")
 
 
 @pytest.mark.parametrize("kind", ["scheme", "problem"])

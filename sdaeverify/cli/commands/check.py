@@ -9,7 +9,7 @@ import click
 from rich.text import Text
 
 from ...contracts.labels import parse_label, split_list
-from ...contracts.spelling import did_you_mean
+from ...contracts.spelling import counted, did_you_mean
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
@@ -100,4 +100,4 @@ def _show(rows: list[Row]) -> None:
     counts = Counter(str(row["status"]) for row in rows)
     words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)
     style = "red" if counts["failed"] else "green"
-    console.print(f"{len(rows)} checks: {words}", style=style, soft_wrap=True)
+    console.print(f"{counted(len(rows), 'check')}: {words}", style=style, soft_wrap=True)

@@ -1,5 +1,6 @@
 """``compare``: what changed from one run to the next: verdicts, orders and sizes of errors."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
@@ -48,6 +49,8 @@ def compare(**options: Any) -> ExitCode:
     for run in (run for run in runs if run.damaged):
         complain("warning", f"{damages(run.folder, run.damaged)} and left out")
     registry = load_and_warn(options["plugins"])
+    if advice := _plugins_to_add(runs, registry):
+        complain("warning", advice)
     with output_to_stderr():
         pairs = [_compare(old, new, registry, options) for old, new in pairwise(runs)]
     code = _code(pairs)
@@ -58,6 +61,19 @@ def compare(**options: Any) -> ExitCode:
         _show(pairs, every=options["every"])
         conclude(code, WORDS)
     return code
+
+
+def _plugins_to_add(runs: Sequence[StoredRun], registry: Registry) -> str:
+    """Return which options load what the runs were made with and what is not registered here; empty for none."""
+    known = {*registry.schemes, *registry.problems, *registry.measures}
+    lacking = [run.saved for run in runs if run.saved.names - known and {*run.saved.files} - {*registry.files}]
+    if not lacking:
+        return ""
+    # Files of several runs may register the same names: those of the last one are enough.
+    newest, unknown = lacking[-1], sorted({name for run in lacking for name in run.names} - known)
+    files = [file for file in newest.files if file not in registry.files]
+    option = shlex.join(word for file in files for word in ("--plugin", file))
+    return f"not registered here: {', '.join(unknown)}; {newest.folder} was made with plugin files: add {option}"
 
 
 def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[str, Any]) -> RunPair:

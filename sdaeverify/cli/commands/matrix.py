@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ...api import plan_of
 from ...contracts.settings import Settings, SettingsOptions, read_levels, settings_from
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
@@ -177,7 +178,7 @@ def _show_plan(todo: Plan, settings: Settings) -> ExitCode:
     console.print(_plan_table(todo))
     runnable = sum(cell.verdict is None for cell in todo.cells)
     budget = f"{settings.paths} paths, {levels_text(settings)} steps, seed {settings.seed}"
-    print_texts(console, [f"{runnable} of {len(todo.cells)} cells would be run: {budget}"])
+    print_texts(console, [f"{runnable} of {counted(len(todo.cells), 'cell')} would be run: {budget}"])
     return ExitCode.OK if runnable else ExitCode.NOTHING
 
 

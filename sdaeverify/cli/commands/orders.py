@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import click
+from rich.text import Text
 
 from ...errors import UsageError
 from ...registry.selection import select_schemes
 from ...report.cells import grouped
+from ...report.class_words import class_notes
 from ...report.files import write_text
 from ...report.plain import text_table, visible
 from ...trees.grow import picture
@@ -19,7 +21,7 @@ from ..console import conclude, output, print_json, print_texts
 from ..exit_codes import WORDS, ExitCode, codes_in_words
 from ..loading import load_and_warn
 
-HEADINGS = ("scheme", "class", "motions", "measure", "claim", "order", "held", "verdict")
+HEADINGS = ("class", "motions", "claim", "order", "held", "verdict")
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
 ABOUT = {code: WORDS[code] for code in CODES}
 
@@ -54,11 +56,21 @@ def orders(
         print_json([_told(row) for row in rows])
         return code_of_rows(rows)
     console = output()
-    shown = [row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE]
-    if shown:
-        console.print(text_table(HEADINGS, map(_cells, shown)))
+    shown = (row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE)
+    for scheme, own in grouped(shown, lambda row: row.scheme).items():
+        # Names with parameters are long: a line of their own leaves the table its width.
+        print_texts(console, [Text(visible(scheme), style="bold")])
+        console.print(text_table(HEADINGS, map(_cells, own)), Text())
     print_texts(console, _lines(rows))
-    return conclude(code_of_rows(rows), ABOUT)
+    return _conclude(rows)
+
+
+def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
+    """Print how many claims have which verdict, and the exit code, which open claims leave at 0."""
+    print_texts(output(), class_notes([row.cells for row in rows]))
+    code, undecided = code_of_rows(rows), sum(row.verdict is ClassVerdict.PREMISE for row in rows)
+    words = f"{ABOUT[code]}, {undecided} without a verdict" if undecided else ABOUT[code]
+    return conclude(code, {**ABOUT, code: words})
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
@@ -88,19 +100,19 @@ def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
     """Yield what a reader asks next below the table: premises, reasons, trees of failing conditions."""
-    yield ""
     for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
         yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
     for row in rows:
         if row.verdict is ClassVerdict.REFUTED and row.first:
             yield ""
             yield from _failing(row)
+    yield ""
 
 
 def _cells(row: ClassRow) -> tuple[str, ...]:
-    held = f"{row.held} of {row.of}" if row.of else ""
-    numbers = ("" if isnan(value) else f"{value:.3g}" for value in (row.claim, row.order))
-    return (row.scheme, row.kind, str(row.motions), row.measure, *numbers, held, row.verdict.value)
+    held = f"{row.held}/{row.of}" if row.of else ""
+    claim, order = ("" if isnan(value) else f"{value:.3g}" for value in (row.claim, row.order))
+    return (row.kind, str(row.motions), f"{row.measure} {claim}".rstrip(), order, held, row.verdict.value)
 
 
 def _failing(row: ClassRow) -> Iterator[str]:

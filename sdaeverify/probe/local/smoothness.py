@@ -10,6 +10,9 @@ solutions move from there in a step. On intervals [a, b] that are halved towards
 
     |q(b) - q(a)|                       falls with the length l of the interval, but not across a jump;
     |q(a) - 2 q((a + b)/2) + q(b)|/l    falls like l, but not across a kink.
+
+Beyond its rounding alone: a coefficient that is itself made of differences, such as the curvature of a constraint
+without `jacobian`, has a thousand times that of one formula. How much it is, tiny differences on the line tell.
 """
 
 from collections.abc import Callable
@@ -37,6 +40,9 @@ HALVINGS, LAST = {1: 36, 2: 14}, 6
 FALLS, GROWS = 2.0 ** (-0.5 * LAST), 2.0 ** (0.25 * LAST)
 # A jump, or the change of a slope, is told from a part of the observable's change on the line on, above rounding.
 SMALL, ROUNDINGS = 1e-6, 64.0
+# Second differences of this step, in units of the line, are rounding alone, and found somewhere else by chance a few
+# times as large. They are taken beside the ends of intervals, where kinks of simple formulas are.
+TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 
 
 class Smoothness(StrEnum):
@@ -181,9 +187,17 @@ def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> 
         left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
         length *= 0.5
     before, last = followed[-1 - LAST], followed[-1]
-    seen = last > np.maximum(SMALL * span, ROUNDINGS * EPS * size / (2.0 * length) ** (order - 1))
+    rounding = np.maximum(ROUNDINGS * EPS * size, TIMES * _rounding(ends, cuts, q))
+    seen = last > np.maximum(SMALL * span, rounding / (2.0 * length) ** (order - 1))
     persists, grows = (bool((seen & (last > part * before)).any()) for part in (FALLS, GROWS))
     return persists, grows
+
+
+def _rounding(ends: Array, cuts: int, q: Callable[[Array], Array]) -> Array:
+    """Return the largest second differences of q that are due to its rounding, shape (L,): one in each interval."""
+    at = (np.arange(cuts) + BESIDE)[:, None] / cuts + TINY * np.arange(3.0)[:, None, None]
+    found = np.diff(_values(ends, q, np.repeat(at, ends.shape[2], axis=2)), 2, axis=0)[0]
+    return np.asarray(np.nan_to_num(np.abs(found), nan=0.0, posinf=0.0).max(axis=0))
 
 
 def _values(ends: Array, q: Callable[[Array], Array], s: Array) -> Array:

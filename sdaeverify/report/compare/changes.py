@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...study.holm import holm
 from ..cells import grouped
@@ -193,7 +194,7 @@ def counts(pair: RunPair) -> str:
     parts = ", ".join(f"{found[change] or 'none'} {words}" for change, words in WORDS.items())
     moved = sum(changed.order_moved for _, changed in pair.rows)
     many = f"{len(pair.rows)} {'quantity' if len(pair.rows) == 1 else 'quantities'} compared"
-    return f"{len(pair.verdicts)} verdicts changed; {many}: {parts}; {moved} orders moved"
+    return f"{counted(len(pair.verdicts), 'verdict')} changed; {many}: {parts}; {counted(moved, 'order')} moved"
 
 
 def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...contracts.settings import SCREENING, Settings
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
@@ -147,7 +148,7 @@ def why_absent(folder: Path, damaged: int) -> str:
     if damaged:
         return f"{damages(folder, damaged)}; run matrix or gate with --out {folder}"
     reasons = list(_reasons(folder))
-    more = f" (and {len(reasons) - 1} more cells)" if len(reasons) > 1 else ""
+    more = f" (and {counted(len(reasons) - 1, 'more cell')})" if len(reasons) > 1 else ""
     cause = f"{reasons[0]}{more}" if reasons else f"run matrix or gate with --out {folder}"
     return f"{folder} holds no evidence of the run in it; {cause}"
 

@@ -132,6 +132,7 @@ def _attack(target: Target, share: Share, found: int) -> Attack:
         tried={(kind, group): count for kind, group, count in share.tried},
         verified=share.verified,
         doubtful=share.doubtful,
+        claims=dict(share.claims),
         tolerance=tolerance,
     )
     if share.example is None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...report.files import write_text
 from ..strategies.example import NAME, Example
@@ -50,6 +51,8 @@ class Attack:
         The verdict of paths alone there, or why they were not asked.
     tried : mapping of (str, str) to int
         Examples that were looked at, by kind and class.
+    claims : mapping of str to int
+        How many of them each claim is about: of a scheme that claims more on some problems, not all are about that.
     verified, doubtful : int
         How many of them verify the claim, and how many refuted it once but not again.
     found_after, seconds : int, float
@@ -67,6 +70,7 @@ class Attack:
     confirmed: bool = False
     by_paths: str = ""
     tried: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    claims: Mapping[str, int] = field(default_factory=dict)
     verified: int = 0
     doubtful: int = 0
     found_after: int = 0
@@ -85,7 +89,7 @@ class Attack:
         if not self.tried:
             return f"{what}: nothing is claimed of any example."
         if self.example is None:
-            return f"{what}: nothing found in {self.looked_at} examples. {self._worth()}"
+            return f"{what}: nothing found in {counted(self.looked_at, 'example')}. {self._worth()}"
         size = f"a dimension of {self.example.dimension} and a number of terms of {self.example.terms}"
         sure = (
             f"confirmed (paths alone: {self.by_paths})"
@@ -98,10 +102,15 @@ class Attack:
     def _worth(self) -> str:
         left = self.looked_at - self.verified
         doubt = f", {self.doubtful} of which refuted the claim once and not again" if self.doubtful else ""
-        told = f"{self.verified} verify the claim, {left} leave it open{doubt}"
+        told = f"On {self.verified} all that is claimed is verified, on {left} it is left open{doubt}"
         if self.tolerance != self.tolerance:
             return f"{told}."
         return f"{told}. What would have been seen: {RESOLUTION.format(tolerance=self.tolerance)}."
+
+    @property
+    def claimed(self) -> str:
+        """How many examples each claim is about."""
+        return "; ".join(f"{count} of {claim}" for claim, count in sorted(self.claims.items()))
 
     @property
     def classes(self) -> str:
@@ -139,8 +148,10 @@ class HuntReport:
         for attack in self.attacks:
             yield attack.outcome
             if attack.tried:
+                yield f"  claims: {attack.claimed}"
                 yield f"  tried: {attack.classes}"
-        yield f"{self.looked_at} examples, {len(self.attacks)} attacks, {len(self.found)} counterexamples."
+        numbers = {"example": self.looked_at, "attack": len(self.attacks), "counterexample": len(self.found)}
+        yield f"{', '.join(counted(number, word) for word, number in numbers.items())}."
 
     def write(self, path: str | Path) -> tuple[Path, ...]:
         """Write the first confirmed counterexample as a plugin file, with a test beside it; return both files.

@@ -37,6 +37,8 @@ class Search:
         What was seen of each example; None of those that the claim is not about.
     tried : Counter
         How many examples were looked at, by kind and class.
+    claims : Counter
+        How many of them each claim is about.
     first : Example or None
         The first counterexample, before it is shrunk.
     way : str
@@ -56,6 +58,7 @@ class Search:
     wanted: frozenset[str] = frozenset()
     seen: dict[Example, Sight | None] = field(default_factory=dict)
     tried: Counter[tuple[str, str]] = field(default_factory=Counter)
+    claims: Counter[str] = field(default_factory=Counter)
     first: Example | None = None
     way: str = ""
     found_after: int = 0
@@ -102,6 +105,7 @@ class Search:
         if sight is None:
             return None
         self.tried[example.kind, example.group] += 1
+        self.claims.update(sight.claims)
         if not sight.refuted:
             self.verified += sight.verified
             return sight
@@ -190,4 +194,5 @@ def share_of(search: Search, example: Example | None) -> Share:
         search.found_after,
         search.seconds if search.first is not None else time.monotonic() - search.begun,
         search.late,
+        tuple(sorted(search.claims.items())),
     )

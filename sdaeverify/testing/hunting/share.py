@@ -1,6 +1,7 @@
 """Shares of a search, of so many examples each: what they may cost, what they come to, and how they are kept."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,6 +50,8 @@ class Share:
         As of an `Attack`; the seconds of a share without a counterexample are all of it.
     late : bool
         Whether time ended it.
+    claims : tuple of (str, int)
+        Claims, and how many examples each is about.
     """
 
     example: Any = None
@@ -60,6 +63,7 @@ class Share:
     found_after: int = 0
     seconds: float = 0.0
     late: bool = False
+    claims: tuple[tuple[str, int], ...] = ()
 
     @property
     def is_last(self) -> bool:
@@ -132,20 +136,21 @@ class Kept(NamedTuple):
 def merged(shares: Sequence[Share]) -> Share:
     """Return what shares come to together: the last one may have found something."""
     *before, last = shares
-    counts: dict[tuple[str, str], int] = {}
+    tried, claims = Counter[tuple[str, str]](), Counter[str]()
     for share in shares:
-        for kind, group, count in share.tried:
-            counts[kind, group] = counts.get((kind, group), 0) + count
+        tried.update({(kind, group): count for kind, group, count in share.tried})
+        claims.update(dict(share.claims))
     return Share(
         last.example,
         last.claim,
         last.reason,
-        tuple((*place, count) for place, count in sorted(counts.items())),
+        tuple((*place, count) for place, count in sorted(tried.items())),
         sum(share.verified for share in shares),
         sum(share.doubtful for share in shares),
         sum(share.looked_at for share in before) + last.found_after if last.example is not None else 0,
         sum(share.seconds for share in shares),
         last.late,
+        tuple(sorted(claims.items())),
     )
 
 

@@ -1,6 +1,6 @@
 """What one step, or where one step tells nothing a few paths, say of a scheme's claim on a problem."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import nan
 from typing import Any, NamedTuple
 
@@ -73,6 +73,8 @@ class Sight(NamedTuple):
         log10 of how much a run of the scheme grows.
     way : str
         By which it is refuted, one of `WAYS`.
+    claims : tuple of str
+        All claims that were looked at.
     """
 
     claim: str
@@ -81,6 +83,7 @@ class Sight(NamedTuple):
     verified: bool = False
     growth: float = 0.0
     way: str = ""
+    claims: tuple[str, ...] = ()
 
     @property
     def goals(self) -> dict[str, float]:
@@ -143,7 +146,12 @@ def look(target: Target, function: Callable[..., Problem], ways: Sequence[str] =
 
 def _claimed(target: Target, view: Problem) -> Sight:
     claims = (each for each in target.scheme.promises if each.measure == target.measure.name)
-    return Sight(str(next(claim for claim in claims if claim.when <= view.traits)))
+    held = _distinct(str(claim) for claim in claims if claim.when <= view.traits)
+    return Sight(held[0], claims=held)
+
+
+def _distinct(claims: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(claims))
 
 
 def _by_orders(target: Target, function: Callable[..., Problem], problems: tuple[Problem, Problem]) -> Sight | None:
@@ -159,11 +167,12 @@ def _worst(seen: list[Seen]) -> Sight:
     """Return the refuted claim, or the one whose order is farthest below it."""
     distances = [_distance(claim, order) for claim, _, order in seen]
     farthest = max((each for each in distances if np.isfinite(each)), default=nan)
+    claims = _distinct(str(claim) for claim, *_ in seen)
     for claim, opinion, _ in seen:
         if opinion.verdict is Verdict.REFUTED:
-            return Sight(str(claim), str(opinion.reason), farthest, way=ORDERS)
+            return Sight(str(claim), str(opinion.reason), farthest, way=ORDERS, claims=claims)
     verified = all(opinion.verdict is Verdict.VERIFIED for _, opinion, _ in seen)
-    return Sight(str(seen[0][0]), "", farthest, verified)
+    return Sight(claims[0], "", farthest, verified, claims=claims)
 
 
 def _distance(claim: Claim, order: float) -> float:
@@ -202,7 +211,8 @@ def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Meas
     refuted = worst["reason"] if Verdict(worst["verdict"]) is Verdict.REFUTED else ""
     slower = (claimed["claimed_order"] - claimed["path_order"]).astype(float).max()
     verified = set(claimed["verdict"]) == {str(Verdict.VERIFIED)}
-    return Sight(worst["claim"], refuted, float(slower), verified, way=ORDERS if refuted else "")
+    way, claims = ORDERS if refuted else "", _distinct(claimed["claim"])
+    return Sight(worst["claim"], refuted, float(slower), verified, way=way, claims=claims)
 
 
 # Measures that one step tells enough of, with what it tells and how far below its claim an order may be.
