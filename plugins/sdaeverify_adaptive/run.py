@@ -194,8 +194,11 @@ def measured(solver: Adaptive, spec: ProblemSpec, budget: Budget) -> Measured:
     Parameters
     ----------
     solver : Adaptive
+        With its parameters.
     spec : ProblemSpec
+        From which the problem is built, in whatever process.
     budget : Budget
+        Paths, tolerances and seed.
     """
     begun = time.monotonic()
     found = _measured(Cell(solver, spec, spec.build()), budget)
