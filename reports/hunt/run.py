@@ -115,7 +115,7 @@ def wrong(minutes: float, names: Sequence[str]) -> Iterator[dict[str, object]]:
     """Hunt planted bugs, all or some."""
     # A hunt draws its own problems: the same scheme planted for several is hunted once.
     known = {bug.scheme.label: f"{bug.scheme.label} {bug.bug}" for bug in in_turns(hunted_bugs())}
-    some = [key for label, key in known.items() if not names or label in names]
+    some = [known[label] for label in names or known]
     with ProcessPoolExecutor(CORES, mp_context=get_context("spawn")) as pool:
         for done in as_completed([pool.submit(hunted, key, minutes) for key in some]):
             yield done.result()
@@ -142,9 +142,10 @@ def hunted(key: str, minutes: float) -> dict[str, object]:
 
 
 def measures_of(scheme: Scheme) -> list[str]:
-    """Return the measures that a scheme is hunted by, one after another: first those that one step tells of."""
-    claimed = {claim.measure for claim in scheme.promises}
-    return [name for name in PREFERRED if name in claimed][:2] or sorted(claimed)[:2]
+    """Return the measures that a scheme is hunted by, one after another: of its claims without a condition."""
+    claimed = {claim.measure for claim in scheme.promises if not claim.when}
+    claimed = claimed or {claim.measure for claim in scheme.promises}
+    return [*(name for name in PREFERRED if name in claimed), *sorted(claimed - {*PREFERRED})][:2]
 
 
 def attack_by(scheme: Scheme, measure: str, minutes: float) -> Attack:
