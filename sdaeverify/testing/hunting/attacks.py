@@ -63,7 +63,8 @@ def _quarry(registry: Registry, target: Target, asked: HuntOptions, targets: int
         limit,
         asked.shrinking,
         asked.seed,
-        Kept(folder, target.form, about, made_with(target, asked)),
+        # What shares are made with is read from much code: only where they are kept.
+        Kept(folder, target.form, about, "" if folder is None else made_with(target, asked)),
     )
 
 
