@@ -1,6 +1,6 @@
 """Hunts of wrong schemes and of all shipped ones: ``python reports/hunt/run.py wrong`` or ``shipped``, with a time.
 
-``wrong`` hunts planted bugs on one core, two minutes each by default, and writes ``wrong.csv``: examples and seconds
+``wrong`` hunts planted bugs on two cores, two minutes each by default, and writes ``wrong.csv``: examples and seconds
 until each was refuted, what that shrank to, and the verdict on the right scheme there; with labels of schemes behind
 the time, these are hunted again and their rows replaced. ``shipped`` hunts each claim of every registered scheme by
 examples of each form, ten minutes a form by default, and writes ``shipped.csv``.
@@ -28,7 +28,7 @@ from sdaeverify.testing.strategies import EXAMPLES
 
 HERE = Path(__file__).parent
 MINUTES = {"wrong": 2.0, "shipped": 10.0}
-SHRINKING, CORES = 5.0, 1
+SHRINKING, CORES = 15.0, 2
 # What one step tells of comes first: a bug is hunted by the first two that its scheme claims, half of the time each.
 PREFERRED = ("strong", "weak", "limits", "invariant")
 # Of the many bugs of Euler-Maruyama and others without constraints: those that conditions on trees do not see.
