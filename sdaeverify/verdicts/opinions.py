@@ -114,7 +114,8 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
         found = Verdict.REFUTED
     elif tests.verified <= evidence.level and not doubted:
         found = Verdict.VERIFIED
-    more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth)
+    # Of a measure with paths of its own there may be an opinion before the run has any.
+    more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth) and evidence.paths > 0
     paths = tests.growth * evidence.paths
     needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
     settled = not more or _beyond_budget(evidence, paths)

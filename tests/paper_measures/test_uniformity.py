@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import sdaeverify
 from facade import (
     INVARIANT,
     ConstrainedEuler,
@@ -105,3 +106,11 @@ def test_an_eps_that_no_quantity_is_known_for_is_named_and_verifies_nothing():
     assert found(one).verdict is Verdict.VERIFIED
     assert "|n|^2 is below the noise for eps = 10" in str(found(one).reason)
     assert found(blurred).verdict is Verdict.INCONCLUSIVE
+
+
+def test_few_paths_leave_it_open():
+    """With too few paths for an interval, nothing is said of errors along them, and one step is told all the same."""
+    rows = sdaeverify.verify("uniform-expansion", "tube-torus", "uniformity", paths=64).verdicts
+    told = dict(zip(rows.quantity, rows.verdict, strict=True))
+
+    assert told == {"weak": "inconclusive", "strong": "inconclusive", "one step": "verified"}
