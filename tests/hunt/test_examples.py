@@ -30,6 +30,16 @@ def values(problem):
     return [x, *(each for t in (0.0, 0.3) for each in problem.coefficients(t, x))]
 
 
+@FEW
+@given(strategies.overdamped())
+def test_overdamped_examples_are_families(example):
+    """Claims for all eps ask an example for its problem with another one: the rest of it is the same."""
+    one, other = example.build(), example.build().member(0.25)
+
+    assert (one.eps, other.eps) == (example.eps, 0.25)
+    np.testing.assert_array_equal(one.drift(one.initial(3)), other.drift(one.initial(3)))
+
+
 def test_a_term_is_written_as_python():
     """What is zero or one is left out, and a constant is its angle's value."""
     assert (

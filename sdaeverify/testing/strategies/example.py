@@ -22,13 +22,13 @@ def rows(z, *values):
     return np.stack([value + 0.0 * z[0] for value in values])
 
 
-def counterexample(horizon: float = {horizon}) -> {form}:
+def counterexample(horizon: float = {horizon}{given}) -> {form}:
     """Return the problem.
 
     Parameters
     ----------
     horizon : float
-        Final time, dimensionless.
+        Final time, dimensionless.{explained}
     """
 '''
 FOOT = '''
@@ -104,6 +104,10 @@ class Example:
         """Yield the arguments of the form, as Python writes them."""
         raise NotImplementedError
 
+    def numbers(self) -> Mapping[str, tuple[float, str]]:
+        """Return the parameters of the function beside the horizon: by name, the default and what it is."""
+        return {}
+
     def doubled(self) -> Self:
         """Return the example with drift and diffusion twice as large."""
         raise NotImplementedError
@@ -127,7 +131,10 @@ class Example:
     @property
     def source(self) -> str:
         """The plugin file that registers the problem."""
-        head = HEAD.format(told=self.told, form=self.form, horizon=self.horizon)
+        numbers = self.numbers()
+        given = "".join(f", {name}: float = {value}" for name, (value, _) in numbers.items())
+        explained = "".join(f"\n    {name} : float\n        {text}" for name, (_, text) in numbers.items())
+        head = HEAD.format(told=self.told, form=self.form, horizon=self.horizon, given=given, explained=explained)
         body = [*self.definitions(), f"return {self.form}(", *(f"    {line}," for line in self._lines()), ")"]
         return head + indent("\n".join(body), "    ") + "\n" + FOOT
 

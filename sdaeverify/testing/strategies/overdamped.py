@@ -1,6 +1,6 @@
 """Overdamped Langevin dynamics on a surface and near it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -50,7 +50,11 @@ class OverdampedExample(Example):
     def arguments(self) -> Iterator[str]:
         """Yield coefficients, constraint and start."""
         yield from ("drift=drift", "constraint=constraint", "start=start")
-        yield from (f"strength={self.strength}", f"eps={self.eps}")
+        yield from (f"strength={self.strength}", "eps=eps", "family=lambda other: counterexample(horizon, other)")
+
+    def numbers(self) -> Mapping[str, tuple[float, str]]:
+        """Return eps: claims about all of them ask for the same problem with another one."""
+        return {"eps": (self.eps, "Stiffness parameter, 0 on the surface.")}
 
     def doubled(self) -> "OverdampedExample":
         """Return the example with 2 f and 2 sigma."""
