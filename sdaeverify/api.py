@@ -40,7 +40,7 @@ from .report.tables.saved_tables import read_result
 from .store.store import Store
 from .study import CellResult, Event, Finished, Plan, Study, plan
 from .study.class_rows import class_rows
-from .study.examination import Work, command_words
+from .study.examination import Work
 from .study.trial import trial_of
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits, read_limits
@@ -422,8 +422,9 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
     run["noise"] = {each.label: noise_in_words(each) for each in things.values() if isinstance(each, Scheme)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
-    run["examined"] = command_words(beside)
-    results += tuple(result for work in beside for result in work.results)
+    examined = [(result, work.command) for work in beside for result in work.results]
+    run["examined"] = {result.cell.measure.name: [*words] for result, words in examined}
+    results += tuple(result for result, _ in examined)
     rows = rows_of(results)
     tables = tables_of(rows, results, study.settings)
     if study.class_rows is not None:

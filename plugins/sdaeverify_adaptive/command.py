@@ -131,6 +131,7 @@ def _counts(found: Sequence[Row]) -> str:
 
 
 def _records(found: Sequence[Row], run: AdaptiveRun) -> Iterator[Mapping[str, object]]:
+    took = {id(cell): work_of(each) for cell, each in zip(run.cells, run.done, strict=True)}
     for row in found:
         one = row.finding
         yield {
@@ -142,7 +143,7 @@ def _records(found: Sequence[Row], run: AdaptiveRun) -> Iterator[Mapping[str, ob
             "verdict": one.verdict.value,
             "reason": str(one.reason),
             **{name: _number(getattr(one, name)) for name in ("estimate", "low", "high", "resolution")},
-            **work_of(run, row.cell),
+            **took[id(row.cell)],
         }
 
 

@@ -14,7 +14,7 @@ from sdaeverify.studying import Advanced, CellResult, Examination, Registry, sel
 from sdaeverify.studying import Cell as StudyCell
 
 from .judging import STEPS, parts
-from .run import PROBLEMS, AdaptiveRun, Cell, Measured, Row, cells, select_solvers
+from .run import PROBLEMS, AdaptiveRun, Cell, Measured, Row, cells, claims_of, select_solvers
 from .sample import Budget
 
 CHECKS = Method("checks of a solver", 0)
@@ -110,9 +110,13 @@ def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult
     """Yield the results of a pair; what speaks against the solver as a whole does so against each kind of claim."""
     view = cell.solver.view_of(cell.problem)
     whole = [_of_whole(row) for row in rows if not row.finding.quantity and row.finding.verdict in AGAINST]
-    for name, claims in _claimed(cell).items():
+    # Of the claims of a kind the first one stands for what is said of the solver as a whole.
+    first: dict[str, Claim] = {}
+    for claim in claims_of(cell.solver, cell.problem):
+        first.setdefault(claim.measure, claim)
+    for name, claim in first.items():
         own = [row.finding for row in rows if row.measure == name and row.finding.quantity]
-        findings = (*(replace(found, claim=claims[0]) for found in whole), *own)
+        findings = (*(replace(found, claim=claim) for found in whole), *own)
         levels = tuple(_levels(cell, done)) if name == STEPS else ()
         study_cell = StudyCell(cell.solver, cell.spec, SUBJECTS[name], seen=view)
         if findings:
@@ -124,16 +128,6 @@ def _of_whole(row: Row) -> Finding:
     """Return what is found of a solver as a whole, with the name of the check that has found it."""
     told = "" if row.measure in SUBJECTS else f"{row.measure}: "
     return replace(row.finding, reason=Reason(f"{told}{row.finding.reason}"), method=CHECKS)
-
-
-def _claimed(cell: Cell) -> dict[str, list[Claim]]:
-    view = cell.solver.view_of(cell.problem)
-    traits = frozenset() if view is None else view.traits
-    found: dict[str, list[Claim]] = {}
-    for claim in cell.solver.promises:
-        if claim.measure in SUBJECTS and claim.when <= traits:
-            found.setdefault(claim.measure, []).append(claim)
-    return found
 
 
 def _paths(done: Measured) -> int:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Problem, Settings, UsageError
+from sdaeverify import Array, Claim, Problem, Settings, UsageError
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Opinion, Reason, Verdict
 from sdaeverify.studying import Advanced, ProblemSpec, Registry, Source, in_turn, one_thread, parse_label, unknown
@@ -141,10 +141,21 @@ def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[li
 
 
 def _unclaimed(solver: Adaptive, problem: Problem) -> str:
+    return "" if claims_of(solver, problem) else "it claims nothing here"
+
+
+def claims_of(solver: Adaptive, problem: Problem) -> list[Claim]:
+    """Return what a solver claims of its tolerance on a problem.
+
+    Parameters
+    ----------
+    solver : Adaptive
+    problem : Problem
+        As registered.
+    """
     view = solver.view_of(problem)
     traits = frozenset() if view is None else view.traits
-    claimed = any(claim.measure in MEASURES and claim.when <= traits for claim in solver.promises)
-    return "" if claimed else "it claims nothing here"
+    return [claim for claim in solver.promises if claim.measure in MEASURES and claim.when <= traits]
 
 
 class AdaptiveRun:
@@ -209,13 +220,12 @@ def _measured(cell: Cell, budget: Budget) -> Measured:
     try:
         with one_thread():
             found = measure(cell.solver, cell.problem, budget, cell.label)
-            answers = tuple(_answers(cell, budget))
+            sampled = found.budget, found.runs, found.truth, found.grid_error, found.grid_bias
+            if np.all(np.isfinite(found.runs.ends)):
+                return Measured(sampled, None, tuple(_answers(cell, budget)))
     except FAULTS as error:
         return Measured(None, Opinion(Verdict.ERROR, Reason(one_line(error))), ())
-    sampled = found.budget, found.runs, found.truth, found.grid_error, found.grid_bias
-    if not np.all(np.isfinite(found.runs.ends)):
-        return Measured(sampled, Opinion(Verdict.DIVERGED, Reason("the solver returns what is not finite")), ())
-    return Measured(sampled, None, answers)
+    return Measured(sampled, Opinion(Verdict.DIVERGED, Reason("the solver returns what is not finite")), ())
 
 
 def _answers(cell: Cell, budget: Budget) -> list[Answer]:
@@ -261,9 +271,8 @@ def _further(cell: Cell, each: Measured) -> Iterator[Row]:
         yield Row(cell, answer.check, Finding(quantity="", verdict=verdict, reason=reason, tier=0))
 
 
-def work_of(run: AdaptiveRun, cell: Cell) -> dict[str, object]:
+def work_of(each: Measured) -> dict[str, object]:
     """Return what each tolerance took and came to on a cell, and the seconds of all of it."""
-    each = next(done for known, done in zip(run.cells, run.done, strict=True) if known is cell)
     return {"work": [*_work(each)], "seconds": round(each.seconds, 2)}
 
 

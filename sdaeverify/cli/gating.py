@@ -20,7 +20,7 @@ from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..study import Plan
 from ..study.class_results import class_results
-from ..study.examination import Work, begin_all, command_words
+from ..study.examination import Work, begin_all
 from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
@@ -169,7 +169,7 @@ def _judge(
         f"exit code {code.value}: {code.words}",
         registry.files,
         frozenset(result.run["unnamed"]),
-        command_words(run.examined),
+        result.run["examined"],
         (*_warnings(found, policy, registry, narrowed=narrowed), *limit_lines(missed, MOST_UNTESTED)),
         (
             *news,

@@ -8,7 +8,7 @@ table of its own::
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from typing import Any, ClassVar, Protocol
 
@@ -30,7 +30,7 @@ class Work(Protocol):
         """Number of its jobs."""
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Do them, on workers that can be pickled for, so many sent ahead."""
+        """Do them, on an executor if there is one, with so many jobs sent ahead as `window` says."""
 
     @property
     def results(self) -> list[CellResult]:
@@ -73,11 +73,6 @@ class Examination(ABC):
         UsageError
             If the table asks for what there is not.
         """
-
-
-def command_words(examined: Iterable[Work]) -> dict[str, list[str]]:
-    """Return the words of the command that finds results again, by the name of their measure."""
-    return {result.cell.measure.name: [*work.command] for work in examined for result in work.results}
 
 
 def begin_all(registry: Registry, asked: Mapping[str, Mapping[str, Any]], settings: Settings) -> list[Work]:
