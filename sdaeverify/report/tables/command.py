@@ -29,7 +29,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     str
     """
     default = Settings()
-    words = [*PYTHON, "matrix"]
+    words = ["matrix"]
     words += [word for option, name in zip(("-s", "-p", "-m"), cell, strict=True) for word in (option, name)]
     words += ["--out", "reports/reproduced"]
     words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
@@ -39,7 +39,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     for name in ("confidence", "block", "max_looks", "tests_reserved"):
         if getattr(settings, name) != getattr(default, name):
             words += [f"--{name.replace('_', '-')}", str(getattr(settings, name))]
-    return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
+    return _joined(words, plugins)
 
 
 def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[str] = ()) -> str:
@@ -54,9 +54,9 @@ def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[s
     plugins : sequence of str
         Plugin files named by path.
     """
-    words = [*PYTHON, "orders", scheme, "--class", kind]
+    words = ["orders", scheme, "--class", kind]
     words += ["--motions", str(motions)] if motions > 1 else []
-    return shlex.join([*words, *(word for plugin in plugins for word in ("--plugin", plugin))])
+    return _joined(words, plugins)
 
 
 def examination_command(cell: Sequence[str], words: Sequence[str], plugins: Sequence[str] = ()) -> str:
@@ -72,8 +72,11 @@ def examination_command(cell: Sequence[str], words: Sequence[str], plugins: Sequ
         Plugin files named by path.
     """
     labels = {f"{{{kind}}}": name for kind, name in zip(CELL, cell, strict=True)}
-    told = [*PYTHON, *(labels.get(word, word) for word in words)]
-    return shlex.join([*told, *(word for plugin in plugins for word in ("--plugin", plugin))])
+    return _joined([labels.get(word, word) for word in words], plugins)
+
+
+def _joined(words: Sequence[str], plugins: Sequence[str]) -> str:
+    return shlex.join([*PYTHON, *words, *(word for plugin in plugins for word in ("--plugin", plugin))])
 
 
 def command_of(row: Row, run: Mapping[str, Any]) -> str:
