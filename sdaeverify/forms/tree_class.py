@@ -67,6 +67,10 @@ class Grown(NamedTuple):
     motion: int
     kids: tuple[int, ...]
 
+    def product(self, components: Sequence[str]) -> str:
+        """Return the product of its subtrees as source code, given the component of each tree."""
+        return " * ".join("t" if kid < 0 else components[kid] for kid in self.kids) or "1.0"
+
 
 class Grove(NamedTuple):
     """Trees that a problem is wanted for.

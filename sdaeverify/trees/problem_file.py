@@ -1,8 +1,8 @@
 """The problem that a failing condition is about, as a plugin file: an equation with a component for each tree."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
+from ..contracts.scheme import Scheme
 from ..errors import UsageError
 from . import Grove, TreeClass, Written
 from .classes import EquationClass
@@ -74,57 +74,40 @@ TRUTHS = """        observables={{"{observable}": lambda t, s: {product}}},
 """
 
 
-@dataclass(frozen=True)
-class About:
-    """What a file is about.
-
-    Attributes
-    ----------
-    condition : Condition
-    scheme : str
-        Label of the scheme that it fails for.
-    motions : int
-        Number of Brownian motions.
-    noise : tuple of str
-        What the problem has drawn.
-    """
-
-    condition: Condition
-    scheme: str
-    motions: int
-    noise: tuple[str, ...]
-
-
-def problem_file(about: About, kind: EquationClass | TreeClass) -> str:
+def problem_file(condition: Condition, scheme: Scheme, kind: EquationClass | TreeClass, motions: int) -> str:
     """Return the text of a plugin file with the closure of a condition's trees as a problem.
 
     Parameters
     ----------
-    about : About
+    condition : Condition
+    scheme : Scheme
+        For which it fails, and whose noise the problem has drawn.
     kind : EquationClass or TreeClass
         The class that the condition is of.
+    motions : int
+        Number of Brownian motions.
 
     Raises
     ------
     UsageError
         If there is no such problem in the class.
     """
-    condition, trees = about.condition, closure(about.condition.forest)
     written: Written | None
     if isinstance(kind, EquationClass):
-        written = _written(condition, trees, about.motions, kind.traits)
+        trees = closure(condition.forest)
+        written = _written(condition, trees, motions, kind.traits)
     else:
         trees = closure(without_scaled(each, kind.nodes) for each in condition.forest)
-        written = kind.written(grove_of(trees, kind.nodes, Grove((), about.motions, NUMBER, 0.0)))
+        written = kind.written(grove_of(trees, kind.nodes, Grove((), motions, NUMBER, 0.0)))
     if written is None:
         raise UsageError(
-            f"no file is written of conditions of {kind.name}; sdaeverify hunt {about.scheme} looks for a problem "
+            f"no file is written of conditions of {kind.name}; sdaeverify hunt {scheme.label} looks for a problem "
             "that shows it"
         )
     found, wanted = condition.texts
     lines = [f"    {place}  {each}" for place, each in zip(written.components, trees, strict=True)]
     return TEMPLATE.format(
-        scheme=about.scheme,
+        scheme=scheme.label,
         name=condition.name,
         of_paths=" on each path" if condition.on_paths else "",
         found=found,
@@ -135,7 +118,7 @@ def problem_file(about: About, kind: EquationClass | TreeClass) -> str:
         form=written.form,
         functions=written.functions,
         arguments="\n".join(f"        {name}={value}," for name, value in written.arguments.items()),
-        noise=_set_text({"dW", "H", *about.noise}),
+        noise=_set_text({"dW", "H", *scheme.noise}),
         traits=_set_text(written.traits),
         truths=_truths(condition, trees, written) if written.exact else "",
     )

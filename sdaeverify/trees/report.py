@@ -23,7 +23,7 @@ from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
 from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
-from .problem_file import About, problem_file
+from .problem_file import problem_file
 from .sdes.universal import Universal
 from .weights import NoStepError
 
@@ -190,8 +190,7 @@ class OrderReport:
             raise UsageError(
                 "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
             )
-        about = About(condition, self.scheme.label, max(1, row.motions), tuple(self.scheme.noise))
-        return problem_file(about, classes_of(self.scheme)[row.kind])
+        return problem_file(condition, self.scheme, classes_of(self.scheme)[row.kind], max(1, row.motions))
 
     def __repr__(self) -> str:
         return self.table.to_string(index=False)

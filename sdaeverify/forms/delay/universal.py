@@ -94,9 +94,8 @@ class IndexOneTrees(TreeClass):
         places = [f"{tree.node.of}[{row}]" for tree, row in zip(grove.trees, system.rows, strict=True)]
         lines: dict[str, list[str]] = {"f": [], "b": [], "u": []}
         for tree, row in zip(grove.trees, system.rows, strict=True):
-            product = " * ".join("t" if kid < 0 else places[kid] for kid in tree.kids) or "1.0"
             target = f"B[{row}, {tree.motion}]" if tree.node.name == "b" else f"{tree.node.name}[{row}]"
-            lines[tree.node.name].append(f"    {target} = {product}\n")
+            lines[tree.node.name].append(f"    {target} = {tree.product(places)}\n")
         last, q = system.size - 1, max(1, len(system.of["u"]))
         functions = SOURCE.format(
             d=system.size,

@@ -69,9 +69,7 @@ class LangevinTrees(TreeClass):
 
     def pose(self, grove: Grove) -> Posed:
         """Return dynamics with one degree of freedom for each momentum, those of noise having their own motion."""
-        momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
-        freedoms = {place: n for n, place in enumerate(momenta)}
-        owners = [place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees)]
+        momenta, freedoms = _freedoms(grove)
         sizes, driven = self._sizes(grove), np.zeros((len(momenta), grove.motions))
         start = np.zeros(len(momenta))
         for n, place in enumerate(momenta):
@@ -81,39 +79,32 @@ class LangevinTrees(TreeClass):
             elif tree.node.integral == PRODUCT:
                 start[n] = MOMENTUM
         forces = [
-            [freedoms[place], *(freedoms[owners[kid]] for kid in grove.trees[place].kids)]
+            [freedoms[place], *(freedoms[kid] for kid in grove.trees[place].kids)]
             for place in momenta
             if grove.trees[place].node.name == "f"
         ]
         # Forces from a potential are too small beside positions that are not 0.
         origin = (0.0 if self.gradient else 0.75) * np.cos(1.0 + 2.0 * np.arange(len(momenta)))
         problem = self._dynamics(self._force(forces, origin[:, None]), -grove.number, origin, start)
-        rows = [(tree.node.of, freedoms[owner]) for tree, owner in zip(grove.trees, owners, strict=True)]
+        rows = [(tree.node.of, n) for tree, n in zip(grove.trees, freedoms, strict=True)]
         return Posed(problem, rows, sizes, driven)
 
     def written(self, grove: Grove) -> Written | None:
         """Return dynamics whose forces are products of positions as source code; none where they have a potential."""
         if self.gradient:
             return None
-        momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
-        freedoms = {place: n for n, place in enumerate(momenta)}
-        owners = [place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees)]
-        lines, start = [], [0.0] * len(momenta)
-        for place, n in freedoms.items():
-            tree = grove.trees[place]
-            if tree.node.name == "f":
-                factors = " * ".join(f"q[{freedoms[owners[kid]]}]" for kid in tree.kids) or "1.0"
-                lines.append(f"    F[{n}] = {factors}\n")
-            start[n] = MOMENTUM if tree.node.integral == PRODUCT else 0.0
+        momenta, freedoms = _freedoms(grove)
+        places = tuple(f"{tree.node.of}[{n}]" for tree, n in zip(grove.trees, freedoms, strict=True))
+        trees = [grove.trees[place] for place in momenta]
+        forces = [f"    F[{n}] = {tree.product(places)}\n" for n, tree in enumerate(trees) if tree.node.name == "f"]
         arguments = {
             "force": "force",
             "friction": -grove.number,
             "strength": STRENGTH,
             "position": f"np.zeros({len(momenta)})",
-            "momentum": start,
+            "momentum": [MOMENTUM if tree.node.integral == PRODUCT else 0.0 for tree in trees],
         }
-        places = tuple(f"{tree.node.of}[{freedoms[owner]}]" for tree, owner in zip(grove.trees, owners, strict=True))
-        functions = SOURCE.format(d=len(momenta), force="".join(lines))
+        functions = SOURCE.format(d=len(momenta), force="".join(forces))
         return Written(self.form.__name__, functions, arguments, places, ("each momentum has noise",), exact=False)
 
     def _sizes(self, grove: Grove) -> list[float]:
@@ -164,6 +155,14 @@ class LangevinTrees(TreeClass):
             horizon=1.0,
             source="trees of Langevin dynamics",
         )
+
+
+def _freedoms(grove: Grove) -> tuple[list[int], list[int]]:
+    """Return the places of the momenta, and of each tree the degree of freedom: that of its momentum, or below it."""
+    momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
+    owners = (place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees))
+    numbers = {place: n for n, place in enumerate(momenta)}
+    return momenta, [numbers[owner] for owner in owners]
 
 
 def _random_force(rng: np.random.Generator, rows: int, dimension: int) -> Callable[[Array], Array]:
