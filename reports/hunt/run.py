@@ -1,17 +1,20 @@
 """Hunts of wrong schemes and of all shipped ones: ``python reports/hunt/run.py wrong`` or ``shipped``, with a time.
 
-``wrong`` hunts planted bugs on two cores, two minutes each by default, and writes ``wrong.csv``: examples and seconds
-until each was refuted, what that shrank to, and the verdict on the right scheme there; with labels of schemes behind
-the time, these are hunted again and their rows replaced. ``shipped`` hunts each claim of every registered scheme by
-examples of each form, ten minutes a form by default, and writes ``shipped.csv``.
+``wrong`` hunts planted bugs, ten minutes each by default, and writes ``wrong.csv``: examples and seconds until each
+was refuted, what that shrank to, and the verdict on the right scheme there; with labels of schemes behind the time,
+these are hunted again and their rows replaced. ``shipped`` hunts each claim of every registered scheme by examples of
+each form, or of the forms that are named behind the time, ten minutes a form by default, and adds rows to
+``shipped.csv``: each call draws with the next seed, so that hunts of many days add up. What it finds is written to
+the folder ``found``.
 """
 
 import csv
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import zip_longest
 from multiprocessing import get_context
 from pathlib import Path
@@ -27,10 +30,9 @@ from sdaeverify.testing.hunting.report import Attack
 from sdaeverify.testing.strategies import EXAMPLES
 
 HERE = Path(__file__).parent
-MINUTES = {"wrong": 2.0, "shipped": 10.0}
-SHRINKING, CORES = 15.0, 2
-# What one step tells of comes first: a bug is hunted by the first two that its scheme claims, half of the time each.
-PREFERRED = ("strong", "weak", "limits", "invariant")
+MINUTES, SHRINKING, CORES = 10.0, 60.0, 2
+# What one step tells of comes first, and what takes long runs comes last.
+PREFERRED = ("strong", "weak", "drift", "multipliers", "uniformity", "limits", "intervals", "stability")
 # Of the many bugs of Euler-Maruyama and others without constraints: those that conditions on trees do not see.
 WORDS = ("Within", "Cut", "Clipped", "Stale", "Hidden", "Batch", "Window", "Region")
 
@@ -125,11 +127,7 @@ def hunted(key: str, minutes: float) -> dict[str, object]:
     """Return the row of a planted bug."""
     bug = next(bug for bug in hunted_bugs() if f"{bug.scheme.label} {bug.bug}" == key)
     begun = time.process_time()
-    measures = measures_of(bug.scheme)
-    for measure in measures:
-        attack = attack_by(bug.scheme, measure, minutes / len(measures))
-        if attack.example is not None:
-            break
+    attack = attack_by_turns(bug.scheme, minutes)
     right, verdict = verdict_of_right(bug.scheme, attack)
     row = row_of(attack, bug=bug.bug, equivalent=bool(bug.equivalent))
     return {
@@ -142,10 +140,29 @@ def hunted(key: str, minutes: float) -> dict[str, object]:
 
 
 def measures_of(scheme: Scheme) -> list[str]:
-    """Return the measures that a scheme is hunted by, one after another: of its claims without a condition."""
-    claimed = {claim.measure for claim in scheme.promises if not claim.when}
-    claimed = claimed or {claim.measure for claim in scheme.promises}
-    return [*(name for name in PREFERRED if name in claimed), *sorted(claimed - {*PREFERRED})][:2]
+    """Return the measures of which a scheme claims something, in the order in which it is hunted by them."""
+    claimed = {claim.measure for claim in scheme.promises}
+    return [*(name for name in PREFERRED if name in claimed), *sorted(claimed - {*PREFERRED})]
+
+
+def attack_by_turns(scheme: Scheme, minutes: float) -> Attack:
+    """Hunt what a scheme claims, measure by measure until something is found; each has its share of the time left."""
+    end, measures, met = time.monotonic() + 60.0 * minutes, measures_of(scheme), list[Attack]()
+    for place, measure in enumerate(measures):
+        share = max(end - time.monotonic(), 1.0) / 60.0 / (len(measures) - place)
+        met.append(attack_by(scheme, measure, share))
+        if met[-1].example is not None:
+            return met[-1]
+    return together(met)
+
+
+def together(met: Sequence[Attack]) -> Attack:
+    """Return attacks that found nothing as one, whose numbers are their sums."""
+    tried = Counter[tuple[str, str]]()
+    for attack in met:
+        tried.update(attack.tried)
+    sums = {name: sum(getattr(attack, name) for attack in met) for name in ("verified", "doubtful")}
+    return replace(met[0], measure=" ".join(attack.measure for attack in met), tried=tried, **sums)
 
 
 def attack_by(scheme: Scheme, measure: str, minutes: float) -> Attack:
@@ -154,38 +171,62 @@ def attack_by(scheme: Scheme, measure: str, minutes: float) -> Attack:
     return report.attacks[0]
 
 
-def shipped(minutes: float, _: Sequence[str]) -> Iterator[dict[str, object]]:
-    """Hunt all claims of all registered schemes."""
+def shipped(
+    minutes: float, names: Sequence[str], rows: Sequence[Mapping[str, object]]
+) -> Iterator[dict[str, object]]:
+    """Hunt all claims of all registered schemes, or of those that solve the forms that are named."""
     schemes = select_schemes(load_registry([]), ())
-    for form in (*EXAMPLES, "registered"):
+    for form in names or (*EXAMPLES, "registered"):
         own = [scheme for scheme in schemes if form in ("registered", *(each.__name__ for each in scheme.forms))]
+        seed = 1 + max((int(str(row["seed"])) for row in rows if row["form"] == form), default=0)
         begun = time.process_time()
-        report = sdaeverify.hunt(own, forms=[form], minutes=minutes, shrinking=SHRINKING)
+        report = sdaeverify.hunt(own, forms=[form], minutes=minutes, shrinking=SHRINKING, seed=seed)
         for attack in report.attacks:
-            yield row_of(attack)
-        print(f"{form}: {time.process_time() - begun:.0f} s of CPU", file=sys.stderr)
+            keep(attack, seed)
+            yield row_of(attack, seed=seed)
+        print(f"{form}, seed {seed}: {time.process_time() - begun:.0f} s of CPU", file=sys.stderr)
 
 
-def kept(file: Path, names: Sequence[str]) -> list[dict[str, object]]:
-    """Return the rows that a table has; none if all are hunted."""
-    if not names or not file.exists():
+def keep(attack: Attack, seed: int) -> None:
+    """Write what refutes a shipped scheme as a plugin file."""
+    if attack.example is not None:
+        (HERE / "found").mkdir(exist_ok=True)
+        file = HERE / "found" / f"{attack.scheme}-{attack.measure}-{attack.form}-{seed}.py"
+        file.write_text(attack.example.source, encoding="utf-8")
+
+
+def kept(file: Path) -> list[dict[str, object]]:
+    """Return the rows that a table has."""
+    if not file.exists():
         return []
     with file.open(newline="", encoding="utf-8") as old:
         return [dict(row) for row in csv.DictReader(old)]
 
 
-def main(what: str, minutes: float, names: Sequence[str]) -> None:
-    """Hunt, and write the table anew as soon as a row is known."""
-    file = HERE / f"{what}.csv"
-    rows = kept(file, names)
-    for row in {"wrong": wrong, "shipped": shipped}[what](minutes, names):
-        rows = [each for each in rows if (each["scheme"], what) != (row["scheme"], "wrong")]
-        rows = sorted([*rows, row], key=lambda each: (str(each["form"]), str(each["scheme"]), str(each["measure"])))
-        with file.open("w", newline="", encoding="utf-8") as table:
-            writer = csv.DictWriter(table, list(row), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+def hunt_wrong(minutes: float, names: Sequence[str]) -> None:
+    """Hunt planted bugs, and write the table anew as soon as a row is known."""
+    rows = kept(HERE / "wrong.csv") if names else []
+    for row in wrong(minutes, names):
+        rows = [*(each for each in rows if each["scheme"] != row["scheme"]), row]
+        write(HERE / "wrong.csv", rows, ("form", "scheme", "measure"))
+
+
+def hunt_shipped(minutes: float, names: Sequence[str]) -> None:
+    """Hunt shipped schemes, and add rows to the table as soon as they are known."""
+    rows = kept(HERE / "shipped.csv")
+    for row in shipped(minutes, names, tuple(rows)):
+        rows.append(row)
+        write(HERE / "shipped.csv", rows, ("form", "scheme", "measure", "seed"))
+
+
+def write(file: Path, rows: Sequence[Mapping[str, object]], order: Sequence[str]) -> None:
+    """Write a table, sorted by some of its columns."""
+    with file.open("w", newline="", encoding="utf-8") as table:
+        writer = csv.DictWriter(table, list(rows[-1]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(sorted(rows, key=lambda row: [str(row[name]) for name in order]))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else MINUTES[sys.argv[1]], sys.argv[3:])
+    MAKERS = {"wrong": hunt_wrong, "shipped": hunt_shipped}
+    MAKERS[sys.argv[1]](float(sys.argv[2]) if len(sys.argv) > 2 else MINUTES, sys.argv[3:])
