@@ -75,7 +75,6 @@ EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BIN
 FLAT = 0.35
 # What a residual does, in words for reasons; an order is told by its number.
 CLASSES = {
-    "constant": "constant along paths",
     "tolerance-limited": "at a solver's tolerance along paths",
     "growing as h tends to 0": "growing along paths as h falls",
 }
@@ -361,7 +360,8 @@ def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Findin
     level = int(np.nanargmax(defect.worst / bound))
     text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, round-off explains {bound[level]:.2g}"
     kind = _classify(defect.slope(np.arange(len(defect.h))).value, defect.worst[-1], defect.scale[-1])
-    return _of_largest(defect, covered, Opinion(Verdict.REFUTED, Reason.of(text, CLASSES.get(kind, kind))), kind)
+    reason = Reason.of(text, CLASSES.get(kind, f"{kind} as h falls"))
+    return _of_largest(defect, covered, Opinion(Verdict.REFUTED, reason), kind)
 
 
 def _of_largest(defect: Defect, covered: Coverage, opinion: Opinion, kind: str) -> Finding:
@@ -380,7 +380,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
     if covered.claim is not None:
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
-    along = CLASSES.get(kind, f"along paths {slope.value:.2f}")
+    along = CLASSES.get(kind, f"order {slope.value:.2f} along paths")
     told = "" if opinion.reason.has(Kind.ORDER) else f"{along}; "
     size = f"{told}residual {sup:.2g} at the finest h, ~ t^{growth:.1f}"
     return finding(

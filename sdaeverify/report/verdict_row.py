@@ -211,7 +211,12 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = f"bias of paths {resolved:.1f} standard errors, a slope needs {RESOLVED:g}"
+        resolution = f"{resolved:.1f} standard errors"
+        noise = (
+            f"paths do not contradict it (bias {resolution})"
+            if found.verdict is Verdict.VERIFIED
+            else f"bias along paths {resolution}, a slope needs {RESOLVED:g}"
+        )
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

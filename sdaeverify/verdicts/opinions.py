@@ -179,7 +179,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
     paths = {"paths": evidence.paths}
     if evidence.paths < CALIBRATED_PATHS:
-        few = f"{{paths}} paths are too few to confirm it, {CALIBRATED_PATHS} are needed"
+        few = f"{{paths}} paths are too few to exclude a violation, {CALIBRATED_PATHS} are needed"
         return Reason(few, Kind.GUARD, paths), True
     if tests.against <= 1.0 - evidence.settings.confidence:
         unlike = Reason("paths contradict it at these step sizes", Kind.GUARD).then(tests.reason, ": ")
@@ -193,7 +193,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
         return unlike.then(more), False
     if tests.blind <= 1.0:
         return Reason(), True
-    doubt = Reason("{paths} paths cannot confirm it", Kind.GUARD, paths)
+    doubt = Reason("{paths} paths cannot exclude a violation", Kind.GUARD, paths)
     if not isfinite(tests.blind):
         return doubt.then("nor would more paths", ", "), True
     needed = tests.blind * evidence.paths

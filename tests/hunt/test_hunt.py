@@ -1,14 +1,17 @@
 """A hunt finds what is wrong, shrinks it, and finds nothing where nothing is wrong."""
 
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import sdaeverify
-from facade import EulerMaruyama, execute
+from facade import EulerMaruyama, execute, linear_test, load_registry, select_measures
 from hunt.wrong_schemes import WRONG, LaterSecondStage, OwnSigns
 from sdaeverify import UsageError, hunt
+from sdaeverify.testing.hunting import sight
 from sdaeverify.testing.hunting.pilot import place
 from sdaeverify.testing.strategies import SDEExample, Term
 
@@ -115,6 +118,17 @@ def test_an_example_can_begin_where_a_scheme_is_later():
     old, new = example.build(), later.build()
     x = np.array([[0.3, -1.0]])
     np.testing.assert_allclose(new.drift(0.2, x), old.drift(0.7, x), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("verdict", "counts"), [("error", False), ("not_run", False), ("inconclusive", True)])
+def test_an_example_on_which_a_scheme_raises_is_not_looked_at(monkeypatch, verdict, counts):
+    """Where a measure of paths is in error, an example does not count as one that left the claim open."""
+    scheme, (measure,) = EulerMaruyama(), select_measures(load_registry([]), "stability")
+    row = {"scheme": scheme.label, "claim": "conditional", "verdict": verdict, "reason": ""}
+    table = pd.DataFrame([row | {"claimed_order": np.nan, "path_order": np.nan}])
+    monkeypatch.setattr(sight, "verify", lambda *_, **__: SimpleNamespace(verdicts=table))
+
+    assert (sight.look(sight.Target(scheme, measure, "SDE"), linear_test) is not None) is counts
 
 
 def test_examples_have_the_traits_that_are_asked_for():

@@ -134,9 +134,10 @@ def fall_tests(fitted: Fit) -> PathTests:
     low, high = fitted.interval
     if not np.isfinite([low, high]).all():
         return PathTests.none("the interval of the order along paths is not finite")
-    size = f"{quantity.means()[last]:.2g} at h = {quantity.h[last]:.3g}"
-    text = "error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; a limit off by a third of it does not show"
-    figures = {"order": slope.value, "low": low, "high": high, "size": size}
+    error = quantity.means()[last]
+    size = f"{error:.2g} at h = {quantity.h[last]:.3g}"
+    text = "error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; a limit off by {third:.1g} would not show"
+    figures = {"order": slope.value, "low": low, "high": high, "size": size, "third": error / 3.0}
     reason = Reason(text, Kind.ORDER, figures)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)
     grown = slope.p_below(0.0, bias)

@@ -235,7 +235,7 @@ def _ask_for_chains(record: ChainRecord, growth: float) -> Reason:
     if not np.isfinite(growth):
         return Reason()
     needed = {"chains": float(f"{growth * float(record.paired):.1g}"), "length": float(record.time[-1])}
-    return Reason("about {chains:.0f} chains of length {length:.3g} would decide", Kind.MORE_PATHS, needed)
+    return Reason("about {chains:.0f} chains up to t = {length:.3g} would decide", Kind.MORE_PATHS, needed)
 
 
 def _details(record: ChainRecord, sample: BiasSample) -> dict[str, object]:

@@ -336,12 +336,12 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)
     if share:
-        text = f"{order.least(short)} at {few} of {among} probed states: paths cannot confirm it{void}"
+        text = f"{order.least(short)} at {few} of {among} probed states, too low for paths to verify the claim{void}"
         kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
     if order.share(moving).max() >= MANY:
         return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
-    left_out = f" ({moving.sum()} of {moving.size} errors change sign, left out)" if moving.any() else ""
+    left_out = f" ({moving.sum()} of {moving.size} errors change sign)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")

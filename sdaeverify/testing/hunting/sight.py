@@ -204,7 +204,8 @@ def _weak(scheme: Scheme, problem: Problem, view: Problem) -> Iterator[Seen]:
 def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Measure, paths: int) -> Sight | None:
     rows = verify([scheme], [function], [measure], paths=paths, confidence=CONFIDENCE).verdicts
     claimed: Any = rows[(rows.scheme == scheme.label) & rows["claim"].fillna("").astype(bool)]
-    if not len(claimed):
+    # What raises, or is not run, says nothing of the claim: it does not count as looked at.
+    if not len(claimed) or {str(Verdict.ERROR), str(Verdict.NOT_RUN)} & set(claimed["verdict"]):
         return None
     # The row of a refuted quantity is told, and else the first one.
     worst = claimed.sort_values("verdict", key=lambda given: given != str(Verdict.REFUTED), kind="stable").iloc[0]
