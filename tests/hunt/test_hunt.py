@@ -33,6 +33,7 @@ def test_a_wrong_time_of_a_stage_is_found():
     assert attack.example.terms <= 3
     assert attack.found_after <= 40
     assert attack.confirmed
+    assert not attack.outcome.endswith("..")
 
 
 def test_nothing_is_found_of_a_right_scheme():
