@@ -34,17 +34,14 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
     """
 
     def drift(t: float, x: Array) -> Array:
-        f = np.zeros_like(x)
-        f[2:] = -(c**2) / 8.0 * (x[0] ** 2 + x[1] ** 2) * x[2:]
-        return f
+        rate = -(c**2) / 8.0 * (x[0] ** 2 + x[1] ** 2)
+        return np.stack([0.0 * x[0], 0.0 * x[1], rate * x[2], rate * x[3]])
 
     def diffusion(t: float, x: Array) -> Array:
-        u, v = 0.5 * c * x[2:]
-        B = np.zeros((4, 2, *x.shape[1:]), dtype=x.dtype)
-        B[0, 0] = B[1, 1] = 1.0
-        B[2, 0], B[2, 1] = v * x[1], -v * x[0]
-        B[3, 0], B[3, 1] = -u * x[1], u * x[0]
-        return B
+        u, v = 0.5 * c * x[2], 0.5 * c * x[3]
+        zero = 0.0 * x[0]
+        one = zero + 1.0
+        return np.stack([one, zero, zero, one, v * x[1], -v * x[0], -u * x[1], u * x[0]]).reshape(4, 2, -1)
 
     def parts_of(t: float, z: Array) -> Parts:
         return {"x": np.stack([z[0], z[1], np.cos(c * z[2]), np.sin(c * z[2])])}
