@@ -37,6 +37,7 @@ class Kind(StrEnum):
     UNKNOWN_VALUE = "unknown value of a claim"
     ORDER = "order"
     WRONG_LIMIT = "wrong limit"
+    LIMIT = "limit not confirmed"
     INCONSISTENT = "one step does not follow the equation"
     LOST_INDEX = "the problem loses its root"
     MORE_PATHS = "paths that would decide"

@@ -138,7 +138,11 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     if finding.verdict is not Verdict.INCONCLUSIVE or not case.significant:
         return finding
     verdict = Verdict.REFUTED if Verdict.REFUTED in case.significant else Verdict.VERIFIED
-    reason = finding.reason.before(Kind.MORE_PATHS).then("significant over all tests of this run")
+    reason = finding.reason.before(Kind.MORE_PATHS)
+    if verdict is Verdict.VERIFIED:
+        # What was not shown of the limit by itself is shown among all tests.
+        reason = reason.without(Kind.LIMIT)
+    reason = reason.then("significant over all tests of this run")
     return replace(finding, verdict=verdict, reason=reason)
 
 

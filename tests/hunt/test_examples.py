@@ -1,6 +1,7 @@
 """Examples are what they say by construction, and their source makes them again."""
 
 import importlib.util
+from functools import reduce
 
 import numpy as np
 import pytest
@@ -11,12 +12,19 @@ from facade import load_file, load_registry, select_problems
 from sdaeverify import DelaySDAE, PluginError
 from sdaeverify.testing import strategies
 from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
+from sdaeverify.testing.strategies.terms import COS
 
 FEW = settings(
     max_examples=25, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
 DRAWN = st.one_of(*(drawing.strategy() for drawing in EXAMPLES.values()))
 STEP = 1e-6
+
+
+def rows_of(coefficient):
+    """Return the sums of terms that a vector or a matrix of them has."""
+    deep = bool(coefficient) and any(not isinstance(term, Term) for each in coefficient for term in each)
+    return [field for column in coefficient for field in column] if deep else coefficient
 
 
 def values(problem):
@@ -70,6 +78,18 @@ def test_an_example_can_be_moved_and_doubled(example):
         assert type(other.build()) is type(example.build())
         assert other != example or (other.terms == 0 and other.start == example.start)
         assert other.kind == example.kind
+
+
+@FEW
+@given(DRAWN)
+def test_an_example_does_without_terms(example):
+    """What is dropped leaves a problem of the same form and traits, and all drops leave no cosine that is named."""
+    least = reduce(type(example).dropped, example.simpler(), example)
+
+    assert least.build().traits == example.build().traits
+    assert least.terms <= example.terms
+    left = {term.shape for name in example.timed for field in rows_of(getattr(least, name)) for term in field}
+    assert COS not in left
 
 
 @FEW

@@ -170,7 +170,7 @@ def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) 
 
 def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
     evidence, quantity = fitted.evidence, fitted.quantity
-    bias, confidence = fitted.bias.bound, evidence.settings.confidence
+    bias = fitted.bias.bound
     contrast, right = quantity.contrast(fitted.levels), fitted.p_wrong_limit
     levelled = quantity.contrast(fitted.levels, LEVELLED).p_below(0.0, bias) if _may_refute(fitted) else 1.0
     reason, growth = tests.reason, tests.growth
@@ -178,9 +178,8 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
         text = f"{Kind.WRONG_LIMIT}: errors fall less than half as fast as successive differences"
         reason = Reason(text, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
-        low = contrast.interval(confidence, bias)[0]
-        text = f"limit not confirmed: order of errors less that of their differences {low:.2f}, {RIGHT_LIMIT} is due"
-        reason = Reason(text).then(reason)
+        text = f"{Kind.LIMIT}: errors may fall more slowly than their differences (p = {right:.2g})"
+        reason = Reason(text, Kind.LIMIT).then(reason)
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
 

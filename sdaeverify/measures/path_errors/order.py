@@ -88,6 +88,7 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+NOT_CONFIRMED = f"{Kind.LIMIT}: errors may fall more slowly than their differences (p = {{p:.2g}})"
 EXACT = "exact to round-off at all {levels} step sizes"
 # Who stands still is exact on a solution that does not move.
 STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"
@@ -316,23 +317,22 @@ def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
     Errors a h + b h^2 look like those of a wrong limit while b h matters.
     """
     evidence, bias, contrast = fitted.evidence, fitted.bias.bound, fitted.quantity.contrast(fitted.levels)
-    low, high = contrast.interval(evidence.settings.confidence, bias)
+    _, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), fitted.p_wrong_limit
     if wrong <= 0.5 * evidence.level and early:
-        return PathTests(1.0, 2.0 * wrong, tests.reason).held(
-            _limit("limit not confirmed", "most", high), "take finer steps"
-        )
+        return PathTests(1.0, 2.0 * wrong, tests.reason).held(_slower(Kind.LIMIT, high), "take finer steps")
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
-        reason = _limit(f"{Kind.WRONG_LIMIT}, errors level off", "most", high, Kind.WRONG_LIMIT).then(reason)
+        reason = _slower(Kind.WRONG_LIMIT, high).then(reason)
     elif tests.verified <= evidence.level < right:
-        reason = reason.then(_limit("limit not confirmed", "least", low))
+        reason = reason.then(Reason(NOT_CONFIRMED, Kind.LIMIT, {"p": right}))
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     limit = 1.0 if early else min(1.0, 2.0 * wrong)
     either = min(limit, 2.0 * tests.refuted)
     return PathTests(max(tests.verified, right), either, reason, growth, limit=limit)
 
 
-def _limit(text: str, end: str, contrast: float, kind: str = Kind.PLAIN) -> Reason:
-    compared = f"order of errors less that of their differences at {end} {{contrast:.2f}}, {RIGHT_LIMIT} is due"
-    return Reason(f"{text}: {compared}", kind, {"contrast": contrast})
+def _slower(kind: Kind, contrast: float) -> Reason:
+    # The contrast is the order of errors less that of their differences, which do not know the limit.
+    text = "{kind}: errors fall more slowly than their differences, by an order of at least {lag:.2f}"
+    return Reason(text, kind, {"kind": kind, "lag": -contrast})

@@ -96,7 +96,7 @@ class StepLaw(NamedTuple):
         moment, component, point = np.unravel_index(worst.argmax(), worst.shape)
         what, hint = MOMENTS[moment]
         where = f"{_state_words(self.x[:, point])}, t = {self.t[point]:.3g}"
-        off = f"off by {worst.max():.2g} of the motion of {self.rows[component]}, no less as h falls"
+        off = f"off by {worst.max():.2g} of the motion of {self.rows[component]} at any h"
         also = f"at {int(self.wrong.any(axis=(0, 1)).sum())} of {self.points} points"
         return f"the {what} of one step from {where} is {off}, {also}: another equation{hint}"
 

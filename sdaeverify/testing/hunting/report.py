@@ -97,7 +97,7 @@ class Attack:
             else "not confirmed by a run, so that it counts for nothing"
         )
         begun = f"refuted by example {self.found_after} after {self.seconds:.1f} s"
-        return f"{what}: {self.claim} is {begun}, shrunk to {size}, {sure}. {self.reason.rstrip('.')}."
+        return f"{what}: {self.claim} is {begun}, shrunk to {size}, {sure}. {self.reason}"
 
     def _worth(self) -> str:
         left = self.looked_at - self.verified

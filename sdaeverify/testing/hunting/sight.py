@@ -9,7 +9,7 @@ import numpy as np
 from ...api import verify
 from ...conformance.violation import violation
 from ...contracts.claimed import Order
-from ...contracts.finding import Opinion, Verdict
+from ...contracts.finding import Opinion, Reason, Verdict
 from ...contracts.matching import match
 from ...contracts.measure import NONE_FOLLOW, Evidence, Followed, Measure
 from ...contracts.scheme import Claim, Scheme
@@ -64,7 +64,7 @@ class Sight(NamedTuple):
     claim : str
         The claim that is refuted, or else the first one that was looked at.
     refuted : str
-        Why it is refuted; empty if it is not.
+        Why it is refuted, as a sentence; empty if it is not.
     distance : float
         By how much an order, of one step or along paths, is lower than claimed; NaN where none is known.
     verified : bool
@@ -137,7 +137,7 @@ def look(target: Target, function: Callable[..., Problem], ways: Sequence[str] =
                 return seen
             broken = violation(target.scheme, view, followed=target.followed)
             if broken:
-                return seen._replace(refuted=broken, verified=False, way=STEPS)
+                return seen._replace(refuted=Reason(broken).sentence, verified=False, way=STEPS)
             return seen._replace(growth=growth(target.scheme, view))
         except FAULTS:
             # Numbers that no step can be made with are no example of anything.
@@ -170,7 +170,7 @@ def _worst(seen: list[Seen]) -> Sight:
     claims = _distinct(str(claim) for claim, *_ in seen)
     for claim, opinion, _ in seen:
         if opinion.verdict is Verdict.REFUTED:
-            return Sight(str(claim), str(opinion.reason), farthest, way=ORDERS, claims=claims)
+            return Sight(str(claim), opinion.reason.sentence, farthest, way=ORDERS, claims=claims)
     verified = all(opinion.verdict is Verdict.VERIFIED for _, opinion, _ in seen)
     return Sight(claims[0], "", farthest, verified, claims=claims)
 

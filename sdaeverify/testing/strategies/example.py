@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from textwrap import indent
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 from ...forms import Problem
-from .terms import Field, later_fields, sum_text
+from .terms import Field, later_fields, sum_text, without
 
 NAME = "counterexample"
 HEAD = '''"""A problem that was drawn at random: {told}."""
@@ -40,6 +41,26 @@ def sdaeverify_problems():
 '''
 # Where an example is looked at again: a little beside its own start, to no multiple of anything.
 BESIDE = 0.37
+
+
+# The coefficient of which there is one for each Brownian motion.
+COLUMNS = "columns"
+
+
+class Drop(NamedTuple):
+    """Terms that an example may do without.
+
+    Attributes
+    ----------
+    name : str
+        Of a coefficient.
+    row, place : int or None
+        Of the terms; None for all.
+    """
+
+    name: str
+    row: int | None
+    place: int | None
 
 
 @dataclass(frozen=True)
@@ -127,6 +148,25 @@ class Example:
         """
         begun: dict[str, Any] = {name: tuple(parts[part]) for part, name in self.begun_by.items()}
         return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.timed})
+
+    def simpler(self) -> Iterator["Drop"]:
+        """Yield which terms may be left out: of a coefficient all, of a row all, and each by itself."""
+        yield from (Drop(name, None, None) for name in self.timed)
+        yield from (Drop(name, row, None) for name in self.timed for row in range(len(self._rows(name))))
+        for name in self.timed:
+            for row, field in enumerate(self._rows(name)):
+                yield from (Drop(name, row, place) for place in reversed(range(len(field))))
+
+    def _rows(self, name: str) -> Sequence[Field]:
+        rows: Sequence[Field] = getattr(self, name)[0] if name == COLUMNS else getattr(self, name)
+        return rows
+
+    def dropped(self, terms: "Drop") -> Self:
+        """Return the example without some terms, in all columns alike: columns that commute still do."""
+        given = getattr(self, terms.name)
+        fewer = partial(without, row=terms.row, place=terms.place)
+        changed: dict[str, Any] = {terms.name: tuple(map(fewer, given)) if terms.name == COLUMNS else fewer(given)}
+        return replace(self, **changed)
 
     @property
     def source(self) -> str:

@@ -84,6 +84,24 @@ def later_fields(coefficients: Coefficients, t: float) -> Coefficients:
     return tuple(later_fields(each, t) for each in coefficients)
 
 
+def without(fields: Sequence[Field], row: int | None, place: int | None) -> tuple[Field, ...]:
+    """Return coefficients without a term a cos(k.z + w t + p), or all of them; others make them what they are.
+
+    Parameters
+    ----------
+    fields : sequence of Field
+    row : int or None
+        Of the coefficient; None for all.
+    place : int or None
+        Of the term; None for all.
+    """
+
+    def stays(n: int, m: int, term: Term) -> bool:
+        return term.shape != COS or row not in {None, n} or place not in {None, m}
+
+    return tuple(tuple(term for m, term in enumerate(each) if stays(n, m, term)) for n, each in enumerate(fields))
+
+
 def sum_text(field: Field, names: Sequence[str]) -> str:
     """Return a coefficient as an expression of Python.
 
