@@ -1,12 +1,15 @@
-"""Every reason of the reference run is a sentence in the field's words, with the number that decided."""
+"""Every reason of the reference run and of the field is a sentence in the field's words, with the number that decided."""
 
 import csv
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
+REPORTS = Path(__file__).resolve().parents[2] / "reports"
+REFERENCE = REPORTS / "reference"
+FIELD = sorted(file.parent for file in (REPORTS / "field").glob("*/verdicts.csv"))
 LONGEST = 160
 # Words of the engine's own, which nobody else knows.
 OWN = re.compile(
@@ -18,10 +21,18 @@ OWN = re.compile(
 WITHOUT_NUMBER = re.compile(r"^(No claim about|A claim names|The step cannot be probed)")
 
 
-def reasons(table: str) -> list[dict[str, str]]:
-    """Return the rows of a table of the reference run, each reason once."""
-    with (REFERENCE / f"{table}.csv").open(newline="", encoding="utf-8") as file:
-        return list({row["reason"]: row for row in csv.DictReader(file)}.values())
+def reasons(table: str, folders: Sequence[Path] = (REFERENCE, *FIELD)) -> list[dict[str, str]]:
+    """Return the rows of a table of some runs, each reason once."""
+    found = dict[str, dict[str, str]]()
+    for folder in folders:
+        with (folder / f"{table}.csv").open(newline="", encoding="utf-8") as file:
+            found.update((row["reason"], row) for row in csv.DictReader(file))
+    return list(found.values())
+
+
+def test_the_field_has_runs() -> None:
+    """Solvers of other libraries have folders of their own."""
+    assert len(FIELD) >= 5
 
 
 @pytest.mark.parametrize("table", ["verdicts", "not_applicable"])
