@@ -83,7 +83,7 @@ def heed_controls(finding: Finding, case: Case) -> Finding:
         return forbid(finding, Verdict.VERIFIED)
     reason, verdict = case.objection
     known = verdict is Verdict.INCONCLUSIVE
-    doubt = f"the problem does not discriminate: {reason}" if known else f"not verified: {reason}"
+    doubt = reason if known else f"not verified: {reason}"
     return withhold(finding, doubt, verdict=verdict, settled=not (known and finding.tier == SAMPLED))
 
 
