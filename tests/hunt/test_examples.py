@@ -88,7 +88,7 @@ def test_an_example_does_without_terms(example):
 
     assert least.build().traits == example.build().traits
     assert least.terms <= example.terms
-    left = {term.shape for name in example.timed for field in rows_of(getattr(least, name)) for term in field}
+    left = {term.shape for name in example.sums for field in rows_of(getattr(least, name)) for term in field}
     assert COS not in left
 
 

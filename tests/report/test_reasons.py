@@ -1,4 +1,4 @@
-"""Every reason of the reference run and of the field is a sentence in the field's words, with the number that decided."""
+"""Every reason of the reference run and of the field is a sentence in the words of the field, with its number."""
 
 import csv
 import re

@@ -52,7 +52,7 @@ class IndexOneExample(Example):
 
     form: ClassVar[str] = "IndexOneSDAE"
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
-    timed: ClassVar[tuple[str, ...]] = ("drift", "columns", "algebraic")
+    sums: ClassVar[tuple[str, ...]] = ("drift", "columns", "algebraic")
     given: ClassVar[str] = "t, x, y"
 
     drift: tuple[Field, ...]

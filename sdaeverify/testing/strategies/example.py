@@ -83,8 +83,8 @@ class Example:
     # The traits of each kind that hold by construction and are not set by the form.
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
-    # Attributes that are coefficients of t; and what a solution begins with, by the component of a state.
-    timed: ClassVar[tuple[str, ...]] = ()
+    # Attributes made of sums of terms; and what a solution begins with, by the component of a state.
+    sums: ClassVar[tuple[str, ...]] = ()
     begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"x": "start"})
 
     kind: str
@@ -147,13 +147,13 @@ class Example:
         t : float
         """
         begun: dict[str, Any] = {name: tuple(parts[part]) for part, name in self.begun_by.items()}
-        return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.timed})
+        return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.sums})
 
     def simpler(self) -> Iterator["Drop"]:
         """Yield which terms may be left out: of a coefficient all, of a row all, and each by itself."""
-        yield from (Drop(name, None, None) for name in self.timed)
-        yield from (Drop(name, row, None) for name in self.timed for row in range(len(self._rows(name))))
-        for name in self.timed:
+        yield from (Drop(name, None, None) for name in self.sums)
+        yield from (Drop(name, row, None) for name in self.sums for row in range(len(self._rows(name))))
+        for name in self.sums:
             for row, field in enumerate(self._rows(name)):
                 yield from (Drop(name, row, place) for place in reversed(range(len(field))))
 

@@ -98,7 +98,7 @@ class HolonomicExample(Example):
     form: ClassVar[str] = "HolonomicSDAE"
     state: ClassVar[str] = "r"
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
-    timed: ClassVar[tuple[str, ...]] = ("force", "columns")
+    sums: ClassVar[tuple[str, ...]] = ("force", "columns")
     begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"r": "start", "v": "velocity"})
 
     force: tuple[Field, ...]

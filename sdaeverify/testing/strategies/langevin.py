@@ -30,6 +30,7 @@ class LangevinExample(Example):
 
     form: ClassVar[str] = "Langevin"
     state: ClassVar[str] = "q"
+    sums: ClassVar[tuple[str, ...]] = ("force",)
     begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"q": "start", "p": "momentum"})
 
     force: tuple[Field, ...]

@@ -31,6 +31,7 @@ class OverdampedExample(Example):
     """
 
     form: ClassVar[str] = "ConstrainedLangevin"
+    sums: ClassVar[tuple[str, ...]] = ("drift",)
 
     drift: tuple[Field, ...]
     surface: tuple[Field, ...]

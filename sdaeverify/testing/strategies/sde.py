@@ -45,7 +45,7 @@ class SDEExample(Example):
 
     form: ClassVar[str] = "SDE"
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = TRAITS
-    timed: ClassVar[tuple[str, ...]] = ("drift", "columns")
+    sums: ClassVar[tuple[str, ...]] = ("drift", "columns")
 
     drift: tuple[Field, ...]
     columns: Columns
