@@ -30,7 +30,7 @@ from sdaeverify.testing.hunting.report import Attack
 from sdaeverify.testing.strategies import EXAMPLES
 
 HERE = Path(__file__).parent
-MINUTES, SHRINKING, CORES = 10.0, 60.0, 1
+MINUTES, SHRINKING, CORES = 10.0, 60.0, 2
 # Constraints come first, as few paths show them, then what one step tells of, and last what takes long runs.
 PREFERRED = ("drift", "multipliers", "uniformity", "strong", "weak", "limits", "intervals", "stability")
 # Of the many bugs of Euler-Maruyama and others without constraints: those that conditions on trees do not see.
