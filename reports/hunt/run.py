@@ -93,7 +93,7 @@ def row_of(attack: Attack, **more: object) -> dict[str, object]:
         "paths alone": attack.by_paths,
         "dimension": example.dimension,
         "terms": example.terms,
-        "most terms": max((len(field) for field in example.fields), default=0),
+        "most terms": example.longest,
         "kind": example.kind,
         "reason": attack.reason,
     }  # fmt: skip
@@ -189,12 +189,12 @@ def shipped(
         # No scheme is made for some forms, as index 1, that others have a view of.
         report = sdaeverify.hunt(own or schemes, forms=[form], minutes=minutes, shrinking=SHRINKING, seed=seed)
         for attack in report.attacks:
-            keep(attack, seed)
+            write_example(attack, seed)
             yield row_of(attack, seed=seed)
         print(f"{form}, seed {seed}: {time.process_time() - begun:.0f} s of CPU", file=sys.stderr)
 
 
-def keep(attack: Attack, seed: int) -> None:
+def write_example(attack: Attack, seed: int) -> None:
     """Write what refutes a shipped scheme as a plugin file."""
     if attack.example is not None:
         (HERE / "found").mkdir(exist_ok=True)

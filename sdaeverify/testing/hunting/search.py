@@ -196,7 +196,7 @@ def find(
 
 def size(example: Example) -> tuple[int, int, int]:
     """Return the size of an example: terms of its longest coefficient, components, and terms of all coefficients."""
-    return max(map(len, example.fields), default=0), example.dimension, example.terms
+    return example.longest, example.dimension, example.terms
 
 
 def share_of(search: Search, example: Example | None) -> Share:

@@ -16,7 +16,7 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...errors import FAULTS
-from ...forms import Delayed, Problem
+from ...forms import Problem
 from ...measures.path_errors.errors import STATE
 from ...measures.strong import Strong
 from ...measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
@@ -24,7 +24,6 @@ from ...measures.strong.findings import judge_order, local_orders, probe_strong
 from ...measures.weak import Weak
 from ...measures.weak.probe import TOLERANCE as WEAK_TOLERANCE
 from ...measures.weak.probe import judge_probe, probe_weak, weak_probe
-from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import claim_for, coverage
 from ...verdicts.path_tests import DEEP_PATHS
 from .pilot import growth
@@ -160,19 +159,8 @@ def _by_orders(target: Target, function: Callable[..., Problem], problems: tuple
     if measure.name not in ONE_STEP:
         return _along_paths(scheme, function, measure, FEW)
     one_step, _ = ONE_STEP[measure.name]
-    seen = [] if _run_differs(scheme, problems[1]) else list(one_step(scheme, *problems))
+    seen = list(one_step(scheme, *problems))
     return _worst(seen) if seen else _along_paths(scheme, function, measure, DEEP_PATHS)
-
-
-def _run_differs(scheme: Scheme, view: Any) -> bool:
-    """Tell whether a run goes on otherwise than steps that begin anew: the order of one step is not its own then.
-
-    Multipliers and delays are further parts of a state as well; of them this is not asked.
-    """
-    if view.has_constraints or view.capability(Delayed):
-        return False
-    step = OneStep(scheme, view)
-    return not step.why_not_comparable() and bool(step.why_not_entered())
 
 
 def _worst(seen: list[Seen]) -> Sight:

@@ -117,6 +117,11 @@ class Example:
         """How many terms all coefficients have."""
         return sum(len(field) for field in self.fields)
 
+    @property
+    def longest(self) -> int:
+        """How many terms the longest coefficient has."""
+        return max(map(len, self.fields), default=0)
+
     def definitions(self) -> Iterator[str]:
         """Yield the statements of the function, which define what `arguments` names."""
         raise NotImplementedError
@@ -149,7 +154,7 @@ class Example:
         begun: dict[str, Any] = {name: tuple(parts[part]) for part, name in self.begun_by.items()}
         return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.sums})
 
-    def simpler(self) -> Iterator["Drop"]:
+    def simpler(self) -> Iterator[Drop]:
         """Yield which terms may be left out: of a coefficient all, of a row all, and each by itself."""
         yield from (Drop(name, None, None) for name in self.sums)
         yield from (Drop(name, row, None) for name in self.sums for row in range(len(self._rows(name))))
@@ -161,7 +166,7 @@ class Example:
         rows: Sequence[Field] = getattr(self, name)[0] if name == COLUMNS else getattr(self, name)
         return rows
 
-    def dropped(self, terms: "Drop") -> Self:
+    def dropped(self, terms: Drop) -> Self:
         """Return the example without some terms, in all columns alike: columns that commute still do."""
         given = getattr(self, terms.name)
         fewer = partial(without, row=terms.row, place=terms.place)
