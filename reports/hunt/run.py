@@ -4,8 +4,8 @@
 was refuted, what that shrank to, and the verdict on the right scheme there; with labels of schemes behind the time,
 these are hunted again and their rows replaced. ``shipped`` hunts each claim of every registered scheme by examples of
 each form, or of the forms that are named behind the time, ten minutes a form by default, and adds rows to
-``shipped.csv``: each call draws with the next seed, so that hunts of many days add up. What it finds is written to
-the folder ``found``.
+``shipped.csv``: each call draws with the next seed, so that hunts of many days add up; all rows of a form and a seed
+have the CPU seconds that the hunts of this form took together. What is found is written to the folder ``found``.
 """
 
 import csv
@@ -188,10 +188,10 @@ def shipped(
         begun = time.process_time()
         # No scheme is made for some forms, as index 1, that others have a view of.
         report = sdaeverify.hunt(own or schemes, forms=[form], minutes=minutes, shrinking=SHRINKING, seed=seed)
+        seconds = round(time.process_time() - begun)
         for attack in report.attacks:
             write_example(attack, seed)
-            yield row_of(attack, seed=seed)
-        print(f"{form}, seed {seed}: {time.process_time() - begun:.0f} s of CPU", file=sys.stderr)
+            yield row_of(attack, seed=seed, **{"CPU seconds of the form": seconds})
 
 
 def write_example(attack: Attack, seed: int) -> None:

@@ -5,13 +5,14 @@ from functools import reduce
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from facade import load_file, load_registry, select_problems
 from sdaeverify import DelaySDAE, PluginError
 from sdaeverify.testing import strategies
 from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
+from sdaeverify.testing.strategies.holonomic import EPS
 from sdaeverify.testing.strategies.terms import COS
 
 FEW = settings(
@@ -145,6 +146,30 @@ def test_the_normals_of_a_holonomic_constraint_are_independent(example):
 
     assert np.linalg.eigvalsh(J @ J.T).min() > 0.1
     assert np.abs(J @ np.asarray(problem.velocity)).max() < 1e-10
+
+
+@FEW
+@given(EXAMPLES["HolonomicSDAE"].strategy(), st.integers(0, 2**32 - 1))
+def test_a_declared_constraint_bound_is_one(example, seed):
+    """No norm of (2.7) exceeds the declared C_g at points of the constraint's neighbourhood."""
+    problem = example.build()
+    assume(problem.constraint_bound is not None)
+    n, rng = problem.dimension, np.random.default_rng(seed)
+    axes = np.array([term.size for term in example.surface[0] if term.size])
+    directions = rng.standard_normal((n, 50))
+    scales = np.sqrt(axes @ np.square(example.start) / (axes @ directions**2))
+    near = rng.standard_normal((n, 50))
+    x = scales * directions + EPS * near / np.linalg.norm(near, axis=0)
+
+    J = problem.dg(x)[0]
+    push = np.linalg.solve(np.asarray(example.mass), J)
+    G = (J * push).sum(axis=0)
+    units = [np.broadcast_to(each[:, None], x.shape) for each in np.eye(n)]
+    bends = [problem.d2g(x, each, each)[0] for each in units]
+    # Derivatives of g by complex step and differences of them have an error of 1e-13 or so.
+    largest = problem.constraint_bound * (1.0 + 1e-10)
+    assert max(np.linalg.norm(push, axis=0).max(), G.max(), (1.0 / G).max()) <= largest
+    assert np.abs(bends).max() <= largest
 
 
 def test_a_registered_problem_gets_other_numbers(tmp_path):

@@ -19,7 +19,7 @@ WORDS = {
     ExitCode.OK: "no claim is refuted",
     ExitCode.REFUTED: "a claim is refuted, and that is confirmed",
     ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "nothing is claimed of any example",
+    ExitCode.NOTHING: "no example was looked at",
     ExitCode.PLUGIN: "a plugin or hypothesis cannot be loaded",
     ExitCode.INTERRUPTED: "interrupted; with --out, what was looked at is kept",
 }

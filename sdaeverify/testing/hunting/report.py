@@ -11,6 +11,7 @@ from ..strategies.example import NAME, Example
 
 # What one step can tell of an order, by the tolerance that its claims are judged with.
 RESOLUTION = "an order that is lower than claimed by {tolerance:g} or more at some of the states that were looked at"
+UNSEEN = "Nothing is claimed of those that were drawn, or the scheme raises on them, which sdaeverify check tells."
 TEST = '''"""Claims that a hunt refuted: they fail until the scheme is mended."""
 
 from pathlib import Path
@@ -87,7 +88,7 @@ class Attack:
         """The outcome in a sentence."""
         what = f"{self.scheme}, {self.measure}, {self.form}"
         if not self.tried:
-            return f"{what}: nothing is claimed of any example."
+            return f"{what}: no example was looked at. {UNSEEN}"
         if self.example is None:
             return f"{what}: nothing found in {counted(self.looked_at, 'example')}. {self._worth()}"
         size = f"a dimension of {self.example.dimension} and a number of terms of {self.example.terms}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+import numpy as np
 from hypothesis import strategies as st
 
 from .draws import DISSIPATIVE, LIPSCHITZ, SMALL_NOISE, choices, fields, noise_of_group, starts, unit
@@ -16,6 +17,8 @@ POSITION, VELOCITY = KINDS = ("noise of positions", "noise of velocities")
 TRAITS = {POSITION: ("vanishing-milstein-term",)}
 SUITABLE = (LIPSCHITZ, DISSIPATIVE, SMALL_NOISE)
 AXES, FOURTHS, COUPLINGS, MASSES = (1.0, 0.5, 1.5), (0.0, 0.25), (0.0, 0.25, -0.25), (1.0, 2.0, 0.75)
+# How far from a surface its bounds hold.
+EPS = 0.01
 # The first component of a start: the surface through it keeps away from the origin, where its normal vanishes.
 FIRST = (1.0, -1.5, 0.75)
 SURFACE = """start = np.array({start})
@@ -58,6 +61,32 @@ def surfaces(n: int, *, planes: bool) -> st.SearchStrategy[tuple[Field, ...]]:
 def on_surface(n: int) -> st.SearchStrategy[tuple[float, ...]]:
     """Draw initial states of n components away from the origin."""
     return st.builds(lambda first, rest: (first, *rest), st.sampled_from(FIRST), starts(n - 1))
+
+
+def largest_constant(surface: tuple[Field, ...], start: tuple[float, ...], mass: list[list[float]]) -> float | None:
+    """Return C_g of Lindner & Stroot (2017), (2.7), of an ellipsoid; None where D^2 g is not bounded or m > 1.
+
+    On sum_i s_i x_i^2 = c, 4 c s_min <= |grad g|^2 <= 4 c s_max, and at the distance eps the gradient differs by at
+    most eps |D^2 g| = 2 eps s_max. G_M and |M^{-1} grad g| follow from the eigenvalues of M.
+
+    Parameters
+    ----------
+    surface : tuple of Field
+        g, up to constants.
+    start : tuple of float
+        A point of the surface.
+    mass : list of lists of float
+        M.
+    """
+    if len(surface) > 1 or any(term.size and term.shape != SQUARE for term in surface[0]):
+        return None
+    axes = np.array([term.size for term in surface[0] if term.size])
+    c, second = float(axes @ np.square(start)), 2.0 * axes.max()
+    low = 2.0 * np.sqrt(c * axes.min()) - EPS * second
+    high = 2.0 * np.sqrt(c * axes.max()) + EPS * second
+    light, heavy = np.linalg.eigvalsh(mass)[[0, -1]]
+    # Rounded upwards, as what an example is written with has few digits.
+    return float(np.ceil(100.0 * max(high**2 / light, heavy / low**2, high / light, second, 1.0)) / 100.0)
 
 
 def surface_text(state: str, start: tuple[float, ...], surface: tuple[Field, ...]) -> str:
@@ -135,6 +164,8 @@ class HolonomicExample(Example):
         yield from ("velocity=velocity", f"noise_dim={len(self.columns)}")
         if set(self.masses) != {1.0} or self.coupling:
             yield f"mass=np.array({self.mass})"
+        if (bound := largest_constant(self.surface, self.start, self.mass)) is not None:
+            yield f"constraint_bound={bound}"
 
     def doubled(self) -> "HolonomicExample":
         """Return the example with 2 a and 2 B."""
