@@ -114,11 +114,12 @@ def test_double_integrals_are_those_of_ito():
 
 
 def test_one_brownian_motion_has_no_area():
-    """Its double integral needs none; of two it does."""
+    """Its double integral needs none; of two it does, and who does not draw it is told how."""
     one, two = (Increment(np.ones((l, 1)), None) for l in (1, 2))
 
     np.testing.assert_allclose(one.double_integrals(0.5)[0, 0], 0.25)
-    with pytest.raises(SchemeError, match="A is not drawn"):
+    words = r"A is not drawn for this problem, which draws it with noise=frozenset\({'dW', 'H', 'A'}\); a scheme"
+    with pytest.raises(SchemeError, match=words):
         two.double_integrals(0.5)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from facade import same_kind
+from facade import flatten, same_kind
 from sdaeverify import Array, Claim, SchemeError, Step, UsageError
 
 
@@ -50,6 +50,23 @@ def test_a_state_of_another_kind_is_refused_in_one_line(before, after, given):
     assert text.startswith(f"step returned {given}, expected a state like the one it was given, ")
     assert type(before).__name__ in text.rpartition("given, ")[2]
     assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("mu", "given"),
+    [
+        (False, "bool of shape ()"),
+        (None, "NoneType of shape ()"),
+        (np.zeros(3), "ndarray of shape (3,)"),
+        (np.zeros((1, 1)), "ndarray of shape (1, 1)"),
+    ],
+)
+def test_a_field_that_is_no_array_of_rows_and_paths_is_named(mu, given):
+    """A flag, or an array without rows, in the memory of a scheme is named with the shape that is expected."""
+    with pytest.raises(SchemeError) as caught:
+        flatten(parts()._replace(mu=mu))
+    expected = "expected an array of shape (k, 3)"
+    assert str(caught.value) == f"field mu of the state is {given}, {expected}"
 
 
 @pytest.mark.parametrize(

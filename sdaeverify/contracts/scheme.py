@@ -329,8 +329,21 @@ def form_names(scheme: Scheme) -> str:
 
 
 def flatten(state: State) -> Array:
-    """Return all memory of a scheme as one array, shape (k, P)."""
-    return np.concatenate(state) if isinstance(state, tuple) else state
+    """Return all memory of a scheme as one array, shape (k, P).
+
+    Raises
+    ------
+    SchemeError
+        If a field of the state is no array of rows with the paths last, or has another number of paths.
+    """
+    if not isinstance(state, tuple):
+        return state
+    paths = np.shape(state[0])[-1] if np.ndim(state[0]) else "P"
+    for name, field in zip(getattr(state, "_fields", range(len(state))), state, strict=True):
+        if np.ndim(field) != 2 or np.shape(field)[1] != paths:
+            given = f"{type(field).__name__} of shape {np.shape(field)}"
+            raise SchemeError(f"field {name} of the state is {given}, expected an array of shape (k, {paths})")
+    return np.concatenate(state)
 
 
 def same_kind(before: State, result: object) -> None:

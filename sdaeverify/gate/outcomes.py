@@ -12,7 +12,7 @@ from ..contracts.spelling import did_you_mean
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
-from ..study.plan import promises_of
+from ..study.plan import claims_of, promises_of
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
@@ -73,7 +73,7 @@ class Outcome:
     def claim(self) -> str:
         """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
         claim = self.finding.claim if self.finding.quantity else None
-        claims = promises_of(self.cell) if claim is None else (claim,)
+        claims = claims_of(self.cell) or promises_of(self.cell) if claim is None else (claim,)
         return " and ".join(dict.fromkeys(map(_words, claims)))
 
 

@@ -70,13 +70,13 @@ class Increment(NamedTuple):
     def time_integral(self, h: float) -> Array:
         """Return int_t^{t+h} (W(s) - W(t)) ds = h (H + dW/2), shape (l, P)."""
         if self.H is None:
-            raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
+            raise _not_drawn("H")
         return np.asarray(h * (self.H + 0.5 * self.dW))
 
     def uniform(self, h: float) -> Array:
         """Return Phi(sqrt(12/h) H), shape (l, P): uniform variables that are independent of dW, in place of H."""
         if self.H is None:
-            raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
+            raise _not_drawn("H")
         return np.asarray(scipy.special.ndtr(np.sqrt(12.0 / h) * self.H))
 
     def double_integrals(self, h: float) -> Array:
@@ -86,9 +86,17 @@ class Increment(NamedTuple):
         """
         l = len(self.dW)
         if self.A is None and l > 1:
-            raise SchemeError("A is not drawn for this problem; a scheme that uses it declares noise dW and A")
+            raise _not_drawn("A")
         symmetric: Array = 0.5 * (self.dW[:, None] * self.dW - h * np.eye(l)[..., None])
         return symmetric if self.A is None else symmetric + antisymmetric(self.A, l)
+
+
+def _not_drawn(name: str) -> SchemeError:
+    drawn = ", ".join(repr(each) for each in BROWNIAN if each in USUAL | {name})
+    return SchemeError(
+        f"{name} is not drawn for this problem, which draws it with noise=frozenset({{{drawn}}}); a scheme that uses "
+        f"it declares noise = frozenset({{'dW', {name!r}}})"
+    )
 
 
 class LevelNoise(NamedTuple):

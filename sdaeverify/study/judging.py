@@ -329,7 +329,7 @@ def _of_control(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEv
 
 
 def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
-    claim = next(iter(promises_of(cell)), None)
+    claim = next(iter(claims_of(cell)), None)
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
     opinion = Opinion(verdict, Reason(known.violation), tier=0)
     finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())

@@ -152,8 +152,8 @@ def test_broken_plugin_file(quick, write, text, words):
     assert "odd_plugin.py" in outcome.err
 
 
-def test_a_step_that_raises_is_an_error_of_its_claim(quick, odd_scheme, tmp_path):
-    """Wherever it raises, the claim is left open, and the row names the file and the line."""
+def test_a_step_that_raises_is_an_error_of_its_claim(quick, call, odd_scheme, tmp_path):
+    """Wherever it raises, the claim is left open, the row names file and line, and show has the traceback."""
     narrow = "assert state.shape[-1] > 1; return Step(problem.euler(t, state, h, noise))"
 
     outcome = quick("--plugin", odd_scheme(narrow), "-p", "gbm", "-s", "odd", "-m", "strong")
@@ -165,6 +165,8 @@ def test_a_step_that_raises_is_an_error_of_its_claim(quick, odd_scheme, tmp_path
     assert f"! in error: odd on gbm, strong: {told}" in in_one_line(outcome.out)
     (details,) = rows_of("reports/latest/details/strong.csv")
     assert f'odd_plugin.py", line {line}, in step' in details["traceback"]
+    shown = call("show", "reports/latest", "odd", "gbm").out
+    assert f'odd_plugin.py", line {line}, in step' in shown
 
 
 def test_problem_that_cannot_be_built(quick, odd_problem):

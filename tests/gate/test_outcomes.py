@@ -1,5 +1,6 @@
 """From findings to outcomes."""
 
+from dataclasses import replace
 from math import inf, nan
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, outcomes
 from sdaeverify.measuring import Verdict
 
-from .conftest import result
+from .conftest import Fussy, problem, result
 
 ANY = (FailingClaim(reason="known"),)
 LAX = (FailingClaim(reason="known", strict=False),)
@@ -41,6 +42,19 @@ def test_a_broken_contract_is_no_expected_failure():
     assert (whole.status, str(whole.finding.reason)) == (Status.FAILED, "a step writes into its state")
     assert code_of_gate([whole, quantity], Policy(expected_failures=ANY), complete=True) is ExitCode.REFUTED
     assert quantity.status is Status.XFAILED
+
+
+@pytest.mark.parametrize(
+    ("traits", "claimed"),
+    [((), "order >= 0.5 up"), (("additive-noise",), "order >= 0.5 up to a margin of 0.2 and order >= 1.0 up")],
+)
+def test_a_broken_contract_is_told_with_the_claims_of_the_problem(traits, claimed):
+    """Where a step breaks its contract, the outcome names the claims whose traits the problem has, and no other."""
+    found = result(Verdict.REFUTED, scheme=Fussy(), quantity="", reason="a step writes into its state", tier=0)
+    cell = replace(found.cell, seen=problem(traits=traits))
+    (outcome,) = outcomes([replace(found, cell=cell)], Policy())
+
+    assert outcome.claim == f"{claimed} to a margin of 0.2"
 
 
 @pytest.mark.parametrize("verdict", [Verdict.OUT_OF_SCOPE, Verdict.NOT_APPLICABLE])

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.compare.cells import compare as compared
@@ -59,21 +60,30 @@ def compare(**options: Any) -> ExitCode:
         print_json({**about, "exit_code": code.value, "pairs": [*map(records, pairs)]})
     else:
         _show(pairs, every=options["every"])
-        conclude(code, WORDS)
+        conclude(code, {**WORDS, ExitCode.REFUTED: _worse(pairs)})
     return code
 
 
 def _plugins_to_add(runs: Sequence[StoredRun], registry: Registry) -> str:
     """Return which options load what the runs were made with and what is not registered here; empty for none."""
     known = {*registry.schemes, *registry.problems, *registry.measures}
-    lacking = [run.saved for run in runs if run.saved.names - known and {*run.saved.files} - {*registry.files}]
+    needed = {run.folder: _compared_names(run, runs) - known for run in runs}
+    lacking = [run.saved for run in runs if needed[run.folder] and {*run.saved.files} - {*registry.files}]
     if not lacking:
         return ""
     # Files of several runs may register the same names: those of the last one are enough.
-    newest, unknown = lacking[-1], sorted({name for run in lacking for name in run.names} - known)
+    newest, unknown = lacking[-1], sorted({name for run in lacking for name in needed[run.folder]})
     files = [file for file in newest.files if file not in registry.files]
     option = shlex.join(word for file in files for word in ("--plugin", file))
     return f"not registered here: {', '.join(unknown)}; {newest.folder} was made with plugin files: add {option}"
+
+
+def _compared_names(run: StoredRun, runs: Sequence[StoredRun]) -> set[str]:
+    """Return the names that are needed to read errors of a run: of the cells of which another run has paths, too."""
+    others = {key for other in runs if other is not run for key in other.lanes}
+    cells = run.lanes.keys() & others
+    names = {label.partition("[")[0] for key in cells for label in key}
+    return names | {*run.saved.measures} if cells else set()
 
 
 def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[str, Any]) -> RunPair:
@@ -85,12 +95,18 @@ def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[s
 
 
 def _code(pairs: Sequence[RunPair]) -> ExitCode:
-    if any(pair.is_worse for pair in pairs):
+    if any(pair.grown or pair.refuted for pair in pairs):
         return ExitCode.REFUTED
     if not any(pair.rows or pair.verdicts or pair.on_other_noise for pair in pairs):
         complain("error", "nothing to compare: the runs have no quantity in common")
         return ExitCode.NOTHING
     return ExitCode.OK
+
+
+def _worse(pairs: Sequence[RunPair]) -> str:
+    grown, refuted = (sum(getattr(pair, name) for pair in pairs) for name in ("grown", "refuted"))
+    errors, claims = counted(grown, "error"), counted(refuted, "claim")
+    return f"{errors} grown beyond the factor, {claims} newly refuted"
 
 
 def _show(pairs: Sequence[RunPair], *, every: bool) -> None:

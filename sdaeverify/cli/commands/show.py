@@ -11,7 +11,7 @@ from ...contracts.spelling import did_you_mean
 from ...errors import UsageError
 from ...report.cells import grouped
 from ...report.class_words import class_lines, class_notes, hint
-from ...report.folders import RUN, SavedTables, TextRow, read_verdicts
+from ...report.folders import RUN, SavedTables, TextRow, key_of, read_tables, read_verdicts
 from ...report.plain import visible
 from ...report.sentences import ATTENTION, counts_of, ending, lines_of, overview, quantity_lines
 from ...report.tables.command import command_of, records_of
@@ -53,7 +53,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     elif quiet:
         print_texts(console, lines_of(sentence, width))
     elif problem or left_open:
-        print_texts(console, _cells(shown, tables, width, plain=plain))
+        print_texts(console, _cells(shown, read_tables(folder) if problem else tables, width, plain=plain))
         print_texts(console, _absent(absent if problem else [], width))
     elif scheme:
         print_texts(console, lines_of(sentence, width))
@@ -125,9 +125,17 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
             yield from quantity_lines(row, width, plain=plain)
             told = hint(tables.classes, scheme, measure) if row.verdict == "refuted" else ""
             yield from lines_of(f"    {told}", width, INDENT) if told else ()
+            yield from _traceback(row, tables.details) if row.verdict == "error" else ()
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()
+
+
+def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
+    """Yield the calls of what raised an error, as Python tells them; in a table ends of lines are visible."""
+    key = row.scheme, row.problem, row.measure, row.quantity
+    for text in (each.get("traceback", "") for each in details if key_of(each) == key):
+        yield from (Text(visible(f"{INDENT}{line}")) for line in text.split("\\n") if text)
 
 
 def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: int) -> Iterator[Text]:

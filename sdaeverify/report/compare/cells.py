@@ -92,7 +92,9 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> list[Comparis
 
 def _compare_cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]) -> Iterator[Comparison]:
     if key not in old.lanes or key not in new.lanes:
-        yield Comparison.without(f"only in {(old if key in old.lanes else new).folder}", *key)
+        one, other = (old, new) if key in old.lanes else (new, old)
+        absent = f"{other.folder} has none, as where a scheme is refuted before any path"
+        yield Comparison.without(f"only {one.folder} has paths of it; {absent}", *key)
     elif _sources(old.lanes[key]) != _sources(new.lanes[key]):
         yield Comparison.without("the problem has changed: it does something else", *key)
     else:
@@ -107,6 +109,9 @@ def _compare_cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple
 
 def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]) -> _Cell:
     scheme, problem = key
+    for label, known in ((scheme, registry.schemes), (problem, registry.problems)):
+        if label.partition("[")[0] not in known:
+            raise SdaeverifyError(f"{label} is not registered here, and --plugin loads the file that it is in")
     (made,), (spec,) = select_schemes(registry, scheme), select_problems(registry, problem)
     with np.errstate(all="ignore"):
         built = spec.build()

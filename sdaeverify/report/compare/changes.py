@@ -136,10 +136,14 @@ class RunPair(NamedTuple):
     omitted: list[Comparison]
 
     @property
-    def is_worse(self) -> bool:
-        """Whether an error has grown, or a claim is newly refuted."""
-        grown = any(changed.change is Change.WORSE for _, changed in self.rows)
-        return grown or any(verdict["after"] == REFUTED for verdict in self.verdicts)
+    def grown(self) -> int:
+        """Number of quantities whose errors have grown beyond the factor."""
+        return sum(changed.change is Change.WORSE for _, changed in self.rows)
+
+    @property
+    def refuted(self) -> int:
+        """Number of quantities of which a claim is newly refuted."""
+        return sum(verdict["after"] == REFUTED for verdict in self.verdicts)
 
     @property
     def on_other_noise(self) -> bool:
