@@ -10,7 +10,7 @@ step must solve exactly, and the schemes.
 
     \,dx = \mu x \,dt + \sigma x \,dW + x^{-} \,dJ
 
-All of it is in the folder ``tests/thirdparty/jump_diffusion``.
+All of it is in the folder ``tests/thirdparty/jump_diffusion`` of the source distribution.
 """
 
 import sys

@@ -30,8 +30,8 @@ class Step(NamedTuple):
 
     Attributes
     ----------
-    state : ndarray or NamedTuple of ndarray
-        The new state, of the same kind as the old one: all the memory the scheme has.
+    state : ndarray, shape (d, P), or NamedTuple of ndarray, shape (k, P) each
+        The new state, of the same kind as the old one: all the memory the scheme has, flags and counters included.
     failed : ndarray of bool, shape (P,), or None
         Paths that found no admissible root; the scheme says in its docstring what it did with them.
     truncated : ndarray of bool, shape (P,), or None
@@ -247,7 +247,9 @@ class Scheme(_Frozen):
     def enter(self, problem: Any, state: State, t: float, h: float) -> State:  # noqa: ARG002 - most add no memory
         """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
 
-        A scheme with further memory adds it here; what `parts` leaves out must not depend on how t was reached.
+        A scheme with further memory adds it here. Of the past nothing is known: memory of steps before is what a step
+        of lower order would have left. What that changes has to vanish with h as the error of one step does, or the
+        scheme is judged by its paths alone.
 
         Parameters
         ----------
@@ -337,7 +339,8 @@ def flatten(state: State) -> Array:
         If a field of the state is no array of rows with the paths last, or has another number of paths.
     """
     if not isinstance(state, tuple):
-        return state
+        whole: Array = state
+        return whole
     paths = np.shape(state[0])[-1] if np.ndim(state[0]) else "P"
     for name, field in zip(getattr(state, "_fields", range(len(state))), state, strict=True):
         if np.ndim(field) != 2 or np.shape(field)[1] != paths:

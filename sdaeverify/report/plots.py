@@ -79,8 +79,9 @@ class Plots:
             raise UsageError(f"nothing to draw: {row.key} has no levels")
         h, e, spread, fitted = (np.array(column) for column in zip(*points, strict=True))
         ax.errorbar(h, np.abs(e), reach(self.confidence) * spread, fmt="none", ecolor="0.6", capsize=2)
-        ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
-        ax.plot(h[~fitted], np.abs(e)[~fitted], "o", mfc="none", color="C0", label="not fitted")
+        for chosen, face, told in ((fitted, "C0", "fitted"), (~fitted, "none", "not fitted")):
+            if chosen.any():
+                ax.plot(h[chosen], np.abs(e)[chosen], "o", mfc=face, color="C0", label=told)
         own = [("slope", "line", row.path.value)] if row.path.known else []
         kept = fitted if fitted.any() else np.ones_like(fitted)
         middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))

@@ -142,7 +142,8 @@ class Store:
         new = sum(self.reasons.values())
         words = [f"{count} {reason}" for reason, count in sorted(self.reasons.items(), key=lambda pair: -pair[1])]
         computed = f"; computed: {', '.join(words)}" if words else ""
-        return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
+        share = f"{self.reused} of {self.reused + new}"
+        return f"evidence of {share} blocks of paths, controls included, was reused{computed}"
 
     def _file(self, task: Task) -> Path:
         return self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}"

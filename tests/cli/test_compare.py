@@ -267,7 +267,9 @@ def test_a_scheme_that_is_not_registered_here(measured, call):
     outcome = outcome._replace(out=" ".join(outcome.out.split()))
 
     assert outcome.code == 5
-    assert "not compared: mine on gbm: it cannot be made here: mine is not registered here, and --plugin" in outcome.out
+    assert (
+        "not compared: mine on gbm: it cannot be made here: mine is not registered here, and --plugin" in outcome.out
+    )
 
 
 def test_cells_of_one_run_only(measured, call):

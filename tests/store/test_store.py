@@ -96,7 +96,7 @@ def test_what_was_kept_is_found(tmp_path):
     assert recalled.lane.health.sums["steps"] == 320.0
     assert (recalled.lane.seconds, recalled.lane.paths, recalled.lane.errors) == (0.5, 40, ("",))
     assert (store.reused, dict(store.reasons)) == (1, {})
-    assert store.summary() == "evidence of 1 of 1 blocks of paths was reused"
+    assert store.summary() == "evidence of 1 of 1 blocks of paths, controls included, was reused"
 
 
 def test_nothing_is_there_at_first(tmp_path):
@@ -394,7 +394,10 @@ def test_reasons_are_summed_up(tmp_path):
     for block in range(3):
         store.recall(task(), block)
 
-    assert store.summary() == "evidence of 1 of 3 blocks of paths was reused; computed: 2 not there yet"
+    assert (
+        store.summary()
+        == "evidence of 1 of 3 blocks of paths, controls included, was reused; computed: 2 not there yet"
+    )
 
 
 def test_a_full_disk(tmp_path, monkeypatch):

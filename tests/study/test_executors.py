@@ -156,7 +156,7 @@ def test_evidence_comes_home(tmp_path, capsys):
 
     assert lanes_in(tmp_path)
     assert execute(words) == 0
-    assert "evidence of 6 of 6 blocks of paths was reused" in capsys.readouterr().out
+    assert "evidence of 6 of 6 blocks of paths, controls included, was reused" in capsys.readouterr().out
 
 
 def test_a_scheduler_that_is_not_there(monkeypatch):

@@ -31,7 +31,8 @@ class HalfExplicitEuler(Scheme):
     ----------
     truncation : str or float
         ``theory``: C_eta = 1/(4 C_g^3), and roots must satisfy |kappa| < C_kappa = 1/(8 C_g^4);
-        ``none``: eta = 1; a number: C_eta.
+        ``none``: eta = 1; a number: C_eta. C_g is the problem's ``constraint_bound``: a problem that declares none
+        is refused with ``theory`` and solved with ``none`` or a number.
     no_root : str
         What happens on a path without admissible root, which is counted either way:
         ``hold`` keeps its state, ``fail`` makes it NaN; its kappa and lambda are what Newton's method left.
