@@ -6,7 +6,6 @@ from .contracts.settings import Settings as Settings
 from .contracts.specs import in_matrix as in_matrix, on_request as on_request
 from .errors import (
     ParameterError as ParameterError,
-    PluginError as PluginError,
     ProblemError as ProblemError,
     SchemeError as SchemeError,
     SdaeverifyError as SdaeverifyError,
@@ -17,7 +16,7 @@ from .forms.controls import Control as Control
 from .forms.delay.delay_sdae import DelaySDAE as DelaySDAE, DelayState as DelayState
 from .forms.delay.dissipation import Dissipation as Dissipation
 from .forms.delay.index_one import IndexOneSDAE as IndexOneSDAE
-from .forms.delay.mesh import Lag as Lag, Mesh as Mesh
+from .forms.delay.mesh import Lag as Lag
 from .forms.delay.partials import Partials as Partials
 from .forms.langevin.langevin import Langevin as Langevin
 from .forms.mechanics.holonomic import HolonomicSDAE as HolonomicSDAE, HolonomicState as HolonomicState
@@ -51,10 +50,9 @@ from .noise.laws import (
     Law as Law,
     clipped_gaussian as clipped_gaussian,
 )
-from .noise.records import NoiseRecord as NoiseRecord
 from .testing.hunting.hunt import hunt as hunt
 from .registry.hookspecs import hookimpl as hookimpl
-from .trees.report import OrderReport as OrderReport, orders as orders
+from .trees.report import orders as orders
 
 __version__: str
 __all__: list[str]

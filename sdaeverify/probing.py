@@ -28,7 +28,8 @@ Stationary laws
     `invariant_errors` takes stationary means from the powers of a transition operator where the problem has a chart
     of one or two coordinates; `error_floors` says how far they can be off.
 Forms
-    Ask a problem for what it offers, not for its class: ``view.capability(Multiplied)``.
+    Ask a problem for what it offers, not for its class: ``view.capability(Multiplied)``. A `Mesh` says where a
+    delay lies between the points of a step size.
 Noise
     `brownian_steps` draws the noise of a probe's own runs, the same at all step sizes, from its address, a `Source`.
 
@@ -37,7 +38,7 @@ A record of numbers that a probe returns is `sdaeverify.measuring.packed` into e
 ``sdaeverify.measuring.local_opinion`` where it decides, and ``local_doubt`` where it does not.
 """
 
-from .forms import Multiplied, StiffnessFamily
+from .forms import Mesh, Multiplied, StiffnessFamily
 from .noise.brownian import LevelNoise, Source, brownian_steps
 from .probe.linear.equation import linear_equation, why_not_linear_equation
 from .probe.linear.moments import MomentErrors, moment_errors, why_not_moments
@@ -56,6 +57,7 @@ __all__ = [
     "LevelNoise",
     "LinearDelayRun",
     "LocalOrders",
+    "Mesh",
     "MomentErrors",
     "Multiplied",
     "Nodes",

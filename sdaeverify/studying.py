@@ -15,6 +15,7 @@ from .contracts.labels import parse_label
 from .contracts.matching import match
 from .contracts.specs import ProblemSpec, check_scheme, unknown
 from .noise.brownian import Brownian, LevelNoise, Piece, Source, refine
+from .noise.records import NoiseRecord
 from .registry.load import Registry
 from .registry.selection import only, select_measures, select_problems, select_schemes
 from .simulate.chains import Chains
@@ -24,6 +25,7 @@ from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
 from .study.class_results import class_results, is_of_class
 from .study.examination import Examination
 from .study.holm import holm
+from .trees.report import OrderReport
 from .verdicts.path_tests import DEEP_PATHS, RESOLVED
 from .workers.pool import in_turn
 
@@ -39,6 +41,8 @@ __all__ = [
     "Entry",
     "Examination",
     "LevelNoise",
+    "NoiseRecord",
+    "OrderReport",
     "Piece",
     "Plan",
     "ProblemPlan",

@@ -14,8 +14,9 @@ from facade import (
     WrongLag,
     exactness_violation,
 )
-from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step, Trivial
+from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Scheme, Step, Trivial
 from sdaeverify.forms.delay.delay_sdae import LONG
+from sdaeverify.probing import Mesh
 from sdaeverify_schemes._euler_orders import STRONG_HALF
 
 # Where each of the wrong readings is found: what leaves out a part of the unknown misses even what is at rest.

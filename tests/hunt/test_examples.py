@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from facade import load_file, load_registry, select_problems
-from sdaeverify import DelaySDAE, PluginError
+from sdaeverify import DelaySDAE
+from sdaeverify.errors import PluginError
 from sdaeverify.testing import strategies
 from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
 from sdaeverify.testing.strategies.holonomic import EPS

@@ -3,7 +3,7 @@
 import numpy as np
 
 from facade import LinearDelayStep, Operator, arguments
-from sdaeverify import Mesh
+from sdaeverify.probing import Mesh
 
 
 def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from facade import RunMoments, Start, run_moments
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
-from sdaeverify import Mesh
+from sdaeverify.probing import Mesh
 
 
 def from_history(cell: Linear, theta: float, h: float, steps: int) -> RunMoments:

@@ -6,7 +6,7 @@ import pytest
 from facade import LinearDelayStep, radius, spectral_radius
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, is_stable, random_step
-from sdaeverify import Mesh
+from sdaeverify.probing import Mesh
 
 
 def found(cell: Linear, theta: float, h: float) -> float:
