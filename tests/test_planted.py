@@ -6,7 +6,8 @@ from typing import ClassVar
 import pytest
 
 from facade import Planted, load_registry
-from sdaeverify import SDE, Claim, PluginError, Scheme, SchemeError
+from sdaeverify import SDE, Claim, Scheme, SchemeError
+from sdaeverify.errors import PluginError
 
 PLUGIN = """
 from dataclasses import dataclass, field

@@ -15,6 +15,8 @@ from ..strategies.example import Example, function_of
 from .share import Budget, Share
 from .sight import WAYS, Sight, Target, look
 
+# Without that of explanations, which hypothesis draws many examples for after it has shrunk one, and prints.
+PHASES = (hypothesis.Phase.generate, hypothesis.Phase.target, hypothesis.Phase.shrink)
 # Examples none of which the claim is about, in a row, until there is thought to be none.
 FUTILE = 400
 
@@ -183,6 +185,7 @@ def find(
         max_examples=search.budget.examples,
         deadline=None,
         database=None,
+        phases=PHASES,
         verbosity=hypothesis.Verbosity.quiet,
         suppress_health_check=list(hypothesis.HealthCheck),
     )
