@@ -77,7 +77,7 @@ class Trial:
         same_kind(start, result)
         return freeze(result.state)
 
-    @cached_property
+    @property
     def stepper(self) -> Stepper:
         """The step that all checks but one use."""
         return self.scheme.prepare(self.view, self.h)
@@ -91,7 +91,7 @@ class Trial:
         """The step of all paths, made before any other."""
         return self.step(self.state, self.noise)
 
-    @cached_property
+    @property
     def rounding(self) -> Array:
         """How much of each path may be rounding, shape (P,): eps of its size, of the inputs, or the algorithm's own.
 

@@ -3,7 +3,6 @@
 import re
 from bisect import bisect_right
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from itertools import accumulate
 from math import isqrt
 from numbers import Real
@@ -84,12 +83,12 @@ class Settings:
         require(1 <= self.tests_reserved <= 10**9, "tests_reserved", "at least 1", self.tests_reserved)
         require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
 
-    @cached_property
+    @property
     def steps(self) -> tuple[int, ...]:
         """Number of steps of each level, coarsest first."""
         return tuple(self.coarsest * 2**level for level in range(min(self.levels, 64)))
 
-    @cached_property
+    @property
     def guards(self) -> "Settings":
         """The same with the levels that paths begin with."""
         return self if self.first_levels >= self.levels else replace(self, levels=self.first_levels)
@@ -115,7 +114,7 @@ class Settings:
             return self.guards
         return replace(self, levels=self.levels + stage, paths=self.paths >> stage)
 
-    @cached_property
+    @property
     def sizes(self) -> tuple[int, ...]:
         """Number of paths of each block; all are drawn, of the last one perhaps not all are used."""
         sizes = [min(FIRST_BLOCK, self.block)]
@@ -125,7 +124,7 @@ class Settings:
                 return (*sizes, *([self.block] * max(0, -(-(self.paths - total - self.block) // self.block))))
         return tuple(sizes)
 
-    @cached_property
+    @property
     def totals(self) -> tuple[int, ...]:
         """Number of paths of all blocks up to each one."""
         return tuple(min(total, self.paths) for total in accumulate(self.sizes))

@@ -7,7 +7,7 @@ above all, that is wrong.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 
@@ -169,7 +169,7 @@ class CellEvidence:
     behaviour: Behaviour | None = None
     lack: Verdict = Verdict.ERROR
 
-    @cached_property
+    @property
     def whole(self) -> Tally:
         """From paths and without sampling."""
         return self.sampled.merge(self.probed)

@@ -173,7 +173,7 @@ class Conditions:
         """The trees after which conditions are named."""
         return [next(iter(each)) for each in self.basis]
 
-    @cached_property
+    @property
     def weights(self) -> list[int]:
         """Weights of the conditions."""
         return [each.weight for each in self.names]

@@ -32,7 +32,7 @@ class Examined:
 
     probe: Probe
 
-    @cached_property
+    @property
     def why_not(self) -> str:
         """Why order conditions cannot be asked of the scheme on this class, or an empty text."""
         scheme, problem = self.probe.scheme, self.probe.problem

@@ -239,7 +239,7 @@ class UniversalProbe(AffineProbe, SDEProbe):
 
     tolerance = SAME
 
-    @cached_property
+    @property
     def related(self) -> Related:
         """Equations of the class that an affine map relates."""
         return related_equations(self.kind, self.motions)
@@ -263,7 +263,7 @@ class UniversalProbe(AffineProbe, SDEProbe):
         """Return the combinations of weights that are conditions, shape (n, K)."""
         return self.conditions.combined(phi)
 
-    @cached_property
+    @property
     def equivariance(self) -> float:
         """How far a step is from commuting with affine maps, relative to the states."""
         return self.related.defect(self.scheme, self.points)
@@ -279,7 +279,7 @@ class DiagonalProbe(SDEProbe):
 
     tolerance, all_sizes = TAYLOR, True
 
-    @cached_property
+    @property
     def equation(self) -> RichEquation:
         """The equation."""
         return rich_equation(self.motions, tuple(self.conditions.names))

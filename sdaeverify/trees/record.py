@@ -10,7 +10,6 @@ best approximation with a distance that is not 0: no scheme that is given this r
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations
 from typing import NamedTuple
 
@@ -76,7 +75,7 @@ class Record:
     motions: int
     moments: ExactMoments
 
-    @cached_property
+    @property
     def entries(self) -> dict[Tree, RecordedIntegral]:
         """All numbers of the record by their integrals, those of degree 1 first."""
         linear = [part for j in range(self.motions) for part in _of_motion(j, self.noise)]

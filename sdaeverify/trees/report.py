@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
 from math import ceil, nan
 from pathlib import Path
 
@@ -154,7 +153,7 @@ class OrderReport:
         check_numbers(motions, weight)
         return cls(scheme, tuple(rows_of(scheme, classes_named(scheme, classes), motions, weight)))
 
-    @cached_property
+    @property
     def table(self) -> pd.DataFrame:
         """One row for each claim and class: orders, conditions held of all, the first that fails, premises."""
         return pd.DataFrame([row.cells for row in self.rows])

@@ -161,7 +161,7 @@ class DelaySDAE(Delayed):
         """Number d of differential components."""
         return len(vector("history(0.0)", self.history(0.0)))
 
-    @cached_property
+    @property
     def constraints(self) -> int:
         """Number q of algebraic components."""
         given = self.algebraic

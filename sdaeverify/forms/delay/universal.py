@@ -211,7 +211,7 @@ class _Products:
         names = np.array([tree.node.name for tree in self.grove.trees])
         return {name: np.flatnonzero(names == name) for name in "fbu"}
 
-    @cached_property
+    @property
     def rows(self) -> Array:
         """Rows of the trees in x and in y, which have one more each."""
         in_y = np.array([tree.node.of == "y" for tree in self.grove.trees])
@@ -222,7 +222,7 @@ class _Products:
         """Number d of components of x."""
         return len(self.grove.trees) - len(self.of["u"]) + 1
 
-    @cached_property
+    @property
     def origin(self) -> Array:
         """The point c in x and y, shape (d + q, 1)."""
         return np.asarray(0.75 * np.cos(1.0 + 2.0 * np.arange(len(self.grove.trees) + 2)))[:, None]

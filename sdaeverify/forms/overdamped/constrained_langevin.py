@@ -69,17 +69,17 @@ class ConstraintGeometry:
         """Return the Gram matrix G."""
         return self.J.gram(self.J)
 
-    @cached_property
+    @property
     def share(self) -> Array:
         """Return c = G^{-1} zeta, shape (q, P)."""
         return self.gram.solve(self.zeta)
 
-    @cached_property
+    @property
     def relaxation(self) -> Array:
         """Return w = g G^{-1} zeta, shape (d, P): the way back to the manifold, to first order."""
         return self.J.transposed(self.share)
 
-    @cached_property
+    @property
     def quadratic(self) -> Array:
         """Return g'(w) c = sum_k c_k H_k w, shape (d, P): (zeta c / 2) grad ln det G in codimension one."""
         if len(self.zeta) == 1:

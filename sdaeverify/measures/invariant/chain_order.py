@@ -16,7 +16,6 @@ mean's error, and b the bias at the coarsest level that the differences explain.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -56,19 +55,19 @@ class BiasSample:
     exact: float
     rounding: float
 
-    @cached_property
+    @property
     def differences(self) -> Array:
         """D_l, shape (K, L - 1); exactly 0 where it is no larger than rounding."""
         D = self.levels[:, :-1] - self.levels[:, 1:]
         return np.asarray(np.where(np.abs(D).max(axis=0) <= self.rounding, 0.0, D))
 
-    @cached_property
+    @property
     def errors(self) -> Array:
         """The bias at each level, shape (K, L): that of the coarsest less the paired differences."""
         gained = np.cumsum(np.insert(self.differences, 0, 0.0, axis=1), axis=1)
         return np.asarray((self.coarse - self.exact)[:, None] - gained)
 
-    @cached_property
+    @property
     def signals(self) -> Array:
         """Mean differences in units of their standard errors, shape (L - 1,); 0 where there is none."""
         return np.array([float(t_values(D)) for D in self.differences.T])

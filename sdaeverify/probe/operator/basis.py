@@ -8,7 +8,7 @@ interpolation, which folds what a step adds beyond the basis back into it.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +59,7 @@ class Basis:
     axes: tuple[AxisBasis, AxisBasis]
     dimension: int
 
-    @cached_property
+    @property
     def nodes(self) -> Array:
         """Nodes of the quadrature, shape (dimension, Q)."""
         grid = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")

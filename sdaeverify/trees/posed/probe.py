@@ -31,7 +31,7 @@ class PosedProbe(AffineProbe):
     kind: TreeClass
     asks_for_runs = False
 
-    @cached_property
+    @property
     def tolerance(self) -> float:
         """What is rounding in a condition: that of weights, as large as interpolation makes it in a coefficient."""
         if not self.fixed:
@@ -58,7 +58,7 @@ class PosedProbe(AffineProbe):
     def _scaled(self) -> frozenset[str]:
         return frozenset(node.name for node in self.kind.nodes if node.scaled)
 
-    @cached_property
+    @property
     def conditions(self) -> Conditions:
         """The conditions of the class."""
         trees, basis = self.trees(self.top), list(self._told_apart.values())
@@ -98,7 +98,7 @@ class PosedProbe(AffineProbe):
         others = (weighing.at_values(self.points, h, weighing.values[few]) for h in OTHERS)
         return max(largest_change(self.first_weights[few], other) for other in others)
 
-    @cached_property
+    @property
     def remainder(self) -> float:
         """How far weights are from a power series in the number of scaled nodes, relative to them; 0 without one."""
         weighing = self.weighing

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -45,12 +44,12 @@ class PosedWeighing:
     trees: Sequence[Tree]
     made: dict[tuple[Tree, float], Posed] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def sets(self) -> list[list[Tree]]:
         """Small closed sets, as steps may solve equations that are as large as the problem."""
         return closed_sets(self.trees, IMPLICIT)
 
-    @cached_property
+    @property
     def values(self) -> Array:
         """The numbers times the step size; 1 alone where a class has none."""
         if not any(node.scaled for node in self.kind.nodes):

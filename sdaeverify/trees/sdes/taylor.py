@@ -110,7 +110,7 @@ class RichEquation:
     motions: int
     basis: tuple[Tree, ...]
 
-    @cached_property
+    @property
     def states(self) -> int:
         """Number S of random states at which it is looked at: enough to tell the trees of each weight apart."""
         most = max(Counter(each.weight for each in self.basis).values())
@@ -121,7 +121,7 @@ class RichEquation:
         """Number d of components, those that stand still included."""
         return self.motions + STILL
 
-    @cached_property
+    @property
     def _sines(self) -> tuple[Sines, Sines]:
         normal, M = np.random.Generator(np.random.Philox(key=SEED)).standard_normal, self.motions
         of_drift = RATE * normal((SINES, self.dimension + 1))
@@ -131,7 +131,7 @@ class RichEquation:
         sizes = normal((2, M, SINES)) / np.sqrt(SINES)
         return Sines(sizes[0], of_drift[None]), Sines(sizes[1], of_noise)
 
-    @cached_property
+    @property
     def x(self) -> Array:
         """The states, shape (d, S)."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 1))

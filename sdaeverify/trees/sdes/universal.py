@@ -43,7 +43,7 @@ class Universal:
     motions: int
     traits: frozenset[str] = frozenset()
 
-    @cached_property
+    @property
     def origin(self) -> Array:
         """The point c, shape (N, 1)."""
         return np.asarray(0.75 * np.cos(1.0 + 2.0 * np.arange(len(self.trees))))[:, None]
@@ -58,7 +58,7 @@ class Universal:
             row[: len(each.kids)] = [places[kid] for kid in each.kids]
         return kids
 
-    @cached_property
+    @property
     def colours(self) -> Array:
         """Colours of the roots, shape (N,)."""
         return np.array([each.colour for each in self.trees])
