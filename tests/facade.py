@@ -239,7 +239,7 @@ from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
-from sdaeverify.trees.report import ClassVerdict, probe_of
+from sdaeverify.trees.report import ClassVerdict, classes_of, probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation

@@ -13,6 +13,9 @@ from ..arrays import Array
 
 # What stands in the place of a subtree where a coefficient is derived by time.
 TIME = "t"
+# By how much a step on a problem below is later than that on the problem above it, whose coefficients are those of a
+# later time.
+LATER = 0.25
 # What a tree's value follows from: an integral over time, one over a Brownian motion, or the product below it itself.
 OVER_TIME, OVER_NOISE, PRODUCT = "dt", "dW", ""
 
@@ -149,7 +152,7 @@ class Written(NamedTuple):
 
 
 class Relatives(NamedTuple):
-    """Two problems that affine maps of their components relate: A Phi_above(x) + c = Phi_below(A x + c).
+    """Two problems that affine maps of their components relate: A Phi_above(t, x) + c = Phi_below(t + s, A x + c).
 
     Attributes
     ----------
@@ -159,12 +162,15 @@ class Relatives(NamedTuple):
         For each component A and c, shapes (n, m) and (n, 1).
     driven : ndarray, shape (l, m)
         The Brownian motions of the problem below out of those of the one above.
+    later : float
+        s, which tells a step that takes coefficients at another time; 0 where they do not depend on time.
     """
 
     below: Any
     above: Any
     maps: Mapping[str, tuple[Array, Array]]
     driven: Array
+    later: float = 0.0
 
 
 class TreeClass(ABC):

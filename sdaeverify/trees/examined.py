@@ -75,6 +75,8 @@ class Examined:
     def held_of(self, measure: str, p: float) -> tuple[int, int]:
         """Return how many of the conditions of an order hold, or have a rate that is enough for it, and how many are.
 
+        A defect that vanishes too slowly counts whatever its weight: a coefficient at a wrong time spoils each order.
+
         Parameters
         ----------
         measure : str
@@ -83,8 +85,8 @@ class Examined:
         if self.probe.fixed:
             held = [each.held for each in self.found if belongs(each, measure, p)]
         else:
-            concerned = (each for each in self.rates if belongs(each.condition, measure, p))
-            held = [each.order(measure) > p - HALF for each in concerned]
+            told = [(rate, rate.order(measure) > p - HALF) for rate in self.rates]
+            held = [enough for rate, enough in told if not enough or belongs(rate.condition, measure, p)]
         return sum(held), len(held)
 
     def breaking(self, measure: str) -> Sequence[Condition]:

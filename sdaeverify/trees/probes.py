@@ -198,7 +198,7 @@ class AffineProbe(Probe):
         """Why conditions do not say enough of every equation of the class, or an empty text."""
         reasons = []
         if self.equivariance > SAME:
-            reasons.append(f"a step does not commute with affine maps ({self.equivariance:.2g})")
+            reasons.append(f"a step does not commute with affine maps and shifts of time ({self.equivariance:.2g})")
         if not self.fixed:
             reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
         return ", ".join(reasons)

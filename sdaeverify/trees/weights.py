@@ -88,8 +88,8 @@ def _after(step: OneStep, nodes: Nodes, h: float) -> Array:
     return stepped(step, x, nodes, h)
 
 
-def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
-    """Return the states after a step of size h from time t_0.
+def stepped(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) -> Array:
+    """Return the states after a step of size h.
 
     Parameters
     ----------
@@ -98,16 +98,18 @@ def stepped(step: OneStep, x: Array, nodes: Nodes, h: float) -> Array:
         The states before, each for all nodes.
     nodes : Nodes
     h : float
+    t : float
+        When it begins.
 
     Raises
     ------
     NoStepError
         If a step is truncated or fails, or is not finite.
     """
-    return _finite(step.read(moved(step, x, nodes, h)[1]), h)
+    return _finite(step.read(moved(step, x, nodes, h, t)[1]), h)
 
 
-def moved(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Any, Any]:
+def moved(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) -> tuple[Any, Any]:
     """Return the scheme's own states before and after such a step.
 
     Parameters
@@ -117,6 +119,8 @@ def moved(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Any, Any]:
         The states before, each for all nodes.
     nodes : Nodes
     h : float
+    t : float
+        When the step begins.
 
     Raises
     ------
@@ -124,9 +128,9 @@ def moved(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Any, Any]:
         If a step is truncated or fails.
     """
     with np.errstate(all="ignore"):
-        state = step.enter(x, TIME_0, h)
+        state = step.enter(x, t, h)
         states = x.shape[1] // len(nodes.weights)
-        after = step.scheme.prepare(step.view, h)(state, TIME_0, nodes.increment(h, states))
+        after = step.scheme.prepare(step.view, h)(state, t, nodes.increment(h, states))
     for name, mask in (("fails", after.failed), ("is truncated", after.truncated)):
         if mask is not None and np.any(mask):
             raise NoStepError(f"a step of size {h:g} {name}")

@@ -7,9 +7,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from facade import classes_of, rows_of_classes
 from sdaeverify import SDE, Claim, Step, UsageError, orders
 from sdaeverify_planted._within import ScaledEuler
 from sdaeverify_planted.coefficients import WrongTimes
+from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import HeunAdditive
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
@@ -136,7 +138,8 @@ def test_a_trace_is_told_by_maps_that_are_not_invertible():
 
     assert list(table.held) == list(table.of)
     assert set(table.verdict) == {"premise fails"}
-    found = {re.match(r"a step does not commute with affine maps \((.*?)\)", premise)[1] for premise in table.premise}
+    words = r"a step does not commute with affine maps and shifts of time \((.*?)\)"
+    found = {re.match(words, premise)[1] for premise in table.premise}
     assert min(map(float, found)) > 1e-4
 
 
@@ -144,6 +147,25 @@ def test_a_trace_is_told_by_maps_that_are_not_invertible():
 def test_coefficients_at_wrong_places_are_never_verified(scheme):
     """The origin of trees is neither zero nor at time zero."""
     assert "verified" not in set(orders(scheme, "scalar").table.verdict)
+
+
+class AtTimeZero(StochasticTheta):
+    """A theta method whose coefficients are those of time 0."""
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        return super().step(problem, state, 0.0, h, noise)
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.5])
+def test_coefficients_of_time_zero_are_never_verified_by_trees_of_low_weights(theta):
+    """A run asks for the trees of a claim alone, and those of order 1/2 have no leaf t: the shift of time tells."""
+    wrong, right = AtTimeZero(theta=theta), StochasticTheta(theta=theta)
+    found = {scheme: [*rows_of_classes(scheme, classes_of(scheme).values(), None)] for scheme in (wrong, right)}
+
+    assert "verified" not in {row.verdict for row in found[wrong]}
+    assert {row.verdict for row in found[right] if row.promise} == {"verified"}
+    assert any("shifts of time" in row.premise for row in found[wrong] if row.kind == "index-1")
 
 
 class ModulusEuler(EulerMaruyama):

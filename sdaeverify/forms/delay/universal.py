@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass, Written
+from ..tree_class import LATER, OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass, Written
 
 ALL = frozenset({"x", "y", TIME})
 NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
@@ -120,7 +120,7 @@ class IndexOneTrees(TreeClass):
         return Written(self.form.__name__, functions, arguments, tuple(places), beside, traits)
 
     def relatives(self, motions: int) -> Relatives:
-        """Return random equations: above, f is A^+ f(t, A x + c, C y + e) + N k(t, x, y), and so are b and u."""
+        """Return random equations: above, f is A^+ f(t + s, A x + c, C y + e) + N k(t, x, y), and so are b and u."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         maps = {name: (normal((n, m)), normal((n, 1))) for name, n, m in zip("xy", LOW, HIGH, strict=True)}
@@ -131,7 +131,7 @@ class IndexOneTrees(TreeClass):
         x = 0.5 * np.cos(np.arange(1.0, HIGH[0] + 1.0))
         below = self._random(f, b, lambda t, x, y: u(t, x, y) + (e - y)[:, None], (A @ x[:, None] + c)[:, 0])
         above = self._random(F, B, lambda t, x, y: U(t, x, y) - y[:, None], x)
-        return Relatives(below, above, maps, np.eye(motions))
+        return Relatives(below, above, maps, np.eye(motions), LATER)
 
     def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array) -> Any:
         probe = np.zeros((1, 1)) + start[:, None]
@@ -175,7 +175,7 @@ def _lifted(
     beside = _random_field(rng, (more - rows, columns), 0 if constant else sum(HIGH) + 1)
 
     def above(t: float, x: Array, y: Array) -> Array:
-        related = np.einsum("ij,jnp->inp", inverse, below(t, A @ x + c, C @ y + e))
+        related = np.einsum("ij,jnp->inp", inverse, below(t + LATER, A @ x + c, C @ y + e))
         return np.asarray(related + np.einsum("ij,jnp->inp", kernel, beside(t, x, y)))
 
     return below, above

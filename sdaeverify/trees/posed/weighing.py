@@ -197,6 +197,7 @@ def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
         [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
     )
     higher = scheme.parts(relatives.above, moved(above, x, nodes, H)[1])
-    lower = scheme.parts(relatives.below, moved(below, z, driven(nodes, relatives.driven), H)[1])
+    later = TIME_0 + relatives.later
+    lower = scheme.parts(relatives.below, moved(below, z, driven(nodes, relatives.driven), H, later)[1])
     mapped = ((A @ higher[name] + c, lower[name]) for name, (A, c) in relatives.maps.items())
     return max(float(np.max(largest(here - there) / (1.0 + largest(there)))) for here, there in mapped)

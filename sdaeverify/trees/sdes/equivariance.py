@@ -4,9 +4,10 @@ A map of vector fields to steps is a B-series exactly if it does (McLachlan, Mod
 that are invertible would let pass series with traces, such as (tr DB_1) B_1, which the universal SDE cannot show
 because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 and a field g on R^2,
 
-    G(x) = A^+ g(A x + c) + N k(x),    A N = 0,
+    G(t, x) = A^+ g(t + s, A x + c) + N k(t, x),    A N = 0,
 
-is related to g whatever k is, so that A Phi_G(x) + c = Phi_g(A x + c) on each path.
+is related to g whatever k is, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. Without the shift s of time a
+step that takes a coefficient at time 0, and not at t, would be let pass: trees of low weights have no leaf t.
 """
 
 from collections.abc import Callable
@@ -18,11 +19,12 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
+from ...forms.tree_class import LATER
 from ...numerics import largest
 from ...probing import Nodes, OneStep
 from ..classes import EquationClass
 from ..weights import stepped
-from .universal import class_sde, with_rows
+from .universal import TIME_0, class_sde, with_rows
 
 LOW, HIGH = 2, 5
 # So long is a step: Newton's method has a root of random polynomials only of short ones.
@@ -88,7 +90,7 @@ def random_fields(rng: np.random.Generator, rows: int, fields: int, dimension: i
 
 @dataclass(frozen=True, eq=False)
 class Related:
-    """Two equations of a class and the affine map that relates them.
+    """Two equations of a class and the affine map that relates them, with a shift of time.
 
     Attributes
     ----------
@@ -112,7 +114,7 @@ class Related:
         """Return how far a step is from commuting with the map, relative to the states."""
         x = self.above.initial(len(nodes.weights))
         above = stepped(OneStep(scheme, self.above), x, nodes, H)
-        below = stepped(OneStep(scheme, self.below), self.map @ x + self.shift, nodes, H)
+        below = stepped(OneStep(scheme, self.below), self.map @ x + self.shift, nodes, H, TIME_0 + LATER)
         return float(np.max(largest(self.map @ above + self.shift - below) / (1.0 + largest(below))))
 
     def solves(self, scheme: Scheme, nodes: Nodes) -> bool:
@@ -145,7 +147,7 @@ def related_equations(kind: EquationClass, motions: int) -> Related:
     share = 1.0 if motions else 0.0
 
     def lifted(below: Fields, beside: Fields, scale: float) -> Coefficient:
-        return lambda t, x: scale * (_times(inverse, below(t, A @ x + shift)) + _times(kernel, beside(t, x)))
+        return lambda t, x: scale * (_times(inverse, below(t + LATER, A @ x + shift)) + _times(kernel, beside(t, x)))
 
     calls: list[None] = []
     start = 0.5 * np.cos(np.arange(1.0, HIGH + 1.0))
