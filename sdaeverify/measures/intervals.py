@@ -147,10 +147,12 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
 
 def _opinion(order: float, claim: Claim) -> Opinion:
     if not isinstance(claim.value, Order) or np.isnan(order):
-        return local_doubt(f"order {order:.2f} of one step given its past")
+        return local_doubt(f"order {order:.2f} of one step with the past of the solution")
     bound = claim.value.least - TOLERANCE
     verdict = Verdict.VERIFIED if order >= bound else Verdict.REFUTED
-    return local_opinion(verdict, f"order {order:.2f} of one step given its past; {bar(claim.value.least, bound)}")
+    return local_opinion(
+        verdict, f"order {order:.2f} of one step with the past of the solution; {bar(claim.value.least, bound)}"
+    )
 
 
 def _suffix(interval: int) -> str:

@@ -55,7 +55,8 @@ class Increment(NamedTuple):
     K : ndarray, shape (l, P), or None
         Second space-time Levy areas, unit sqrt(time), where the problem has them drawn.
     A : ndarray, shape (l (l - 1)/2, P), or None
-        Levy areas of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time, where the problem has them drawn.
+        Levy areas A_ij of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time, where the problem has them drawn;
+        see `double_integrals`.
     """
 
     dW: Array
@@ -80,9 +81,10 @@ class Increment(NamedTuple):
         return np.asarray(scipy.special.ndtr(np.sqrt(12.0 / h) * self.H))
 
     def double_integrals(self, h: float) -> Array:
-        """Return int int dW_i dW_j of Ito, shape (l, l, P): (dW_i dW_j - h delta_ij)/2 + A_ij.
+        """Return Ito's double integrals, shape (l, l, P): entry [i, j] is int_t^{t+h} (W_i(s) - W_i(t)) dW_j(s).
 
-        Of one Brownian motion there is no area.
+        It is (dW_i dW_j - h delta_ij)/2 + A_ij with A_ij = (1/2) int (W_i - W_i(t)) dW_j - (W_j - W_j(t)) dW_i. Of
+        one Brownian motion there is no area.
         """
         l = len(self.dW)
         if self.A is None and l > 1:

@@ -19,7 +19,10 @@ LOOKS = {
 }
 CLAIMED = ("refuted", "error", "premise fails", "verified")
 NOTED = {"premise fails": "without a verdict", "error": "in error"}
-HOLD = "the order conditions hold for every class that is claimed: look at stability, smoothness, step sizes, states"
+HOLD = (
+    "the order conditions hold for every class that is claimed: look at stability, smoothness, step sizes, states, "
+    "and the problem's truth (sdaeverify check PROBLEM)"
+)
 
 
 def class_lines(rows: Sequence[Row], width: int) -> Iterator[Text]:

@@ -7,6 +7,7 @@ from math import inf, isfinite, isinf, isnan
 from rich.table import Table
 from rich.text import Text
 
+from ..contracts.spelling import counted
 from .cells import grouped
 from .plain import TOGETHER, empty_table, visible, wrap_text
 from .verdict_row import ORDER, Interval, VerdictRow
@@ -106,7 +107,7 @@ def counts_in_words(verdicts: Iterable[str]) -> str:
     order = (*FIRST, *(verdict for verdict in SYMBOLS if verdict in found and verdict not in FIRST))
     parts = [f"{found[verdict] or 'none'} {WORDS.get(verdict, verdict)}" for verdict in order]
     total = found.total()
-    tail = f"; {absent} cells do not apply" if absent else ""
+    tail = f"; {counted(absent, 'cell')} {'does' if absent == 1 else 'do'} not apply" if absent else ""
     return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
 
 

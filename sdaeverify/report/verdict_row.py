@@ -213,7 +213,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         resolved = _detail(found, "resolved")
         resolution = f"{resolved:.1f} standard errors"
         noise = (
-            f"paths do not contradict it (bias {resolution})"
+            f"paths show no order (bias {resolution}, a slope needs {RESOLVED:g})"
             if found.verdict is Verdict.VERIFIED
             else f"bias along paths {resolution}, a slope needs {RESOLVED:g}"
         )

@@ -100,7 +100,7 @@ class ControlVerdicts:
         if isinstance(positive, Objection):
             return positive
         if Verdict.VERIFIED not in positive or Verdict.REFUTED in positive:
-            return Objection(f"control {above.control.positive} is not verified")
+            return Objection(f"control {above.control.positive}, which has the order, is not verified")
         lower = {above.control.negative: above.negative, **{plan.control.positive: plan.positive for plan in below}}
         found = [self._verdicts(cell, claim, by_paths=by_paths) for cell in lower.values()]
         if any(Verdict.REFUTED in verdicts for verdicts in found if not isinstance(verdicts, Objection)):

@@ -261,12 +261,13 @@ def test_evidence_that_cannot_be_compared(measured, compared, change, reason):
 
 
 def test_a_scheme_that_is_not_registered_here(measured, call):
-    """Without its plugin the components of a scheme have no names: it is left out, and the reason says why."""
+    """Without its plugin the components of a scheme have no names: verdicts alone are compared, and it says why."""
     measured("old"), measured("new")
     outcome = call("compare", "old", "new")
     outcome = outcome._replace(out=" ".join(outcome.out.split()))
 
     assert outcome.code == 5
+    assert "errors of no quantity could be compared; 2 verdicts of both runs are the same" in outcome.err
     assert (
         "not compared: mine on gbm: it cannot be made here: mine is not registered here, and --plugin" in outcome.out
     )
@@ -310,5 +311,5 @@ def test_three_runs_in_a_row(measured, call):
     outcome = call("compare", "first", "second", "third", "--plugin", "first.py")
 
     assert outcome.code == 1
-    assert "first -> second\n0 verdicts changed" in outcome.out
+    assert "first -> second\n0 of 2 verdicts changed" in outcome.out
     assert "mine on gbm, strong x@T: verified -> refuted" in outcome.out

@@ -113,6 +113,15 @@ def test_show_tells_of_an_empty_cell_why(call):
     assert "needs a Langevin; this problem is an SDE" in " ".join(told.split())
 
 
+def test_show_of_a_scheme_that_solves_nothing_of_a_run_tells_why(quick, call):
+    """Where a scheme has no quantity, the reason of its refusals stands in the place of a table."""
+    quick("-s", "milstein,baoab", "-p", "gbm", "-m", "strong", "--out", "out")
+    told = " ".join(call("show", "out", "baoab").out.split())
+
+    assert "1 cell does not apply" in told
+    assert "does not apply: baoab on gbm, strong: needs a Langevin; this problem is an SDE" in told
+
+
 def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
     """Quantity, claim, local order, order along paths with its interval and the least that paths accept, tier.
 

@@ -48,6 +48,15 @@ def test_nothing_is_found_of_a_right_scheme():
     assert "SDE" in repr(report)
 
 
+def test_claims_without_an_example_are_named():
+    """One example is of one class of noise: the claim about another one had none, and the report says so."""
+    (attack,) = hunt("euler-maruyama", examples=1, **FAST).attacks
+
+    assert sorted(attack.claims.values()) == [0, 1]
+    assert {*attack.claims} == {"order >= 0.5", "order >= 1.0"}
+    assert "0 of order >= " in attack.claimed
+
+
 def test_a_hunt_is_determined_by_its_seed():
     """The same seed looks at the same examples, another one at others."""
     same = [hunt("euler-maruyama", examples=8, seed=seed, **FAST).attacks[0].tried for seed in (3, 3, 4)]

@@ -87,7 +87,7 @@ def test_what_controls_have_nothing_against(finding, scheme, controls):
     ("controls", "words"),
     [
         (plans(negative=1.0), "the negative control bad is not refuted"),
-        (plans(positive=0.5), "control good is not verified"),
+        (plans(positive=0.5), "control good, which has the order, is not verified"),
         ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
         (
             (replace(plans()[0], control=replace(CONTROL, order=0.5)),),
@@ -124,7 +124,7 @@ def sides(upper, lower):
         (sides((1.0, 0.5), (0.5, 0.0)), ""),
         (sides((1.0, 0.8), (0.5, 0.0)), ""),
         (sides((1.0, 0.8), (0.8, 0.0)), "none of the controls of lower order is refuted: bad 1.0, good 0.5"),
-        (sides((0.5, 0.0), (0.5, 0.0)), "control good 1.0 is not verified"),
+        (sides((0.5, 0.0), (0.5, 0.0)), "control good 1.0, which has the order, is not verified"),
         (sides((1.0, 0.5), (0.5, 0.0))[:1], ""),
         (sides((1.0, 0.5), (0.5, 0.0))[1:], "no control of strong order 0.75 or more is declared"),
     ],

@@ -178,7 +178,7 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
         text = f"{Kind.WRONG_LIMIT}: errors fall less than half as fast as successive differences"
         reason = Reason(text, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
-        text = f"{Kind.LIMIT}: errors may level off (p = {right:.2g})"
+        text = f"{Kind.LIMIT}: errors may level off, p = {right:.2g} is above the run's level"
         reason = Reason(text, Kind.LIMIT).then(reason)
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)

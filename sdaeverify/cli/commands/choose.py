@@ -135,6 +135,14 @@ def _time(seconds: float) -> str:
     return f"{seconds / scale:.3g} {unit}"
 
 
+def _views(found: Choices, result: Result) -> Iterator[str]:
+    """Yield which schemes solve the problem in another form, in which steps know nothing of a constraint."""
+    here = [row for row in result.rows.verdicts if (row.problem, row.measure) == (found.problem, found.measure)]
+    for view in sorted({row.view for row in here if row.view}):
+        names = ", ".join(dict.fromkeys(row.scheme for row in here if row.view == view))
+        yield f"solved as its {view}, not in its own form: {names}"
+
+
 def _notes(found: Choices, result: Result) -> Iterator[str]:
     names = [one.scheme for one in found.found if one.verdict == "verified"]
     yield f"verified on {found.problem}: {', '.join(names) or 'none'}"
@@ -144,6 +152,7 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     if unknown:
         why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
         yield f"? {why}: {', '.join(unknown)}"
+    yield from _views(found, result)
     here = (row for row in result.rows.absent if row["problem"] == found.problem and row["measure"] == found.measure)
     if others := len({row["scheme"] for row in here}):
         yield f"{others} further schemes do not solve it; sdaeverify matrix -p {found.problem} --dry-run says why"

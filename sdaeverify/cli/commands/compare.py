@@ -11,8 +11,8 @@ from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.compare.cells import compare as compared
-from ...report.compare.changes import RunPair, changes, counts, list_omissions, pair_in_words, records
-from ...report.compare.runs import StoredRun, damages, read_run, verdict_changes
+from ...report.compare.changes import RunPair, advice, changes, counts, list_omissions, pair_in_words, records
+from ...report.compare.runs import StoredRun, damages, read_run, verdict_pairs
 from ...report.plain import visible, wrap_text
 from ..console import complain, conclude, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
@@ -24,7 +24,7 @@ WORDS = {
     ExitCode.OK: "no error has grown beyond the factor, no claim is newly refuted",
     ExitCode.REFUTED: "an error has grown beyond the factor, or a claim is newly refuted",
     ExitCode.USAGE: "the command line is wrong, or a folder holds no run",
-    ExitCode.NOTHING: "the runs have nothing in common that could be compared",
+    ExitCode.NOTHING: "no verdict differs, and errors of no quantity could be compared",
     ExitCode.PLUGIN: "a requested plugin failed to load",
 }
 
@@ -90,15 +90,17 @@ def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[s
     every = compared(old, new, registry)
     found, omitted = ([each for each in every if each.found.known == known] for known in (True, False))
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
-    verdicts = verdict_changes(old.folder, new.folder)
-    return RunPair(old.folder, new.folder, verdicts, list(zip(found, judged, strict=True)), omitted)
+    both = verdict_pairs(old.folder, new.folder)
+    return RunPair(old.folder, new.folder, both, list(zip(found, judged, strict=True)), omitted)
 
 
 def _code(pairs: Sequence[RunPair]) -> ExitCode:
     if any(pair.grown or pair.refuted for pair in pairs):
         return ExitCode.REFUTED
     if not any(pair.rows or pair.verdicts or pair.on_other_noise for pair in pairs):
-        complain("error", "nothing to compare: the runs have no quantity in common")
+        judged = sum(len(pair.judged) for pair in pairs)
+        same = f"; {counted(judged, 'verdict')} of both runs are the same" if judged else ""
+        complain("error", f"errors of no quantity could be compared{same}")
         return ExitCode.NOTHING
     return ExitCode.OK
 
@@ -116,6 +118,6 @@ def _show(pairs: Sequence[RunPair], *, every: bool) -> None:
         for pair in pairs:
             yield f"{pair.old} -> {pair.new}"
             yield from pair_in_words(pair, every=every)
-            yield from (*list_omissions(pair.omitted), counts(pair))
+            yield from (*list_omissions(pair.omitted), *advice(pair), counts(pair))
 
     print_texts(console, (line for text in texts() for line in wrap_text(visible(text), console.width, "    ")))

@@ -59,6 +59,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_texts(console, lines_of(sentence, width))
         console.print(*overview(shown, plain=plain))
         print_texts(console, _classes(tables, scheme, measures, width))
+        print_texts(console, _absent([] if rows else absent, width))
     else:
         print_texts(
             console, ending(sentence, rows, [*class_notes(tables.classes), *_notes(folder)], width, plain=plain)
@@ -142,9 +143,8 @@ def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: i
     """Yield what order conditions say of schemes, each by itself."""
     rows = [row for row in tables.classes if _fits({**row, "problem": ""}, scheme, "", measures)]
     for label, own in grouped(rows, lambda row: row["scheme"]).items():
-        yield Text()
-        yield Text(visible(f"{label}: order conditions"))
-        yield from class_lines(own, width)
+        if lines := [*class_lines(own, width)]:
+            yield from (Text(), Text(visible(f"{label}: order conditions")), *lines)
 
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:

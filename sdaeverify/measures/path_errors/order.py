@@ -88,7 +88,7 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off (p = {{p:.2g}})"
+NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off, p = {{p:.2g}} is above the run's level"
 EXACT = "exact to round-off at all {levels} step sizes"
 # Who stands still is exact on a solution that does not move.
 STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"

@@ -336,7 +336,7 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)
     if share:
-        text = f"{order.least(short)} at {few} of {among} probed states, which outweighs the paths{void}"
+        text = f"{order.least(short)} at {few} of {among} probed states: paths do not verify it{void}"
         kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
     if order.share(moving).max() >= MANY:

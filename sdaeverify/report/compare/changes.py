@@ -121,8 +121,8 @@ class RunPair(NamedTuple):
     ----------
     old, new : Path
         Their folders.
-    verdicts : list of mapping of str to str
-        That are other ones now.
+    judged : list of mapping of str to str
+        The verdicts of what both runs judged.
     rows : sequence of (Comparison, Changed)
         Of each quantity whose errors both runs know.
     omitted : list of Comparison
@@ -131,9 +131,14 @@ class RunPair(NamedTuple):
 
     old: Path
     new: Path
-    verdicts: list[dict[str, str]]
+    judged: list[dict[str, str]]
     rows: Rows
     omitted: list[Comparison]
+
+    @property
+    def verdicts(self) -> list[dict[str, str]]:
+        """The verdicts that are other ones now."""
+        return [each for each in self.judged if each["before"] != each["after"]]
 
     @property
     def grown(self) -> int:
@@ -198,7 +203,14 @@ def counts(pair: RunPair) -> str:
     parts = ", ".join(f"{found[change] or 'none'} {words}" for change, words in WORDS.items())
     moved = sum(changed.order_moved for _, changed in pair.rows)
     many = f"{len(pair.rows)} {'quantity' if len(pair.rows) == 1 else 'quantities'} compared"
-    return f"{counted(len(pair.verdicts), 'verdict')} changed; {many}: {parts}; {counted(moved, 'order')} moved"
+    changed = f"{len(pair.verdicts)} of {counted(len(pair.judged), 'verdict')} changed"
+    return f"{changed}; {many}: {parts}; {counted(moved, 'order')} moved"
+
+
+def advice(pair: RunPair) -> Iterator[str]:
+    """Yield how to decide what is undecided."""
+    if any(changed.change is Change.UNDECIDED for _, changed in pair.rows):
+        yield "undecided: more paths tell; run both with --paths N --max-looks 1, which uses all N"
 
 
 def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:

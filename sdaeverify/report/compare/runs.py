@@ -90,18 +90,14 @@ def read_run(folder: Path) -> StoredRun:
     return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
 
 
-def verdict_changes(old: Path, new: Path) -> list[dict[str, str]]:
-    """Return the verdicts that changed between the runs in two folders, of what both judged: names, before, after.
+def verdict_pairs(old: Path, new: Path) -> list[dict[str, str]]:
+    """Return the verdicts of the runs in two folders, of what both judged: names, before, after.
 
     A verdict on a whole cell, as of a broken contract, is one on each quantity that the other run has of it.
     """
     befores, afters = ({key_of(row): row["verdict"] for row in read_verdicts(run).verdicts} for run in (old, new))
     both = ((key, _verdict_in(befores, key), _verdict_in(afters, key)) for key in {**befores, **afters})
-    return [
-        {**key._asdict(), "before": before, "after": after}
-        for key, before, after in both
-        if before and after and before != after
-    ]
+    return [{**key._asdict(), "before": before, "after": after} for key, before, after in both if before and after]
 
 
 def _verdict_in(verdicts: Mapping[Key, str], key: Key) -> str:

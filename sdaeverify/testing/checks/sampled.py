@@ -213,7 +213,7 @@ def _no_limit(name: str, squares: Array, size: float) -> str:
         return ""
     shown = ", ".join(f"{distance:.3g}" for distance in distances)
     text = f"the distance of {name} from Euler's scheme with 16, 64 and 256 steps is {shown}"
-    return f"{text}: it falls like h^{slope:.2f}"
+    return f"{text}: it falls like h^{slope:.2f}, so that the truth solves another equation than the coefficients"
 
 
 def check_solution_averaged(subject: ProblemSubject) -> str:

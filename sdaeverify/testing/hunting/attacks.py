@@ -124,6 +124,10 @@ def _solves(scheme: Scheme, spec: ProblemSpec) -> bool:
         return False
 
 
+def _claimed(target: Target) -> Iterator[str]:
+    return (str(claim) for claim in target.scheme.promises if claim.measure == target.measure.name)
+
+
 def _attack(target: Target, share: Share, found: int) -> Attack:
     _, tolerance = ONE_STEP.get(target.measure.name, (None, nan))
     attack = Attack(
@@ -133,7 +137,7 @@ def _attack(target: Target, share: Share, found: int) -> Attack:
         tried={(kind, group): count for kind, group, count in share.tried},
         verified=share.verified,
         doubtful=share.doubtful,
-        claims=dict(share.claims),
+        claims=dict.fromkeys(_claimed(target), 0) | dict(share.claims),
         tolerance=tolerance,
     )
     if share.example is None:

@@ -6,8 +6,8 @@ because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 
 
     G(t, x) = A^+ g(t + s, A x + c) + N k(t, x),    A N = 0,
 
-is related to g whatever k is, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. Without the shift s of time a
-step that takes a coefficient at time 0, and not at t, would be let pass: trees of low weights have no leaf t.
+is related to g whatever k is, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. Without the shift of
+time a step that takes a coefficient at time 0, and not at t, would pass: trees of low weights have no leaf t.
 """
 
 from collections.abc import Callable
