@@ -129,13 +129,20 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
     weaker = [key for key in changed if not found[key].implies(locked[key])]
-    violations = [f"no longer tested: {key}: {locked[key]}" for key in missing]
+    violations = [f"no longer tested: {key}: {locked[key]}{_elsewhere(key, locked[key], found)}" for key in missing]
     violations += [f"claim weakened: {key}: was {locked[key]}, is {found[key]}" for key in weaker]
     notes = [f"claim strengthened: {k}: was {locked[k]}, is {found[k]}" for k in changed if k not in weaker]
     if new := [key for key in found if key not in locked]:
         more = f" and {len(new) - 1} more" if len(new) > 1 else ""
         notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
     return tuple(sorted(violations)), tuple(notes)
+
+
+def _elsewhere(key: Key, claim: Locked, found: Claims) -> str:
+    """Return on which other problem a claim is tested: tier smoke chooses one for each claim."""
+    same = (other for other in found if other._replace(problem=key.problem) == key and found[other].implies(claim))
+    other = next(same, None)
+    return "" if other is None else f"; tested on {other.problem} now"
 
 
 def read_lock(file: Path) -> dict[str, Claims] | None:

@@ -43,6 +43,14 @@ def test_dropped_claim():
     assert violations == ("no longer tested: plain on line, sharp y: order >= 0.5",)
 
 
+def test_a_claim_that_is_tested_on_another_problem():
+    """Tier smoke tests a claim on one problem: where that is another one now, the violation names it."""
+    (key,) = found_claims(outcomes(FOUND[:1], Policy()))
+    violations, _ = compare({key._replace(problem="curve"): Locked(order=1.0)}, outcomes(FOUND[:1], Policy()))
+
+    assert violations == ("no longer tested: plain on curve, sharp x: order >= 1.0; tested on line now",)
+
+
 @pytest.mark.parametrize(
     ("claim", "locked", "weaker"),
     [
