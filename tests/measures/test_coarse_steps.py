@@ -17,6 +17,7 @@ from facade import (
     fibre_clamped,
     fibre_free,
     gbm,
+    growing_algebraic,
     hold_back,
     orthogonal_group,
     plan,
@@ -56,6 +57,18 @@ def test_steps_that_are_too_coarse_refute_nothing(why):
 
     assert found
     assert {finding.verdict for finding in found} <= {Verdict.INCONCLUSIVE, Verdict.VERIFIED}
+
+
+def test_states_far_out_refute_no_tamed_scheme():
+    """A law over powers of ten leads to states at which a tamed step has no drift, however short it is."""
+    problem = problem_spec(growing_algebraic, {"b": "3.0", "growth": "5.0", "horizon": "1.5"})
+    made = Study(plan([TamedEuler()], [problem], [Weak()], lambda _: None), Settings(paths=1024))
+    for _ in made.run():
+        pass
+
+    verdicts = {finding.verdict for finding in made.results()[0].findings if finding.claim is not None}
+    assert verdicts
+    assert Verdict.REFUTED not in verdicts
 
 
 @pytest.mark.parametrize(("lost", "levels", "refuted"), [(2, 3, 1.0), (0, 3, 1e-9), (2, 4, 1e-9)])

@@ -16,6 +16,9 @@ PILOT_H = 2.0**-6
 # Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
 # that it makes in each of them, and the states that are probed there.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
+# Points of the cloud are no farther from the start than so many times its size, or the unit: where a law spreads over
+# powers of ten, steps at its outer states are too coarse for schemes that tame a drift by its size, however short.
+FARTHEST = 100.0
 # Of the states, to differentiate a stiff drift.
 DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
@@ -53,7 +56,7 @@ def cloud(view: Problem, ito: Equation) -> Array:
     start = ito.initial(1)
     with np.errstate(all="ignore"):
         # Of each path its own time.
-        pilot = np.einsum("kdk->dk", _pilot(ito, rng)).copy()
+        pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, rng)))
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
         points = np.concatenate([pilot, scattered], axis=1)
@@ -63,6 +66,13 @@ def cloud(view: Problem, ito: Equation) -> Array:
     # All schemes on a problem are given the same array.
     found.flags.writeable = False
     return found
+
+
+def _not_too_far(start: Array, points: Array) -> Array:
+    """Return points, shape (d, S), with those that are too far from the start on the way to where they were."""
+    moved, most = points - start, FARTHEST * (1.0 + norm(start))
+    size = norm(moved)
+    return np.asarray(np.where(size > most, start + moved * (most / np.maximum(size, most)), points))
 
 
 def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
