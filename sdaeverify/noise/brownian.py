@@ -83,7 +83,7 @@ class Increment(NamedTuple):
     def double_integrals(self, h: float) -> Array:
         """Return Ito's double integrals, shape (l, l, P): entry [i, j] is int_t^{t+h} (W_i(s) - W_i(t)) dW_j(s).
 
-        It is (dW_i dW_j - h delta_ij)/2 + A_ij with A_ij = (1/2) int (W_i - W_i(t)) dW_j - (W_j - W_j(t)) dW_i. Of
+        It is (dW_i dW_j - h delta_ij)/2 + A_ij, where 2 A_ij is int (W_i - W_i(t)) dW_j - int (W_j - W_j(t)) dW_i. Of
         one Brownian motion there is no area.
         """
         l = len(self.dW)
