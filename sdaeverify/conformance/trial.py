@@ -77,9 +77,9 @@ class Trial:
         same_kind(start, result)
         return freeze(result.state)
 
-    @property
+    @cached_property
     def stepper(self) -> Stepper:
-        """The step that all checks but one use."""
+        """The step that all checks but one use, one and the same: what it keeps from call to call shows."""
         return self.scheme.prepare(self.view, self.h)
 
     def step(self, state: State, noise: Increment) -> Step:

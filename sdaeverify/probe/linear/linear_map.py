@@ -55,7 +55,7 @@ class MemoryStep:
         """Number k of rows."""
         return len(flatten(self.start))
 
-    @property
+    @cached_property
     def stepper(self) -> Stepper:
         """The prepared step."""
         return self.one_step.scheme.prepare(self.one_step.view, self.h)
