@@ -182,3 +182,23 @@ def test_an_order_that_still_falls_a_little_is_no_lower_than_its_limit():
 
     assert found.order == pytest.approx(1.7)
     assert (found.low, found.high) == pytest.approx((1.7, 1.88))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
+def test_no_order_is_too_low_where_next_to_nothing_of_a_mean_is_found(order, sign):
+    """With E exp(-K h^p), or E exp(+K h^p), in place of E, local orders are far from p until K h^p is small."""
+    for K in (0.1, 1.0, 10.0, 100.0):
+        exact = 3.0
+        errors = exact * np.expm1(sign * K * H**order)
+        found = order_of(H, errors, np.full(len(H), 1e-12), exact, exact)
+        assert found.high >= 0.9 * order
+
+
+def test_orders_far_from_the_limit_are_told_from_wrong_limits():
+    """A steady mean off by half of itself has order 0, an error c/h order -1, and the bias of a zero mean its own."""
+    floors = np.full(len(H), 1e-12)
+    assert order_of(H, 0.5 + H, floors, 1.0, 1.0).high < 0.2
+    assert order_of(H, -1.0 + 0.0 * H, floors, 1.0, 1.0).high == np.inf
+    assert order_of(H, 1.0 / H, floors, 1.0, 1.0).high < -0.8
+    assert order_of(H, 3.0 * H, floors, 1.0, 0.0).high < 1.2

@@ -6,6 +6,7 @@ import pytest
 from cells import Rule
 from facade import (
     SRA1,
+    BalancedEuler,
     EulerMaruyama,
     PlatenWeak2,
     StochasticTheta,
@@ -13,6 +14,7 @@ from facade import (
     forced_ou,
     gbm,
     least_order,
+    linear_test,
     moment_orders,
     noncommuting,
     ou,
@@ -94,6 +96,15 @@ def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
     assert len(batches) == len(ALL_STEPS)
     # Two states at two nodes decide; four more states and twelve more nodes check that the step is linear.
     assert set(batches) == {6 * 14}
+
+
+def test_steps_that_miss_a_growing_moment_have_no_order_that_is_too_low() -> None:
+    """A balanced step of weak order 1/2 finds next to nothing of E x^2 = e^105 with b^2 h from 16 to 1/64."""
+    record = errors(BalancedEuler(), linear_test(b=5.0, horizon=5.0))
+    found = moment_orders(record)[-1]
+    assert found.order < 0.01
+    assert found.high == np.inf
+    assert "still changes" in found.note
 
 
 def scaled(drift: float, noise: float) -> Scheme:

@@ -30,7 +30,6 @@ import numpy as np
 from sdaeverify import Array, Mask, Problem, Scheme
 from sdaeverify.numerics import norm
 from sdaeverify.probing import (
-    MomentErrors,
     Nodes,
     OneStep,
     StepNoise,
@@ -189,11 +188,12 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         i, j = np.triu_indices(record.first.shape[1])
         errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
         # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
-        stiff = ROUNDING * EPS * problem.horizon * rate * _size(record)
+        largest = float(record.size.max()) ** 2
+        stiff = ROUNDING * EPS * problem.horizon * rate * largest
         return (
             errors,
             np.broadcast_to((record.floor + stiff)[:, None], errors.shape),
-            _size(record),
+            largest,
             float(record.linear),
         )
 
@@ -280,12 +280,6 @@ def _collect_errors(
 
 def _finer(steps: Sequence[int]) -> list[int]:
     return [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
-
-
-def _size(record: MomentErrors) -> float:
-    # Of the least moments met: those of a scheme that is unstable have no size.
-    least = float(np.min(record.scale, initial=inf, where=np.isfinite(record.scale)))
-    return least if np.isfinite(least) else 1.0
 
 
 # Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time where that is shorter; and eps in steps.

@@ -62,10 +62,12 @@ class MomentErrors(NamedTuple):
         E x of the scheme minus that of the solution.
     second : ndarray, shape (H, d, d)
         The same of E x x^T.
+    exact : ndarray, shape (d + 1, d + 1)
+        E z z^T of the solution at T.
+    size : ndarray, shape (d + 1,)
+        Root mean square of each component of z at 0 or T, the larger; of one that is 0 that of the largest.
     floor : ndarray, shape (H,)
-        How far they can be off: rounding and what quadrature leaves open.
-    scale : ndarray, shape (H,)
-        The largest moment at 0 or T.
+        How far the errors can be off: rounding and what quadrature leaves open.
     defect : ndarray, shape (H,)
         Of linearity in the state, relative: not rounding if the step is not linear.
     usable : ndarray, shape (H,)
@@ -75,8 +77,9 @@ class MomentErrors(NamedTuple):
     h: Array
     first: Array
     second: Array
+    exact: Array
+    size: Array
     floor: Array
-    scale: Array
     defect: Array
     usable: Array
 
@@ -119,13 +122,20 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     """
     steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
     one_step, h = OneStep(scheme, view), [view.horizon / count for count in steps]
-    exact = _exact(one_step)
+    start, exact = _exact(one_step)
     with np.errstate(all="ignore"):
         found = [_propagate(one_step, size, count) for size, count in zip(h, steps, strict=True)]
         P, largest, rule_error, *noticed = map(np.array, zip(*found, strict=True))
         differences, scale = P - exact, np.maximum(largest, np.abs(exact).max())
         floor = scale * (np.array(steps) * (ROUNDING * EPS + rule_error))
-    return MomentErrors(np.array(h), differences[:, :-1, -1], differences[:, :-1, :-1], floor, scale, *noticed)
+    errors = differences[:, :-1, -1], differences[:, :-1, :-1]
+    return MomentErrors(np.array(h), *errors, exact, _sizes(exact, start), floor, *noticed)
+
+
+def _sizes(*moments: Array) -> Array:
+    """Return the larger root mean square of each component; of one that is 0 at both times that of the largest."""
+    largest = np.max([np.diag(P) for P in moments], axis=0)
+    return np.asarray(np.sqrt(np.where(largest > 0.0, largest, largest.max())))
 
 
 def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
@@ -135,15 +145,20 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
     """
     if not record.known:
         return ()
-    i, j = np.triu_indices(record.first.shape[1])
+    d = record.first.shape[1]
+    i, j = np.triu_indices(d)
     errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
-    return tuple(order_of(record.h, each, record.floor, float(record.scale[-1])) for each in errors)
+    rows, columns = np.append(np.arange(d), i), np.append(np.full(d, d), j)
+    means = zip(errors, record.size[rows] * record.size[columns], record.exact[rows, columns], strict=True)
+    return tuple(order_of(record.h, each, record.floor, float(size), float(exact)) for each, size, exact in means)
 
 
-def _exact(one_step: OneStep) -> Array:
+def _exact(one_step: OneStep) -> tuple[Array, Array]:
+    """Return E z z^T of the solution at 0 and at T."""
     ito = one_step.equation
     equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
-    return smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
+    start = np.outer(z, z)
+    return start, smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(start), len(z))
 
 
 def _propagate(one_step: OneStep, h: float, count: int) -> tuple[Array, float, float, float, float]:
@@ -216,12 +231,14 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
     MomentErrors
     """
     steps = aligned_steps(view, [*steps, *(steps[-1] * 2**level for level in range(1, DELAY_FURTHER + 1))])
-    exact = known_moments(view)
-    *moments, largest, defect, usable = np.array([_run(scheme, view, count) for count in steps]).T
-    errors, scale = np.stack(moments, axis=1) - exact, np.maximum(largest, np.abs(exact).max())
+    mean, square = known_moments(view)
+    first, second, largest, defect, usable = np.array([_run(scheme, view, count) for count in steps]).T
+    exact, h = np.array([[square, mean], [mean, 1.0]]), view.horizon / np.array(steps)
+    scale = np.maximum(largest, np.abs(exact[:, 0]).max())
     floor = scale * (KNOWN / ABOVE_FLOOR + ROUNDING * EPS * np.array(steps))
-    h = view.horizon / np.array(steps)
-    return MomentErrors(h, errors[:, :1], errors[:, 1:, None], floor, scale, defect, usable)
+    start = run_start(scheme, view, h[-1], steps[-1])[0][:1]
+    errors = (first - mean)[:, None], (second - square)[:, None, None]
+    return MomentErrors(h, *errors, exact, _sizes(exact, np.diag(np.append(start**2, 1.0))), floor, defect, usable)
 
 
 def known_moments(view: Delayed) -> Array:
@@ -283,6 +300,10 @@ class QuadraticForm(NamedTuple):
         """Return l . m + <S, P> for (errors of) moments m, shape (..., d), and P, shape (..., d, d)."""
         return np.asarray(first @ self.linear + np.einsum("...ij,ij", second, self.square))
 
+    def largest(self, size: Array) -> float:
+        """Return how large the terms can be together, given root mean squares of the components, shape (d,)."""
+        return float(np.abs(self.linear) @ size + size @ np.abs(self.square) @ size)
+
     @property
     def size(self) -> float:
         """Sum of the coefficients' moduli: what an error in all moments is multiplied with at most."""
@@ -325,8 +346,9 @@ def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrd
     """
     if not record.known or record.first.shape[1] != len(form.linear) or not form.size:
         return None
-    errors = form.of_moments(record.first, record.second)
-    return order_of(record.h, errors, form.size * record.floor, form.size * float(record.scale[-1]))
+    errors, size = form.of_moments(record.first, record.second), record.size[:-1]
+    exact = form.of_moments(record.exact[:-1, -1], record.exact[:-1, :-1])
+    return order_of(record.h, errors, form.size * record.floor, form.largest(size), float(exact))
 
 
 def fit_quadratic(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:

@@ -2,9 +2,9 @@
 
 An error e(h) = c h^p + c' h^q, q > p, whose leading coefficient is small by accident changes its sign between two
 step sizes, or has local orders that still move: it says nothing about the scheme, and is left out with a message.
-Local orders that still rise have no upper bound: on steps too coarse for the problem they look low. An error that
-stays behind those that fall is found by extrapolation.
-An error that is not known well enough is not left out: it keeps the least order open.
+Local orders that still rise have no upper bound: on steps too coarse for the problem they look low. So do those of a
+scheme that finds next to nothing of a mean, or far too much of it. An error that stays behind those that fall is
+found by extrapolation. An error that is not known well enough is not left out: it keeps the least order open.
 
 A mean without any error tells nothing where equation and scheme share a symmetry that fixes it: it is as right for a
 scheme with too much noise and too long steps.
@@ -112,6 +112,9 @@ EXACT = 1e-6
 # Local orders that differ by more are still on their way.
 SETTLED = 0.3
 NEEDED = 3
+# Where a scheme finds the mean times exp(-K h^p), its local orders are p (1 - K h^p/2 + ...): right to a tenth where
+# its error is less than a tenth of the mean. Longer steps, which find nothing of the mean, show the order 0.
+NEAR = 0.1
 # Coefficients are asked for of powers that are lower than the order by more.
 BETWEEN = 0.25
 WRONG = "wrong limit"
@@ -217,8 +220,10 @@ def mean_sizes(record: TransitionErrors) -> Array:
     return np.asarray(np.maximum(record.spread, np.abs(record.exact)))
 
 
-def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalOrder:
+def order_of(h: Array, errors: Array, floors: Array, size: float, exact: float = nan) -> FunctionalOrder:
     """Return what the errors of one mean say about its order.
+
+    An order without upper bound is returned where the mean of the scheme has not come near a limit.
 
     Parameters
     ----------
@@ -228,11 +233,30 @@ def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalO
         Errors with their signs, and how far they can be off.
     size : float
         Of what the mean is taken of.
+    exact : float
+        The mean of the solution; NaN where the order counts however far the scheme's mean is from its limit.
 
     Returns
     -------
     FunctionalOrder
     """
+    found = _order_of_errors(h, errors, floors, size)
+    used = h >= found.h
+    if not _is_far(exact, errors[used], floors[used], size):
+        return found
+    note = f"the scheme's mean still changes at h = {found.h:.3g}, far from {exact:.2g}"
+    return found._replace(high=inf, note=_join_notes(found.note, note))
+
+
+def _is_far(exact: float, errors: Array, floors: Array, size: float) -> bool:
+    """Tell whether a mean of the scheme is off by much, and comes nearer by much of itself at the last step size."""
+    if len(errors) < NEEDED or not abs(errors[-1]) > NEAR * size:
+        return False
+    nearer = abs(errors[-2]) - abs(errors[-1]) + floors[-2:].sum()
+    return bool(nearer > NEAR * abs(exact + errors[-1]))
+
+
+def _order_of_errors(h: Array, errors: Array, floors: Array, size: float) -> FunctionalOrder:
     with np.errstate(invalid="ignore"):
         usable, well = (np.abs(errors) > times * floors for times in (ABOVE_FLOOR, FAR_ABOVE))
     if np.count_nonzero(well) >= NEEDED:
