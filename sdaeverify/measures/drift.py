@@ -79,7 +79,7 @@ CLASSES = {
     "growing as h tends to 0": "growing along paths as h falls",
 }
 HEAVY = 0.2
-FINITE = "largest residual {largest:.1g}: round-off, up to {bound:.1g}, wherever finite"
+ROUNDED = "largest residual {largest:.1g}, within the bound {bound:.1g} for round-off"
 NEAR_ROOTLESS = (
     "largest residual {largest:.1g}, beyond round-off ({bound:.1g}) only at step sizes where paths have no root"
 )
@@ -341,7 +341,7 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
 
 
-def _largest(defect: Defect, bound: Array, text: str = FINITE) -> Reason:
+def _largest(defect: Defect, bound: Array, text: str = ROUNDED) -> Reason:
     largest = int(np.nanargmax(defect.worst))
     return Reason(text, numbers={"largest": float(defect.worst[largest]), "bound": float(bound[largest])})
 
@@ -382,7 +382,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
     along = CLASSES.get(kind, f"order {slope.value:.2f} along paths")
     told = "" if opinion.reason.has(Kind.ORDER) else f"{along}; "
-    size = f"{told}residual {sup:.2g} at the finest h, ~ t^{growth:.1f}"
+    size = f"{told}residual {sup:.2g} at the finest h, in time as t^{growth:.1f}"
     return finding(
         covered,
         opinion.plus(size),
@@ -413,8 +413,8 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
         return None
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
-    known = "no error of the state in one step" if np.isinf(order) else f"one-step order of the state {order:.2f}"
-    told = f"{known}, inherited by its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
+    known = "no error of the state" if np.isinf(order) else f"state of order {order:.2f}"
+    told = f"{known} from one step, its residual too; {bar(claimed.least, claimed.least - TOLERANCE)}"
     return local._replace(reason=Reason(told))
 
 

@@ -277,7 +277,7 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
     symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
     where = visible(f"{names} on {row.problem}, {', '.join(what)}")
-    joint = " not tested: " if row.verdict == "error" and any(one.claim for one in group) else "; "
+    joint = " not tested: " if row.verdict == "error" and any(one.claim for one in group) else ". "
     return f"{symbol}: {where}: {claim}{joint}{visible(row.reason)}"
 
 

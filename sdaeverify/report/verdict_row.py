@@ -213,9 +213,9 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         resolved = _detail(found, "resolved")
         resolution = f"{resolved:.1f} standard errors"
         noise = (
-            f"paths show no order (bias {resolution}, a slope needs {RESOLVED:g})"
+            f"no significant bias along paths ({resolution}, below {RESOLVED:g})"
             if found.verdict is Verdict.VERIFIED
-            else f"bias along paths {resolution}, a slope needs {RESOLVED:g}"
+            else f"bias along paths {resolution}, an order needs {RESOLVED:g}"
         )
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)

@@ -9,7 +9,8 @@ def test_a_gap_names_the_traits_that_the_problem_lacks():
     rows = verify([ConstrainedEuler()], [affine_constraint], "strong", paths=100, levels=3).verdicts
 
     assert set(rows.verdict) == {"out_of_scope"}
-    assert rows.reason[0] == "No claim about x here: this problem lacks the trait constrained that claims ask for."
+    gap = "No claim about x here: such claims ask for the trait constrained, which this problem lacks."
+    assert rows.reason[0] == gap
 
 
 def test_what_nobody_claims_is_no_question_of_traits():

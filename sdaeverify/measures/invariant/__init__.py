@@ -137,7 +137,8 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
         return Opinion(Verdict.NOT_APPLICABLE, Reason(f"not informative: {found.note}"))
     bound = claimed - TOLERANCE
     figures = {"order": found.order, "claimed": claimed, "bar": bar(claimed, bound)}
-    reason = Reason("order {order:.2f} as h tends to 0; {bar}", Kind.ORDER, figures).then(found.note)
+    text = "order {order:.2f} of the stationary mean by the transition operator; {bar}"
+    reason = Reason(text, Kind.ORDER, figures).then(found.note)
     if np.isinf(found.order):
         reason = Reason(f"{found.note}: order {claimed:g} holds", Kind.ORDER, figures)
     if found.low >= bound:
