@@ -6,7 +6,6 @@ time; a step is a pure function that accepts any batch of paths.
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import FrozenInstanceError, InitVar, dataclass
-from functools import cached_property
 from math import nan
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, Self
@@ -201,7 +200,7 @@ class Scheme(_Frozen):
         """Distribution whose project makes the claims and gates them; empty for the one that registers the scheme."""
         return ""
 
-    @cached_property
+    @property
     def label(self) -> str:
         """Canonical label: the name and the parameters that differ from their defaults."""
         parameters = dataclass_parameters(type(self))

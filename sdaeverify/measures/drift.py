@@ -382,7 +382,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
     along = CLASSES.get(kind, f"order {slope.value:.2f} along paths")
     told = "" if opinion.reason.has(Kind.ORDER) else f"{along}; "
-    size = f"{told}residual {sup:.2g} at the finest h, in time as t^{growth:.1f}"
+    size = f"{told}residual {sup:.2g} at the finest h, in time ~ t^{growth:.1f}"
     return finding(
         covered,
         opinion.plus(size),

@@ -5,7 +5,6 @@ one jackknife over groups of paths carries the correlation between levels by its
 """
 
 from collections.abc import Callable
-from functools import lru_cache
 from math import isfinite
 from typing import NamedTuple
 
@@ -84,7 +83,6 @@ class Estimate(NamedTuple):
         return max(1.0, (2.0 * _quantile(confidence) * self.se / (size - bias)) ** 2)
 
 
-@lru_cache
 def _quantile(probability: float) -> float:
     return float(scipy.special.stdtrit(GROUPS - 1, probability))
 

@@ -211,11 +211,10 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        resolution = f"{resolved:.1f} standard errors"
         noise = (
-            f"no significant bias along paths ({resolution}, below {RESOLVED:g})"
+            f"no significant bias along paths ({resolved:.1f} of {RESOLVED:g} standard errors)"
             if found.verdict is Verdict.VERIFIED
-            else f"bias along paths {resolution}, an order needs {RESOLVED:g}"
+            else f"bias along paths {resolved:.1f} standard errors, an order needs {RESOLVED:g}"
         )
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)

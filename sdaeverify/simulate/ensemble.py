@@ -200,7 +200,6 @@ def _threads() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-@cache
 def _keep_freed_memory() -> None:
     """Let glibc, which learns from what it gives back, keep the arrays of a step: fetching them anew takes time."""
     np.empty(LARGE_BLOCK, dtype=np.uint8)

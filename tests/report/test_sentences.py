@@ -65,7 +65,7 @@ def test_what_is_wrong_is_told_with_claim_margin_estimate_and_reason():
     lines = end_of(rows, 200)
     assert lines[1] == (
         "✗ refuted: a on gbm, strong x: order >= 0.5 (margin 0.2 along paths), "
-        "found 0.39 [0.36, 0.43] along paths; local order 0.1"
+        "found 0.39 [0.36, 0.43] along paths. local order 0.1"
     )
     assert lines[2].startswith("? inconclusive: b on gbm, strong x: ")
 
@@ -84,7 +84,7 @@ def test_what_is_wrong_with_a_scheme_as_a_whole_is_told_once():
     """An error that all measures share is one line, and no control character of it reaches the terminal."""
     lost = {"verdict": "error", "reason": "\x1b[2J", "path_order": "", "local_order": "", "claim": "", "margin": ""}
     rows = [verdict(**lost, measure="drift", quantity=""), verdict(**lost)]
-    assert "! in error: some-euler on gbm, drift, strong x: no claim; \\x1b[2J" in end_of(rows, 200)
+    assert "! in error: some-euler on gbm, drift, strong x: no claim. \\x1b[2J" in end_of(rows, 200)
 
 
 def test_what_does_not_fit_is_counted():

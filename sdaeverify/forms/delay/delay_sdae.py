@@ -156,7 +156,7 @@ class DelaySDAE(Delayed):
         given = self.dissipation_without_y
         return given or (self.dissipation.without_y if self.dissipation else None)
 
-    @cached_property
+    @property
     def dimension(self) -> int:
         """Number d of differential components."""
         return len(vector("history(0.0)", self.history(0.0)))

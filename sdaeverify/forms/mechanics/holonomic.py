@@ -209,7 +209,7 @@ class HolonomicSDAE(Mechanics):
         c = -J.gram(J).solve(J.times(v))
         return v + self.push(J, c), c
 
-    @cached_property
+    @property
     def blocks(self) -> Structure:
         """The structure; one node of all positions where there is none."""
         return self.structure or Unstructured(nodes=1, owners=(0,) * self.constraints)

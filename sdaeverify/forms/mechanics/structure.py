@@ -60,7 +60,7 @@ class Structure:
         owners = np.array(self.owners)
         return owners * self.slots_per_node + np.arange(len(owners)) - np.searchsorted(owners, owners)
 
-    @cached_property
+    @property
     def slots_per_node(self) -> int:
         """Largest number q of constraints of a node."""
         return int(np.bincount(self.owners).max())

@@ -426,7 +426,6 @@ def _affine(noise: StepNoise, found: LinearMap) -> bool:
     return _told(beyond, at_vertices, (1.0 + noise.simplex().T @ noise.trials()) / (noise.normals + 1))
 
 
-@lru_cache(maxsize=64)
 def _polynomial_shares(noise: StepNoise) -> Array:
     """Return what polynomials at the simplex and the trial points have of their values at the nodes, shape (K, P).
 

@@ -195,7 +195,6 @@ def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float
     return scale[:, None] * _noise(recursion, gamma)[:, i, j].T, change
 
 
-@lru_cache(maxsize=16)
 def _unit_covariances(k: int) -> Array:
     return np.stack([smat(each, k) for each in np.eye(k * (k + 1) // 2)], axis=-1)
 
