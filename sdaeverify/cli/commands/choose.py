@@ -10,6 +10,7 @@ from rich.text import Text
 
 from ...api import Result, load, verify
 from ...contracts.labels import parse_label
+from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...report.plain import empty_table, visible, wrap_text
 from ...report.sentences import SYMBOLS, mark
@@ -29,7 +30,7 @@ HEADINGS = ("", "scheme", "order", "noise", "error", "steps", "work", "")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 # Enough for errors to be told from each other; a run of more paths is given by --run.
 PATHS = 2048
-OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs")
+OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
@@ -45,6 +46,7 @@ OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs")
 @options.once("--levels", metavar="COARSEST..FINEST", default="8..256", help="Numbers of steps, doubling.")
 @options.seed
 @options.once("-j", "--jobs", type=click.IntRange(min=1), default=1, help="Worker processes.")
+@options.progress_of_cells
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with a list of schemes.")
 @options.plugins
 @click.pass_context
@@ -155,7 +157,8 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     yield from _views(found, result)
     here = (row for row in result.rows.absent if row["problem"] == found.problem and row["measure"] == found.measure)
     if others := len({row["scheme"] for row in here}):
-        yield f"{others} further schemes do not solve it; sdaeverify matrix -p {found.problem} --dry-run says why"
+        who = f"{counted(others, 'further scheme')} {'does' if others == 1 else 'do'}"
+        yield f"{who} not solve it; sdaeverify matrix -p {found.problem} --dry-run says why"
     further = found.quantities[1:] if found.quantity == found.quantities[0] else found.quantities[:1]
     if further:
         yield f"other quantities, for --quantity: {', '.join(further)}"
