@@ -117,7 +117,7 @@ from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coeff
 from sdaeverify.probe.local.step_law import LawResolution, step_law
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
-from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
+from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_orders
 from sdaeverify.probe.local.weak_defects import LEVELS as weak_defects_LEVELS
 from sdaeverify.probe.local.weak_defects import SemigroupReference, local_weak, weak_reference, why_not_local_weak
 from sdaeverify.probe.local.weak_order import LocalWeak, WeakOrder, weak_order

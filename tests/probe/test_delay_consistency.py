@@ -12,7 +12,7 @@ from facade import (
     delay_test,
     local_strong,
     remove_delay,
-    strong_order,
+    strong_orders,
 )
 
 
@@ -31,7 +31,7 @@ def test_the_past_alone_limits_it_where_noise_is_additive() -> None:
     assert consistency_order(record) == pytest.approx(0.5, abs=0.01)
     last = np.log(record.mean.max(axis=0)[-2:])
     assert np.diff(last) / np.diff(np.log(record.h[-2:])) == pytest.approx(1.5, abs=0.01)
-    assert strong_order(local_strong(*remove_delay(scheme, problem)), 0).order == pytest.approx(1.0, abs=0.01)
+    assert strong_orders(local_strong(*remove_delay(scheme, problem)))[0].order == pytest.approx(1.0, abs=0.01)
 
 
 def test_an_inconsistent_step_has_order_zero_or_less() -> None:

@@ -20,7 +20,7 @@ from facade import (
     keeps_constraint,
     local_strong,
     remove_delay,
-    strong_order,
+    strong_orders,
 )
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.forms.delay.linked import linked_equation
@@ -101,7 +101,7 @@ def test_a_linked_step_makes_the_older_step_first(theta: float) -> None:
 )
 def test_orders_before_and_after_the_first_delay(problem: SDE, links: int, order: float) -> None:
     """Delayed noise is additive up to the first delay and not after it; noise of the state is of order 1/2."""
-    found = strong_order(local_strong(*remove_delay(StochasticTheta(0.0), problem, links)), 0)
+    found = strong_orders(local_strong(*remove_delay(StochasticTheta(0.0), problem, links)))[0]
 
     assert found.order == pytest.approx(order, abs=0.05)
 
@@ -110,7 +110,7 @@ def test_a_step_that_forgets_the_delay_is_refuted() -> None:
     """With x itself for its past, one step does not follow the equation."""
     record = local_strong(*remove_delay(WrongLag(0.5, "present"), delay_linear()))
 
-    assert judge_strong(strong_order(record, 0), 0.5, sharp=True).verdict == "refuted"
+    assert judge_strong(strong_orders(record)[0], 0.5, sharp=True).verdict == "refuted"
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from facade import (
     moment_orders,
     probe_weak,
     remove_delay,
-    strong_order,
+    strong_orders,
     weak_order,
     why_not_delay_moments,
     why_not_delay_stability,
@@ -62,7 +62,7 @@ def test_a_lag_that_is_lost_late_is_refuted() -> None:
     wrong, problem = LateLag(since=3.5), delay_test("II", horizon=4.0)
     pair = remove_delay(wrong, problem)
 
-    assert judge_strong(strong_order(local_strong(*pair), 0), 0.5).verdict is Verdict.REFUTED
+    assert judge_strong(strong_orders(local_strong(*pair))[0], 0.5).verdict is Verdict.REFUTED
     assert judge_weak(weak_order(local_weak(*pair)), 1.0).verdict is Verdict.REFUTED
 
 
@@ -71,7 +71,7 @@ def test_each_interval_is_judged_by_its_own_steps() -> None:
     wrong, problem = LateLag(), delay_test("II", horizon=4.0)
     spans = (FIRST, SECOND, WHOLE)
     pairs = (remove_delay(wrong, problem, span.links, span.until) for span in spans)
-    orders = [strong_order(local_strong(*pair), 0) for pair in pairs]
+    orders = [strong_orders(local_strong(*pair))[0] for pair in pairs]
 
     assert [judge_strong(order, 0.5).verdict.value for order in orders] == ["verified", "verified", "refuted"]
 

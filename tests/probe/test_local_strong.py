@@ -23,7 +23,7 @@ from facade import (
     local_strong,
     ou,
     pendulum,
-    strong_order,
+    strong_orders,
     why_not_local_order,
 )
 from probe import strong_cells as s
@@ -43,7 +43,7 @@ def found(scheme: Scheme, problem: Problem) -> StrongOrder:
     assert not why_not_local_order(scheme, view)
     record = unpacked("local", LocalStrong, packed("local", local_strong(scheme, view)))
     assert record is not None
-    return strong_order(record)
+    return strong_orders(record)[-1]
 
 
 def opinion(scheme: Scheme, problem: Problem, claim: float) -> Opinion:
@@ -150,7 +150,7 @@ def test_the_multiplier_is_an_output_of_its_own() -> None:
     records = {name: local_strong(s.Altered(HalfExplicitEuler(), kind), pendulum()) for name, kind in kinds.items()}
 
     verdicts = {
-        name: [judge_strong(strong_order(record, part), 1.0).verdict for part in (R, V, MU)]
+        name: [judge_strong(strong_orders(record)[part], 1.0).verdict for part in (R, V, MU)]
         for name, record in records.items()
     }
 

@@ -18,7 +18,7 @@ from facade import (
     local_weak,
     odd_step,
     ou,
-    strong_order,
+    strong_orders,
     weak_order,
 )
 from sdaeverify import SDE, Array, Increment, Step
@@ -59,7 +59,7 @@ def test_single_steps_cost_no_order(right: When, problem: SDE) -> None:
     scheme = Sometimes(right)
 
     assert odd_step(OneStep(scheme, problem)) is None
-    assert judge_strong(strong_order(local_strong(scheme, problem)), 1.0).verdict is Verdict.VERIFIED
+    assert judge_strong(strong_orders(local_strong(scheme, problem))[-1], 1.0).verdict is Verdict.VERIFIED
     assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is Verdict.VERIFIED
 
 

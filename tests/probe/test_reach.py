@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from cells import Formula
-from facade import EulerMaruyama, HalfExplicitEuler, judge_strong, local_strong, ou, pendulum, strong_order, violation
+from facade import (
+    EulerMaruyama,
+    HalfExplicitEuler,
+    judge_strong,
+    local_strong,
+    ou,
+    pendulum,
+    strong_orders,
+    violation,
+)
 from probe.weak_cells import equation
 from sdaeverify import SDE, Array, Increment, Scheme, Step
 from sdaeverify.measuring import Verdict
@@ -45,7 +54,7 @@ def found(scheme: Scheme, of: SDE) -> list[list[int]]:
 def verdict(of: SDE, component: str = "b") -> Verdict:
     """Return what one step of Euler's method says of a claim of order 1 for one component."""
     record = local_strong(EulerMaruyama(), of)
-    return judge_strong(strong_order(record, list(NAMES).index(component)), 1.0).verdict
+    return judge_strong(strong_orders(record)[list(NAMES).index(component)], 1.0).verdict
 
 
 def test_a_component_that_no_other_reaches_is_judged_by_its_own_errors() -> None:

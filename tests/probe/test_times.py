@@ -13,7 +13,7 @@ from facade import (
     local_weak,
     same_in_a_row,
     strata,
-    strong_order,
+    strong_orders,
     times,
     weak_order,
 )
@@ -74,7 +74,7 @@ def test_a_right_step_is_verified_at_all_times():
     """Euler-Maruyama has its orders on an equation that depends on time."""
     right = scheme(euler)
 
-    assert judge_strong(strong_order(local_strong(right, MOVING)), 0.5).verdict is Verdict.VERIFIED
+    assert judge_strong(strong_orders(local_strong(right, MOVING))[-1], 0.5).verdict is Verdict.VERIFIED
     assert judge_weak(weak_order(local_weak(right, MOVING)), 1.0).verdict is Verdict.VERIFIED
 
 

@@ -8,7 +8,7 @@ from facade import (
     EulerMaruyama,
     local_strong,
     local_weak,
-    strong_order,
+    strong_orders,
     weak_order,
     why_not_local_order,
     why_not_local_weak,
@@ -43,7 +43,7 @@ def test_states_with_a_truncated_step_are_left_out() -> None:
 
     assert 0 < left.shape[1] < states.shape[1]
     assert record.rms.shape[2] == left.shape[1] * int(record.times)
-    assert strong_order(record).consistent
+    assert strong_orders(record)[-1].consistent
     assert weak_order(local_weak(scheme, problem)).inconsistent_share == 0.0
 
 

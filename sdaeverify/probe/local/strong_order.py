@@ -63,24 +63,6 @@ class StrongOrder(NamedTuple):
     consistent_later: bool
 
 
-def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrder:
-    """Return the order of one component, or of the full state.
-
-    All components whose errors reach it count.
-
-    Parameters
-    ----------
-    record : LocalStrong
-    component : int, optional
-        Its index; the full state if left out.
-
-    Returns
-    -------
-    StrongOrder
-    """
-    return _take_order(record, _find_orders(record), mark_rows(record.reached, component))
-
-
 def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
     """Return the order of each component and, last, of the full state."""
     defects, components = _find_orders(record), (*range(len(record.reached)), None)
