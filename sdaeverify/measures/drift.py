@@ -75,8 +75,8 @@ EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BIN
 FLAT = 0.35
 # What a residual does, in words for reasons; an order is told by its number.
 CLASSES = {
-    "tolerance-limited": "at a solver's tolerance along paths",
-    "growing as h tends to 0": "growing along paths as h falls",
+    "tolerance-limited": "at a solver's tolerance",
+    "growing as h tends to 0": "growing as h falls",
 }
 HEAVY = 0.2
 ROUNDED = "largest residual {largest:.1g}, within the bound {bound:.1g} for round-off"
@@ -380,9 +380,9 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
     if covered.claim is not None:
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
-    along = CLASSES.get(kind, f"order {slope.value:.2f} along paths")
-    told = "" if opinion.reason.has(Kind.ORDER) else f"{along}; "
-    size = f"{told}residual {sup:.2g} at the finest h, in time ~ t^{growth:.1f}"
+    along = CLASSES.get(kind, f"order {slope.value:.2f}")
+    told = "" if opinion.reason.has(Kind.ORDER) else f"{along}, "
+    size = f"residual along paths: {told}{sup:.2g} at finest h, ~ t^{growth:.1f} in time"
     return finding(
         covered,
         opinion.plus(size),
@@ -414,7 +414,7 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
     known = "no error of the state" if np.isinf(order) else f"state of order {order:.2f}"
-    told = f"{known} from one step, its residual too; {bar(claimed.least, claimed.least - TOLERANCE)}"
+    told = f"{known} from one step, so its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
     return local._replace(reason=Reason(told))
 
 
