@@ -235,7 +235,7 @@ def test_wrong_scheme(call, odd_scheme):
     )
 
     assert outcome.code == 1
-    told = "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2 along paths); Not exact on dx = S dW"
+    told = "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2 along paths). Not exact on dx = S dW"
     assert told in in_one_line(outcome.out)
     assert outcome.out.endswith("exit code 1: a claim is refuted\n")
 
