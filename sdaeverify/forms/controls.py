@@ -12,8 +12,9 @@ class Control:
 
     Nobody's claim of this order is verified on a problem where the positive control is not verified, too, or where
     the negative one is not refuted: such a problem does not discriminate. A claim of an order between two declared
-    ones is put to the controls on both sides. Nor do paths refute anybody's claim where they refute the positive
-    control in the same quantity, too: the truth of the problem is the suspect then.
+    ones is put to the controls on both sides. Nor do paths refute a scheme's claim where they refute another scheme,
+    the positive control, in the same quantity, too: the truth of the problem is the suspect then. Where all tests of
+    a run together may refute, a p-value of the control up to the run's level is enough for that.
 
     Attributes
     ----------

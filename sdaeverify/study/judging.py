@@ -54,7 +54,7 @@ class ControlVerdicts:
 
     def __init__(self, plans: tuple[ControlPlan, ...], evidence: Mapping[Cell, Evidence | Objection]) -> None:
         self.plans, self.evidence = plans, evidence
-        self._objection, self._refuted = cache(self._find_objection), cache(self._refuted_quantities)
+        self._objection, self._against = cache(self._find_objection), cache(self._p_values)
 
     def case(self, finding: Finding, scheme: Scheme) -> Case:
         """Return what the controls have against a finding on a claim of an order.
@@ -68,17 +68,33 @@ class ControlVerdicts:
         claim, by_paths = finding.claim, finding.tier == SAMPLED
         if claim is None or not isinstance(claim.value, Order):
             return Case()
+        suspicion = self._suspicion(finding, scheme) if by_paths else ""
         if finding.verdict is Verdict.REFUTED:
-            return Case(suspicion=self._suspicion(scheme, claim.measure, finding.quantity) if by_paths else "")
+            return Case(suspicion=suspicion)
         # The margin belongs to the claim that is tested: the controls are put to the same one.
-        return Case(objection=self._objection(claim.measure, claim.value, by_paths))
+        return Case(suspicion=suspicion, objection=self._objection(claim.measure, claim.value, by_paths))
 
-    def _suspicion(self, scheme: Scheme, measure: str, quantity: str) -> str:
-        """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can."""
-        known = [plan for plan in self.plans if plan.control.measure == measure and not plan.missing]
+    def _suspicion(self, finding: Finding, scheme: Scheme) -> str:
+        """Return why paths cannot refute a claim; empty if they can, or are far from it.
+
+        What is not refuted yet, and may be over all tests of the run, needs no more of a control.
+        """
+        assert finding.claim is not None
+        known = [plan for plan in self.plans if plan.control.measure == finding.claim.measure and not plan.missing]
         others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
-        wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
-        return f"{wrong.positive}, known to have order {wrong.order}, is refuted here as well" if wrong else ""
+        for plan in others:
+            level = 0.0 if finding.verdict is Verdict.REFUTED else self._level(plan)
+            near = finding.verdict is Verdict.REFUTED or finding.p_refuted <= level
+            if near and self._against(plan).get(finding.quantity, 1.0) <= level:
+                control = plan.control
+                return f"{control.positive}, known to have order {control.order}, is refuted here as well"
+        return ""
+
+    def _level(self, plan: ControlPlan) -> float:
+        """Return the level of a whole run, 0 where there is no evidence on the positive control."""
+        assert plan.positive is not None
+        known = self.evidence[plan.positive]
+        return 0.0 if isinstance(known, Objection) else 1.0 - known.settings.confidence
 
     def _find_objection(self, measure: str, order: Order, by_paths: bool) -> Objection | None:
         """Return why an order up to its margin cannot be verified, by paths alone or by all tiers; None if it can."""
@@ -123,13 +139,13 @@ class ControlVerdicts:
         # An order is one of smooth functions: what becomes of a jump tells nothing of others.
         return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
-    def _refuted_quantities(self, plan: ControlPlan) -> frozenset[str]:
-        """Return the quantities in which a positive control is refuted by its own order."""
+    def _p_values(self, plan: ControlPlan) -> dict[str, float]:
+        """Return the p-values against the order of a positive control by quantity, 0 where it is refuted."""
         assert plan.positive is not None
         claim = Claim(measure=plan.control.measure, value=plan.control.order, source="control")
         known = self.evidence[plan.positive]
         found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
-        return frozenset(finding.quantity for finding in found if finding.verdict is Verdict.REFUTED)
+        return {each.quantity: 0.0 if each.verdict is Verdict.REFUTED else each.p_refuted for each in found}
 
 
 def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:

@@ -188,7 +188,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
         more = (
             Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
             if held
-            else Reason("more paths would decide")
+            else Reason("more paths would decide", Kind.MORE_PATHS)
         )
         return unlike.then(more), False
     if tests.blind <= 1.0:

@@ -74,9 +74,11 @@ Rule = Callable[[Finding, Case], Finding]
 
 def heed_controls(finding: Finding, case: Case) -> Finding:
     """Verify only where the problem discriminates, and refute only where it is sound."""
-    if case.suspicion:
+    if case.suspicion and finding.verdict is Verdict.REFUTED:
         doubt = f"the exact solution of the problem is in doubt: {case.suspicion}"
         return forbid(withhold(finding, doubt, verdict=Verdict.ERROR), Verdict.REFUTED)
+    if case.suspicion:
+        finding = forbid(finding, Verdict.REFUTED)
     if case.objection is None:
         return finding
     if finding.verdict is not Verdict.VERIFIED:

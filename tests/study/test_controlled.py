@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from facade import Cell, ControlPlan, ControlVerdicts, Objection, send
-from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
+from sdaeverify import SDE, Claim, Control, ProblemError, Scheme, Settings
 from sdaeverify.measuring import Evidence, Finding, Judgement, Measure, Reason, Verdict
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
@@ -50,7 +50,7 @@ def controls_of(made, lost="", objection=None):
     """Return the verdicts of controls on evidence in which the judge finds all it needs, but of a lost one."""
     found = {}
     for cell in (cell for plan in made for cell in (plan.positive, plan.negative) if cell is not None):
-        evidence = Evidence(cell.scheme, None, None, None, None, None)
+        evidence = Evidence(cell.scheme, None, None, Settings(), None, None)
         found[cell] = objection if cell.scheme.name == lost else evidence
     return ControlVerdicts(made, found)
 
@@ -102,6 +102,32 @@ def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     assert found.verdict is Verdict.INCONCLUSIVE
     assert words in str(found.reason)
     assert found.p_verified == 1.0
+
+
+class Nearly(Judge):
+    """A measure that refutes nothing yet: the p-value against a claim is 1e-4 where the order is too low."""
+
+    def judge(self, evidence):
+        """Compare the order with what is claimed."""
+        (claim,) = evidence.promises
+        p = 1.0 if evidence.scheme.order >= claim.value.least else 1e-4
+        return Judgement((Finding(quantity="x", verdict=Verdict.INCONCLUSIVE, claim=claim, p_refuted=p),), ())
+
+
+@pytest.mark.parametrize(("order", "p_refuted", "left"), [(0.5, 1e-4, 1.0), (1.0, 1e-4, 1e-4), (0.5, 0.1, 0.1)])
+def test_nothing_is_refuted_over_all_tests_where_the_control_may_be(order, p_refuted, left):
+    """Holm's procedure cannot refute what the positive control misses, too: p is 1 then. No verdict changes by it."""
+    cells = (Cell(Known(name, known), None, Nearly()) for name, known in (("good", order), ("bad", 0.5)))
+    made = (ControlPlan(CONTROL, *cells),)
+    settings = Settings(paths=1000)
+    known = {
+        cell: Evidence(cell.scheme, None, None, settings, None, None) for cell in (made[0].positive, made[0].negative)
+    }
+    open_ = replace(VERIFIED, verdict=Verdict.INCONCLUSIVE, tier=3, p_refuted=p_refuted)
+
+    found = controlled(open_, TESTED, ControlVerdicts(made, known))
+
+    assert (found.verdict, found.p_refuted) == (Verdict.INCONCLUSIVE, left)
 
 
 def sides(upper, lower):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
+from math import isfinite
 from typing import Any, NamedTuple
 
 import hypothesis
@@ -99,6 +100,8 @@ def search_all(quarries: Sequence[Quarry], crew: Workers, tell: Callable[[str], 
         It is given a line for each share.
     """
     met = [quarry.kept.read() for quarry in quarries]
+    # A share that waits in a queue would begin late with the time that was left when it was put there.
+    queued = crew.jobs if any(isfinite(quarry.seconds) for quarry in quarries) else BLOCKS_A_WORKER * crew.jobs
 
     def calls() -> Iterator[tuple[tuple[int, int], Callable[[], Any]]]:
         for which, quarry in enumerate(quarries):
@@ -107,7 +110,7 @@ def search_all(quarries: Sequence[Quarry], crew: Workers, tell: Callable[[str], 
                     break
                 yield (which, task.number), _call(crew, task)
 
-    for (which, number), answer in in_turn(crew.executor, BLOCKS_A_WORKER * crew.jobs, calls()):
+    for (which, number), answer in in_turn(crew.executor, queued, calls()):
         if not _is_over(met[which]):
             share = answer if crew.executor is None else pickle.loads(answer)
             met[which].append(share)
