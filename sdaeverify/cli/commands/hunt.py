@@ -33,12 +33,12 @@ DATABASE = ".sdaeverify-hunt"
 @click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")
 @click.option("--form", "forms", multiple=True, help="Form of the examples.  [default: those of the scheme]")
 @once("--examples", type=int, help="Examples of each scheme, measure and form.  [default: 200]")
-@once("--minutes", type=float, help="Time for all of them, in place of a number.")
+@once("--minutes", type=float, help="Time of the search of all, in place of a number.")
 @once(
     "--shrinking",
     type=float,
     default=SHRINKING,
-    help="Seconds that what is found is shrunk; to confirm it comes on top.",
+    help="Seconds that what is found is shrunk, and confirmed, on top.",
 )
 @once("--out", type=PLACE, metavar="FILE.py", help="Write a counterexample as a plugin file, and a test beside it.")
 @seed

@@ -22,9 +22,15 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
     schemes : str, Scheme or sequence of them
         As `verify` takes them.
     **options
-        ``measures``, ``when`` (traits), ``forms``, ``examples`` (200), ``minutes``, ``seed`` (1), ``shrinking`` (60),
-        ``plugins``, ``database`` (a folder), ``jobs`` (1), ``executor`` and ``tell`` (a function of a line), as
-        `HuntOptions` explains them.
+        By name. ``measures``: whose claims are attacked, all that the schemes claim if left out. ``when``: traits
+        that each example has. ``forms``: of the examples, those that a scheme solves itself if left out;
+        ``registered`` are the registered problems with other numbers. ``examples``: how many are looked at for each
+        scheme, measure and form, 200 without ``minutes``: the time of the search of all together, in place of a
+        number; what is found is shrunk and confirmed on top. ``shrinking``: seconds for it, 60 by default, and at
+        most as long as may be searched. ``seed``: 1 by default, not that of runs as for the command; the same finds
+        the same, where no time ends the search. ``database``: a folder that remembers what was looked at; an
+        interrupted hunt goes on, and the next begins with what was found. ``tell``: a function that is given a line
+        of text now and then. ``plugins``, ``jobs``, ``executor``: as `verify` has them.
 
     Returns
     -------

@@ -29,7 +29,7 @@ class HuntOptions:
     examples : int or None
         How many are looked at for each scheme, measure and form; 200 without `minutes`.
     minutes : float or None
-        For all of them together.
+        For the search of all of them together; what is found is shrunk and confirmed on top.
     shrinking : float
         Seconds that a counterexample is shrunk, at most as long as it may be looked for.
     seed : int
