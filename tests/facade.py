@@ -48,7 +48,7 @@ from sdaeverify.gate.github import (
     property_text,
     source_in,
 )
-from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock
+from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock, write_lock
 from sdaeverify.gate.outcomes import Status, idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of

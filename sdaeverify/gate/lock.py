@@ -124,7 +124,7 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
     """
     known = list(outcomes)
     found = found_claims(known)
-    whole = {outcome.key[:3] for outcome in known if not outcome.finding.quantity}
+    whole = _whole(known)
     without = {outcome.key for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
@@ -136,6 +136,11 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
         more = f" and {len(new) - 1} more" if len(new) > 1 else ""
         notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
     return tuple(sorted(violations)), tuple(notes)
+
+
+def _whole(outcomes: Iterable[Outcome]) -> set[tuple[str, ...]]:
+    """Return the schemes, problems and measures of which nothing is found by quantities."""
+    return {outcome.key[:3] for outcome in outcomes if not outcome.finding.quantity}
 
 
 def _elsewhere(key: Key, claim: Locked, found: Claims) -> str:
@@ -240,6 +245,8 @@ def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bo
 def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     """Write the claims that a gate has found into the section of its tier; other sections stay.
 
+    So do the claims of a scheme on a problem that breaks a contract: nothing is found of them one by one.
+
     Parameters
     ----------
     policy : Policy
@@ -261,8 +268,12 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    claims, before = found_claims(outcomes), read_lock(file) or {}
+    before = read_lock(file) or {}
+    locked_before = before.get(tier, {})
+    claims = {key: locked_before[key] for key in locked_before if key[:3] in _whole(outcomes)} | found_claims(
+        outcomes
+    )
     write_text(lock_text({**before, tier: claims}), file)
-    gone, _ = compare(before.get(tier, {}), outcomes)
+    gone, _ = compare(locked_before, outcomes)
     locked = f"{file} locks {counted(len(claims), 'claim')} of tier {tier}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facade import Key, Locked, Policy, compare, found_claims, lock_text, outcomes, read_lock
+from facade import Key, Locked, Policy, compare, found_claims, lock_text, outcomes, read_lock, write_lock
 from sdaeverify import Claim, UsageError
 from sdaeverify.measuring import Verdict
 
@@ -86,6 +86,18 @@ def test_new_claims():
 def test_cell_without_quantities(verdict):
     """A cell that could not be measured, or breaks the contract, fails by itself and is not missed as well."""
     assert held(BOTH, result(verdict, quantity=""))[0] == ()
+
+
+def test_what_breaks_a_contract_stays_locked(tmp_path):
+    """The claims of a cell that is refuted as a whole are not unlocked; those of others are what is found."""
+    policy = Policy(file=tmp_path / "pyproject.toml", lock="my.lock", tier="ci")
+    write_lock(policy, tuple(outcomes(FOUND, policy)))
+
+    told = write_lock(policy, tuple(outcomes([result(Verdict.REFUTED, quantity="")], policy)))
+
+    assert told == [f"{tmp_path / 'my.lock'} locks 2 claims of tier ci"]
+    assert read_lock(policy.lock_file) == {"ci": BOTH}
+    assert "unlocked: no longer tested" in write_lock(policy, tuple(outcomes(FOUND[:1], policy)))[1]
 
 
 def test_file(tmp_path):
