@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from ..contracts.finding import UNMEASURED, Verdict
+from ..contracts.finding import UNMEASURED, Kind, Verdict
 from ..contracts.matching import match
 from ..contracts.scheme import Claim, Scheme, is_about
 from ..contracts.spelling import did_you_mean
@@ -78,6 +78,13 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
             yield quantity, f"no result is about {quantity!r}{did_you_mean(quantity, names)}{listed}"
 
 
+def unknown_words(claim: Claim, results: Iterable[CellResult]) -> str:
+    """Return that a measure knows no test of the word that a claim is about, or nothing."""
+    findings = (finding for each in results for finding in each.findings if finding.claim == claim)
+    unknown = any(finding.reason.has(Kind.UNKNOWN_VALUE) for finding in findings)
+    return f"measure {claim.measure} has no test of the claim {str(claim)!r}" if unknown else ""
+
+
 def _why_not_tested(
     registry: Registry, policy: Policy, promise: tuple[Scheme, Claim], results: list[CellResult]
 ) -> Iterator[Untested]:
@@ -88,6 +95,8 @@ def _why_not_tested(
     elif not results:
         yield _without_cell(registry, policy, scheme, claim)
     elif not any(f.verdict in UNMEASURED or not f.quantity for each in results for f in each.findings):
+        if why := unknown_words(claim, results):
+            yield Untested(scheme, claim, why)
         lost = list(unknown_quantities(claim, known_quantities(results)))
         # Where each claim is tested once, that is on one problem, which need not have all its quantities.
         if not policy.budget.quick or len(lost) == len(claim.quantities):

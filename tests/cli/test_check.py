@@ -12,7 +12,7 @@ class Claiming(Scheme):
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (
         Claim(measure="strong", value=0.5, source="a book"),
-        Claim(value=0.5, source="a book", {claim}),
+        Claim(source="a book", {claim}),
     )
 
     def step(self, problem, state, t, h, noise):
@@ -82,14 +82,18 @@ def test_one_fault_is_told_once(call, write):
 @pytest.mark.parametrize(
     ("claim", "reason"),
     [
-        ('measure="stong"', "a claim is about measure 'stong', unknown; did you mean strong?"),
+        ('value=0.5, measure="stong"', "a claim is about measure 'stong', unknown; did you mean strong?"),
         (
-            'measure="strong", quantities=("X",)',
+            'value=0.5, measure="strong", quantities=("X",)',
             "its claim of strong order >= 0.5 is not tested: no result is about 'X'",
         ),
         (
-            'measure="strong", when=frozenset({"delayed-noise", "no-delay"})',
+            'value=0.5, measure="strong", when=frozenset({"delayed-noise", "no-delay"})',
             "its claim of strong order >= 0.5 holds on no registered problem with delayed-noise, no-delay",
+        ),
+        (
+            'measure="weak", value="half"',
+            "its claim of weak half is not tested: measure weak has no test of the claim 'half'",
         ),
     ],
 )

@@ -97,8 +97,9 @@ def test_right_alone(project):
         ('measure="stong", value=1.0', "measure 'stong' is not registered; did you mean strong?"),
         ('measure="strong", value=0.5, quantities=("X",)', "no result is about 'X'"),
         ('measure="strong", value=0.5, when=frozenset({"algebraic"})', "it holds for no selected problem"),
+        ('measure="weak", value="half"', "measure weak has no test of the claim 'half'"),
     ],
-    ids=["measure", "quantity", "traits"],
+    ids=["measure", "quantity", "traits", "word"],
 )
 def test_claim_that_nothing_tests(project, write, claim, why):
     """It is said, and the gate is not green; a run of a part of the problems need not test it."""

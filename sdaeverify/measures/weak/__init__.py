@@ -29,7 +29,17 @@ from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ...verdicts.opinions import finding, guard, leave_open
-from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
+from ...verdicts.path_tests import (
+    COARSE,
+    RESOLVED,
+    SUSPECT,
+    PathTests,
+    hold_back,
+    order_tests,
+    unknown_value,
+    unlike,
+    with_sample,
+)
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
@@ -94,16 +104,17 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     sound, _ = sound_levels_of(evidence)
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
+    untested = Reason() if claim is None or isinstance(claim.value, Order) else unknown_value(claim)
     if len(levels) < FEWEST:
         few = Reason(TOO_FEW, numbers={"levels": len(levels), "fewest": FEWEST})
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(few), few)
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(untested or few), few)
     if _without_error(evidence, means, levels):
         exact = Reason(ROUNDING, numbers={"levels": len(levels)})
         return MeanOrder(unknown, levels, 0.0, PathTests.none(exact), exact)
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
     if claim is None or not isinstance(claim.value, Order):
-        return MeanOrder(slope, levels, resolved, PathTests.none(""))
+        return MeanOrder(slope, levels, resolved, PathTests.none(untested))
     off = _off_limit(evidence, means)
     limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):

@@ -2,10 +2,11 @@
 
 import dataclasses
 import pickle
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...contracts.claimed import Word
 from ...contracts.labels import dataclass_parameters, parse_label, read_values
 from ...contracts.matching import match
 from ...contracts.scheme import Claim, is_text
@@ -14,8 +15,8 @@ from ...contracts.specs import ProblemSpec, check_scheme
 from ...contracts.spelling import did_you_mean
 from ...errors import FAULTS
 from ...forms import components
-from ...gate.untested import known_quantities, unknown_quantities
-from ...study import Study, plan
+from ...gate.untested import known_quantities, unknown_quantities, unknown_words
+from ...study import CellResult, Study, plan
 from ..check import Inapplicable, error_text
 from ..subjects import SchemeSubject
 
@@ -101,11 +102,15 @@ def _why_not_tested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
         where = f" with {', '.join(sorted(claim.when))}" if claim.when else ""
         yield f"{what} holds on no registered problem{where}"
     elif not subject.registry.measures[claim.measure].thing.lengthy:
-        found: set[str] = set()
+        found, word = set[str](), isinstance(claim.value, Word)
         for spec in specs[:FEW]:
-            if found.issuperset(claim.quantities):
+            if found.issuperset(claim.quantities) and not word:
                 return
-            found |= _quantities(subject, claim, spec)
+            results, word = _results(subject, claim, spec), False
+            if why := unknown_words(claim, results):
+                yield f"{what} is not tested: {why}"
+                return
+            found |= _quantities(claim, results)
         yield from (f"{what} is not tested: {why}" for _, why in unknown_quantities(claim, found))
 
 
@@ -134,14 +139,17 @@ def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
         return 0
 
 
-def _quantities(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> set[str]:
+def _results(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> list[CellResult]:
     made = plan(
         [subject.scheme], [spec], [subject.registry.measures[claim.measure].thing], followed=subject.registry.followed
     )
     study = Study(made, SMALLEST)
     for _ in study.run():
         pass
-    results = study.results()
+    return study.results()
+
+
+def _quantities(claim: Claim, results: Sequence[CellResult]) -> set[str]:
     # A scheme that fails as a whole fails other checks; of its quantities nothing is known.
     whole = any(not finding.quantity for result in results for finding in result.findings)
     return set(claim.quantities) if whole else known_quantities(results)
