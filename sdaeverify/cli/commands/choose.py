@@ -128,7 +128,7 @@ def _cells(one: Choice, least: float, *, plain: bool) -> Iterator[str]:
     yield one.noise
     yield f"{one.error:.1e}" if isfinite(one.error) else ""
     yield f"{'~' * one.beyond}{one.steps:.0f}" if isfinite(one.steps) else ""
-    yield _time(one.seconds) if isfinite(one.seconds) else "?"
+    yield _time(one.seconds) if isfinite(one.seconds) else "unknown"
     yield f"x {one.seconds / least:.1f}" if isfinite(one.seconds) else ""
 
 
@@ -148,12 +148,14 @@ def _views(found: Choices, result: Result) -> Iterator[str]:
 def _notes(found: Choices, result: Result) -> Iterator[str]:
     names = [one.scheme for one in found.found if one.verdict == "verified"]
     yield f"verified on {found.problem}: {', '.join(names) or 'none'}"
+    if open_ := [one.scheme for one in found.found if one.verdict == "inconclusive"]:
+        yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
         yield "~ more steps than were made, by the order"
     unknown = [one.scheme for one in found.found if not isfinite(one.seconds)]
     if unknown:
         why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
-        yield f"? {why}: {', '.join(unknown)}"
+        yield f"work unknown, as {why}: {', '.join(unknown)}"
     yield from _views(found, result)
     here = (row for row in result.rows.absent if row["problem"] == found.problem and row["measure"] == found.measure)
     if others := len({row["scheme"] for row in here}):

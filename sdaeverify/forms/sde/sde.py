@@ -119,8 +119,8 @@ class SDE(Problem):
         SchemeError
             If the state has another number of components: further memory is for a scheme to keep apart.
         """
-        if len(x) != self.dimension:
-            text = f"a state of {len(x)} components, expected {self.dimension}"
+        if np.ndim(x) < 2 or len(x) != self.dimension:
+            text = f"a state of shape {np.shape(x)}, expected ({self.dimension}, P) with the paths last"
             raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
         return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
 
