@@ -268,12 +268,10 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    before = read_lock(file) or {}
-    locked_before = before.get(tier, {})
-    claims = {key: locked_before[key] for key in locked_before if key[:3] in _whole(outcomes)} | found_claims(
-        outcomes
-    )
+    before, whole = read_lock(file) or {}, _whole(outcomes)
+    kept = {key: claim for key, claim in before.get(tier, {}).items() if key[:3] in whole}
+    claims = {**kept, **found_claims(outcomes)}
     write_text(lock_text({**before, tier: claims}), file)
-    gone, _ = compare(locked_before, outcomes)
+    gone, _ = compare(before.get(tier, {}), outcomes)
     locked = f"{file} locks {counted(len(claims), 'claim')} of tier {tier}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -80,8 +80,8 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
 
 def unknown_words(claim: Claim, results: Iterable[CellResult]) -> str:
     """Return that a measure knows no test of the word that a claim is about, or nothing."""
-    findings = (finding for each in results for finding in each.findings if finding.claim == claim)
-    unknown = any(finding.reason.has(Kind.UNKNOWN_VALUE) for finding in findings)
+    told = (f.claim for each in results for f in each.findings if f.reason.has(Kind.UNKNOWN_VALUE))
+    unknown = any(other is not None and other.value == claim.value for other in told)
     return f"measure {claim.measure} has no test of the claim {str(claim)!r}" if unknown else ""
 
 

@@ -84,8 +84,7 @@ class ControlVerdicts:
         others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
         for plan in others:
             level = 0.0 if finding.verdict is Verdict.REFUTED else self._level(plan)
-            near = finding.verdict is Verdict.REFUTED or finding.p_refuted <= level
-            if near and self._against(plan).get(finding.quantity, 1.0) <= level:
+            if _p_against(finding) <= level and self._against(plan).get(finding.quantity, 1.0) <= level:
                 control = plan.control
                 return f"{control.positive}, known to have order {control.order}, is refuted here as well"
         return ""
@@ -140,12 +139,17 @@ class ControlVerdicts:
         return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
     def _p_values(self, plan: ControlPlan) -> dict[str, float]:
-        """Return the p-values against the order of a positive control by quantity, 0 where it is refuted."""
+        """Return the p-values against the order of a positive control, by quantity."""
         assert plan.positive is not None
         claim = Claim(measure=plan.control.measure, value=plan.control.order, source="control")
         known = self.evidence[plan.positive]
         found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
-        return {each.quantity: 0.0 if each.verdict is Verdict.REFUTED else each.p_refuted for each in found}
+        return {each.quantity: _p_against(each) for each in found}
+
+
+def _p_against(finding: Finding) -> float:
+    """Return the p-value against a claim, 0 where it is refuted already."""
+    return 0.0 if finding.verdict is Verdict.REFUTED else finding.p_refuted
 
 
 def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:

@@ -39,7 +39,8 @@ class Case(NamedTuple):
     Attributes
     ----------
     suspicion : str
-        Why the problem is suspect where paths refute: a scheme that is known to be right is refuted, too.
+        Why the problem is suspect where paths refute, or may over all tests of the run: a scheme that is known to be
+        right is, or may be, refuted, too.
     objection : Objection or None
         Of the problem's controls to verifying the claim.
     end : Reason
@@ -74,11 +75,11 @@ Rule = Callable[[Finding, Case], Finding]
 
 def heed_controls(finding: Finding, case: Case) -> Finding:
     """Verify only where the problem discriminates, and refute only where it is sound."""
-    if case.suspicion and finding.verdict is Verdict.REFUTED:
-        doubt = f"the exact solution of the problem is in doubt: {case.suspicion}"
-        return forbid(withhold(finding, doubt, verdict=Verdict.ERROR), Verdict.REFUTED)
     if case.suspicion:
         finding = forbid(finding, Verdict.REFUTED)
+        if finding.verdict is Verdict.REFUTED:
+            doubt = f"the exact solution of the problem is in doubt: {case.suspicion}"
+            return withhold(finding, doubt, verdict=Verdict.ERROR)
     if case.objection is None:
         return finding
     if finding.verdict is not Verdict.VERIFIED:

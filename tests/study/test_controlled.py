@@ -118,14 +118,9 @@ class Nearly(Judge):
 def test_nothing_is_refuted_over_all_tests_where_the_control_may_be(order, p_refuted, left):
     """Holm's procedure cannot refute what the positive control misses, too: p is 1 then. No verdict changes by it."""
     cells = (Cell(Known(name, known), None, Nearly()) for name, known in (("good", order), ("bad", 0.5)))
-    made = (ControlPlan(CONTROL, *cells),)
-    settings = Settings(paths=1000)
-    known = {
-        cell: Evidence(cell.scheme, None, None, settings, None, None) for cell in (made[0].positive, made[0].negative)
-    }
     open_ = replace(VERIFIED, verdict=Verdict.INCONCLUSIVE, tier=3, p_refuted=p_refuted)
 
-    found = controlled(open_, TESTED, ControlVerdicts(made, known))
+    found = controlled(open_, TESTED, controls_of((ControlPlan(CONTROL, *cells),)))
 
     assert (found.verdict, found.p_refuted) == (Verdict.INCONCLUSIVE, left)
 

@@ -185,8 +185,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
 
     def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
         record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).equation).rate
-        i, j = np.triu_indices(record.first.shape[1])
-        errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
+        errors = record.errors
         # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
         largest = float(record.size.max()) ** 2
         stiff = ROUNDING * EPS * problem.horizon * rate * largest

@@ -28,18 +28,8 @@ from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ...verdicts.opinions import finding, guard, leave_open
-from ...verdicts.path_tests import (
-    COARSE,
-    RESOLVED,
-    SUSPECT,
-    PathTests,
-    hold_back,
-    order_tests,
-    unknown_value,
-    unlike,
-    with_sample,
-)
+from ...verdicts.opinions import finding, guard, judge_claim, leave_open
+from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
@@ -104,17 +94,16 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     sound, _ = sound_levels_of(evidence)
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
-    untested = Reason() if claim is None or isinstance(claim.value, Order) else unknown_value(claim)
     if len(levels) < FEWEST:
         few = Reason(TOO_FEW, numbers={"levels": len(levels), "fewest": FEWEST})
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(untested or few), few)
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(few), few)
     if _without_error(evidence, means, levels):
         exact = Reason(ROUNDING, numbers={"levels": len(levels)})
         return MeanOrder(unknown, levels, 0.0, PathTests.none(exact), exact)
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
     if claim is None or not isinstance(claim.value, Order):
-        return MeanOrder(slope, levels, resolved, PathTests.none(untested))
+        return MeanOrder(slope, levels, resolved, PathTests.none(""))
     off = _off_limit(evidence, means)
     limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
@@ -333,7 +322,11 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opini
         return Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if (lost := _lost(evidence)) is not None:
         return lost
-    local, confirmed = judge_probe(evidence, covered.claim, covered.quantity)
+    return judge_claim(covered, lambda claim: _of_order(evidence, sampled, claim, covered.quantity))
+
+
+def _of_order(evidence: Evidence, sampled: MeanOrder, claim: Claim, observable: str) -> Opinion:
+    local, confirmed = judge_probe(evidence, claim, observable)
     # What is known at T without sampling needs no paths to show it.
     tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
     if local is not None and local.verdict is Verdict.VERIFIED:

@@ -84,6 +84,12 @@ class MomentErrors(NamedTuple):
     usable: Array
 
     @property
+    def errors(self) -> Array:
+        """Those of d first moments, then of d (d + 1)/2 second ones, shape (H, M)."""
+        i, j = np.triu_indices(self.first.shape[1])
+        return np.concatenate([self.first, self.second[:, i, j]], axis=1)
+
+    @property
     def linear(self) -> bool:
         """Whether the step is linear: one that overflows shows no defect, one without root has no moments."""
         return bool(self.defect.max() <= AFFINE)
@@ -147,9 +153,8 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
         return ()
     d = record.first.shape[1]
     i, j = np.triu_indices(d)
-    errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
     rows, columns = np.append(np.arange(d), i), np.append(np.full(d, d), j)
-    means = zip(errors, record.size[rows] * record.size[columns], record.exact[rows, columns], strict=True)
+    means = zip(record.errors.T, record.size[rows] * record.size[columns], record.exact[rows, columns], strict=True)
     return tuple(order_of(record.h, each, record.floor, float(size), float(exact)) for each, size, exact in means)
 
 
@@ -236,9 +241,8 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
     exact, h = np.array([[square, mean], [mean, 1.0]]), view.horizon / np.array(steps)
     scale = np.maximum(largest, np.abs(exact[:, 0]).max())
     floor = scale * (KNOWN / ABOVE_FLOOR + ROUNDING * EPS * np.array(steps))
-    start = run_start(scheme, view, h[-1], steps[-1])[0][:1]
-    errors = (first - mean)[:, None], (second - square)[:, None, None]
-    return MomentErrors(h, *errors, exact, _sizes(exact, np.diag(np.append(start**2, 1.0))), floor, defect, usable)
+    errors, start = ((first - mean)[:, None], (second - square)[:, None, None]), np.append(view.past(0.0), 1.0)
+    return MomentErrors(h, *errors, exact, _sizes(exact, np.outer(start, start)), floor, defect, usable)
 
 
 def known_moments(view: Delayed) -> Array:
