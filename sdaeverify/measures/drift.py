@@ -380,9 +380,8 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
     if covered.claim is not None:
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
-    along = CLASSES.get(kind, f"order {slope.value:.2f}")
-    told = "" if opinion.reason.has(Kind.ORDER) else f"{along}, "
-    size = f"residual along paths: {told}{sup:.2g} at finest h, ~ t^{growth:.1f} in time"
+    told = "" if opinion.reason.has(Kind.ORDER) else f"along paths: {CLASSES.get(kind, f'order {slope.value:.2f}')}, "
+    size = f"residual {told}{sup:.2g} at finest h, ~ t^{growth:.1f} in time"
     return finding(
         covered,
         opinion.plus(size),
