@@ -20,7 +20,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...errors import ProblemError
-from ...forms import Problem
+from ...forms import Equation, Problem
 from ...numerics import jacobian
 from ...numerics.digits import SCALE, keep_defined, significant
 from ...numerics.statistics import EPS
@@ -29,7 +29,7 @@ from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
-from .romberg import depth, extrapolate_means
+from .romberg import depth, extrapolate_means, leaves
 from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -56,8 +56,8 @@ class SemigroupReference(NamedTuple):
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
-    slopes : ndarray, shape (F, S)
-        |D phi|_1 at the states.
+    slopes : ndarray, shape (F, S, H)
+        |D phi|_1 at the states, plus the square of how far a step leads: where D phi = 0, phi still has that size.
     trees : int
         Number K of extrapolated trees: the error is O(h^(K+1)).
     """
@@ -117,11 +117,18 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     with np.errstate(all="ignore"):
         steps = zip(t, h.tolist(), strict=True)
         means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
-        slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)
+        moved = np.stack([_moved(ito, x, at, size, units) for at, size in zip(t, h.tolist(), strict=True)], axis=-1)
+        slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)[..., None] + moved**2
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
     return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], depth(ito.noise_dim))
+
+
+def _moved(ito: Equation, x: Array, t: float, h: float, units: Array) -> Array:
+    """Return how far a step of Euler's method leads at most from each state in any component, shape (S,)."""
+    branches = leaves(ito, x, t, h, 1).reshape(*x.shape, -1)
+    return np.asarray((np.abs(branches - x[..., None]).max(axis=2) / units).max(axis=0))
 
 
 def component_units(x: Array) -> Array:
@@ -177,7 +184,7 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     truncated = step.truncated(known.states, known.h)
     kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
-    return defect[:, kept], (largest + known.slopes[..., None])[:, kept]
+    return defect[:, kept], (largest + known.slopes)[:, kept]
 
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:
