@@ -43,6 +43,7 @@ PROBLEM = {
     "start, do not type it.",
     "observables": "Return one number a path: sum over the first axis, keep the last one.",
     "path-by-path": "Take no mean, maximum or norm over the last axis in a coefficient.",
+    "finite-in-time": "Look for a division by zero, a root or a logarithm in the coefficient at the named time.",
     "diffusion-product": "Correct `diffusion_product`, or leave it out: it is then the product with the matrix.",
     "diffusion-derivative": "Correct `diffusion_derivative`, or leave it out if the diffusion is analytic (no "
     "`abs`, no `max`, no real buffer).",

@@ -76,6 +76,9 @@ def carry_out_gate(
     if options["write_lock"]:
         # Said now, not after all is run.
         require_writable(policy.lock_file.parent, "lock of the policy")
+    if gates_everything(registry, policy):
+        # Said now, too: it may not be what is wanted, and takes long.
+        complain("", describe_everything(registry, policy.file))
     _remove_report(options["out"] / GATE)
     narrowed = is_narrowed(options)
     beside = [] if narrowed else _begin_examinations(registry, policy)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts
 from ..errors import SchemeError, UsageError, is_blank
-from ..forms import Problem, known_traits, unknown_traits
+from ..forms import Problem, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
 from .claimed import Bound, Exact, Order, Value, Word, as_value
@@ -92,8 +92,8 @@ class Claim:
     def __post_init__(self, margin: float | None, bound: float | None, share: float | None) -> None:
         self._require_types({"margin": margin, "bound": bound, "share": share})
         object.__setattr__(self, "value", as_value(self.value, margin, bound, share))
-        if unknown := unknown_traits(self.when):
-            raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(known_traits())}")
+        if unknown := why_unknown(self.when):
+            raise SchemeError(f"a claim holds for {unknown}")
 
     def _require_types(self, numbers: Mapping[str, object]) -> None:
         """Check that each field is of its type, whatever its value.

@@ -100,8 +100,8 @@ class ProblemSpec:
     def _call(self, values: Mapping[str, object]) -> Problem:
         problem: object = self.function(**values)
         if not isinstance(problem, Problem):
-            where = f"{self.function.__module__}.{self.function.__qualname__}"
-            raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
+            made = f"problem function {self.function.__qualname__} returned {describe(problem)}"
+            raise ProblemError(f"{made}, expected a problem of one of the forms")
         return problem
 
 

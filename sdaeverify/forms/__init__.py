@@ -18,7 +18,7 @@ from .overdamped.constrained_langevin import ConstrainedLangevin, ConstraintGeom
 from .overdamped.stiffness_family import Penalised, StiffnessFamily
 from .problem import Problem, Residual, components
 from .sde.sde import SDE, as_sde
-from .traits import known_traits, unknown_traits
+from .traits import known_traits, why_unknown
 
 __all__ = [
     "BROWNIAN",
@@ -52,5 +52,5 @@ __all__ = [
     "as_sde",
     "components",
     "known_traits",
-    "unknown_traits",
+    "why_unknown",
 ]

@@ -17,7 +17,7 @@ from .chart import Chart
 from .controls import Control
 from .equation import Equation
 from .names import article
-from .traits import ADDITIVE, COMMUTING, GENERAL, known_traits, unknown_traits
+from .traits import ADDITIVE, COMMUTING, GENERAL, why_unknown
 from .tree_class import TreeClass
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
@@ -117,8 +117,8 @@ class Problem:
 
     def _all_traits(self) -> frozenset[str]:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
-        if unknown := unknown_traits(traits, type(self)):
-            raise ProblemError(f"unknown traits {unknown}; known are {sorted(known_traits(type(self)))}")
+        if unknown := why_unknown(traits, type(self)):
+            raise ProblemError(unknown)
         if not (self.has_constraints or self.seen_as):
             traits |= {"unconstrained"}
         if self.has_constraints:

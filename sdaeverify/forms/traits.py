@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from ..contracts.spelling import did_you_mean
+
 
 class Trait(str):
     """A fact of a problem, which is its name wherever it is compared or shown.
@@ -93,7 +95,8 @@ def known_traits(form: type = object) -> dict[str, Trait]:
     return {**DECLARED, **{str(trait): trait for trait in own}}
 
 
-def unknown_traits(given: Iterable[str], form: type = object) -> list[str]:
-    """Return the names among some traits that nobody declares; a `Trait` declares itself."""
-    bare = {trait for trait in given if not isinstance(trait, Trait)}
-    return sorted(bare - known_traits(form).keys()) if bare else []
+def why_unknown(given: Iterable[str], form: type = object) -> str:
+    """Return which of some traits nobody declares, and what may be meant; a `Trait` declares itself."""
+    bare, known = {trait for trait in given if not isinstance(trait, Trait)}, known_traits(form)
+    unknown = sorted(bare - known.keys())
+    return f"unknown traits {unknown}; known are {sorted(known)}{did_you_mean(unknown[0], known)}" if unknown else ""

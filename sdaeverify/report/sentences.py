@@ -36,8 +36,8 @@ TIERS = {
 }
 MOST_LINES = 40
 # Lines of what is undecided, and of what is wrong.
-FEW, MANY = 2, 5
-# Schemes that are named in one line.
+FEW, MANY = 4, 5
+# Schemes, and quantities of a measure, that are named in one line.
 MOST_NAMED = 3
 
 
@@ -93,9 +93,11 @@ def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Tex
         yield from _tiers_in_words(found)
 
 
-def _tiers_in_words(rows: Iterable[VerdictRow]) -> Iterator[Text]:
-    """Yield in a line what the tiers of a table mean."""
+def _tiers_in_words(rows: Sequence[VerdictRow]) -> Iterator[Text]:
+    """Yield in a line what the tiers of a table mean, and from which order on paths verify a claim."""
     told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
+    if not all(isnan(row.claimed_order) for row in rows):
+        told.append("paths from: least order along paths that is accepted")
     if told:
         yield Text("; ".join(told), style="dim")
 
@@ -266,19 +268,24 @@ def _what_is_wrong(row: VerdictRow) -> tuple[str, ...]:
 
 
 def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
-    row, schemes = group[0], list(dict.fromkeys(one.scheme for one in group))
+    row, schemes = group[0], [one.scheme for one in group]
     measures = grouped(group, lambda one: one.measure).items()
-    what = [f"{name} {', '.join(dict.fromkeys(one.quantity for one in found))}".strip() for name, found in measures]
-    others = len(schemes) - MOST_NAMED
-    names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
+    what = [f"{name} {_some_of([one.quantity for one in found])}".strip() for name, found in measures]
     found = estimate_in_words(row)
     claims = dict.fromkeys(claim_in_words(one) for one in group if one.claim) or [claim_in_words(row)]
     claim = visible(" and ".join(claims)).replace(" >= ", f"{TOGETHER}>={TOGETHER}")
     claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
     symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
-    where = visible(f"{names} on {row.problem}, {', '.join(what)}")
+    where = visible(f"{_some_of(schemes)} on {row.problem}, {', '.join(what)}")
     joint = " not tested: " if row.verdict == "error" and any(one.claim for one in group) else ". "
     return f"{symbol}: {where}: {claim}{joint}{visible(row.reason)}"
+
+
+def _some_of(names: Iterable[str]) -> str:
+    """Return the first of different names, and how many more there are."""
+    different = list(dict.fromkeys(names))
+    others = len(different) - MOST_NAMED
+    return ", ".join(different[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
 
 
 def _fit(blocks: Sequence[Sequence[Text]], room: int, rest: str) -> list[Text]:

@@ -89,6 +89,8 @@ observables (behaviour)
     Expect each observable to be one finite number a path, on one path and on three.
 path-by-path (behaviour)
     Expect drift and diffusion of a path not to depend on the paths beside it.
+finite-in-time (behaviour)
+    Expect drift and diffusion to be finite at the start's state at times over the horizon, its end left out.
 diffusion-product (behaviour)
     Expect the given product of the diffusion with a vector to be that of the matrix, wherever a path goes.
 diffusion-derivative (behaviour)

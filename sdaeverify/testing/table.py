@@ -76,6 +76,7 @@ PROBLEM_CHECKS = (
     _once("consistent-start", problem_functions.check_start),
     _once("observables", problem_functions.check_observables),
     _once("path-by-path", problem_functions.check_path_by_path),
+    _once("finite-in-time", problem_functions.check_finite_in_time, since=2),
     _once("diffusion-product", problem_functions.check_diffusion_product),
     _once("diffusion-derivative", problem_functions.check_diffusion_derivative),
     _once("constraint-jacobian", problem_functions.check_jacobian),

@@ -58,6 +58,7 @@ REFUSED = [
     ({"horizon": np.inf}, "horizon must be a positive time, got inf"),
     ({"noise_dim": 0}, "noise_dim must be a whole number of at least 1, got 0"),
     ({"noise_dim": 2.0}, "noise_dim must be a whole number of at least 1, got 2.0"),
+    ({"traits": {"additiv-noise"}}, "'vanishing-milstein-term']; did you mean additive-noise?"),
     ({"traits": {"white-noise"}}, "unknown traits ['white-noise']; known are ['additive-noise',"),
     ({"truths": (moment("energy"),)}, "a truth is about observable 'energy'; known are []"),
     ({"start": [[0.5, -0.3]]}, "start must be a vector of finite numbers, got [[0.5, -0.3]]"),

@@ -175,6 +175,7 @@ FAULTS = {
     "consistent-start": (changed(circle, start=circle().start * (1.0 + 1e-13), truths=()), "g at the start"),
     "observables": (changed(gbm, observables={"x": lambda t, s: np.ones(3)}, truths=()), "on 1 paths"),
     "path-by-path": (changed(gbm, drift=lambda t, x: x - x.mean()), "drift on one path"),
+    "finite-in-time": (changed(gbm, drift=lambda t, x: x / (t < 0.7)), "drift is not finite at time 0.7"),
     "diffusion-product": (changed(gbm, diffusion_product=lambda t, x, w: 0.6 * w * x ** (x > 1.0)), "is off by"),
     "diffusion-derivative": (changed(gbm, diffusion_derivative=lambda t, x, y: SLIGHT * 0.6 * y[:, None]), "DB(x) y"),
     "constraint-jacobian": (changed(pendulum, jacobian=lambda r: -SLIGHT * r[None]), "the Jacobian"),
