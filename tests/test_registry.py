@@ -550,12 +550,12 @@ def test_problem_with_parameters(install: Install) -> None:
 
 
 def test_problem_function_that_returns_no_problem(install: Install) -> None:
-    """The error names the function and its module."""
+    """The error names the function and its file."""
     install("fake-dist", {"fake_plugin.py": PROBLEM}, {"fake": "fake_plugin"})
     spec = load_registry(environ=ALONE).problems["no-problem"].make()
 
     with pytest.raises(
-        ProblemError, match=r"^fake_plugin\.no_problem returned an object of type dict, expected a problem"
+        ProblemError, match=r"^no_problem in fake_plugin\.py returned an object of type dict, expected a problem"
     ):
         spec.build()
 

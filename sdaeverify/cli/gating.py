@@ -76,14 +76,14 @@ def carry_out_gate(
     if options["write_lock"]:
         # Said now, not after all is run.
         require_writable(policy.lock_file.parent, "lock of the policy")
-    if gates_everything(registry, policy):
-        # Said now, too: it may not be what is wanted, and takes long.
-        complain("", describe_everything(registry, policy.file))
     _remove_report(options["out"] / GATE)
     narrowed = is_narrowed(options)
     beside = [] if narrowed else _begin_examinations(registry, policy)
     with workers(*held_to, registry) as crew:
         plan = _plan(registry, policy, crew, narrowed=narrowed)
+        if gates_everything(registry, policy):
+            # Said now, too: it may not be what is wanted, and takes long.
+            complain("", describe_everything(registry, policy.file))
         given = policy.settings, registry, arguments, options["out"], not options["reuse"]
         run = Run(plan, *given, orders=policy.asks_classes)
         result, code = _run_to_its_end(run, crew, options["progress"])

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from itertools import takewhile
+from pathlib import Path
 
 import numpy as np
 
@@ -100,8 +101,8 @@ class ProblemSpec:
     def _call(self, values: Mapping[str, object]) -> Problem:
         problem: object = self.function(**values)
         if not isinstance(problem, Problem):
-            made = f"problem function {self.function.__qualname__} returned {describe(problem)}"
-            raise ProblemError(f"{made}, expected a problem of one of the forms")
+            where = f"{self.function.__qualname__} in {Path(inspect.getfile(self.function)).name}"
+            raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
         return problem
 
 

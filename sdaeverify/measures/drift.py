@@ -381,7 +381,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     if covered.claim is not None:
         opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
     told = "" if opinion.reason.has(Kind.ORDER) else f"along paths: {CLASSES.get(kind, f'order {slope.value:.2f}')}, "
-    size = f"residual {told}{sup:.2g} at finest h, ~ t^{growth:.1f} in time"
+    size = f"residual {told}{sup:.2g} at smallest h, ~ t^{growth:.1f}"
     return finding(
         covered,
         opinion.plus(size),
@@ -412,8 +412,8 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
         return None
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
-    known = "no error of the state" if np.isinf(order) else f"state of order {order:.2f}"
-    told = f"{known} from one step, so its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
+    known = "no error" if np.isinf(order) else f"order {order:.2f}"
+    told = f"state has {known} from one step, so has its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
     return local._replace(reason=Reason(told))
 
 

@@ -212,9 +212,9 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
         noise = (
-            f"no significant bias along paths ({resolved:.1f} of {RESOLVED:g} standard errors)"
+            f"bias along paths {resolved:.1f} < {RESOLVED:g} standard errors"
             if found.verdict is Verdict.VERIFIED
-            else f"bias along paths {resolved:.1f} standard errors, an order needs {RESOLVED:g}"
+            else f"bias along paths {resolved:.1f} standard errors: no order below {RESOLVED:g}"
         )
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)

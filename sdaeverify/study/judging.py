@@ -370,5 +370,5 @@ def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
         for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
                 known = sorted({name.removesuffix(AT_T) for name in found})
-                reason = f"a claim names {quantity}; this problem has only {', '.join(known)}"
+                reason = f"the scheme has a claim about {quantity}; this problem has only {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

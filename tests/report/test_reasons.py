@@ -18,7 +18,7 @@ OWN = re.compile(
     r"|a SDE|a IndexOneSDAE|an [b-df-hj-np-tv-z][a-z]+)\b"
 )
 # A reason of these kinds has no number: nothing is claimed, or nothing was measured.
-WITHOUT_NUMBER = re.compile(r"^(No claim about|A claim names|The step cannot be probed)")
+WITHOUT_NUMBER = re.compile(r"^(No claim about|The scheme has a claim about|The step cannot be probed)")
 
 
 def reasons(table: str, folders: Sequence[Path] = (REFERENCE, *FIELD)) -> list[dict[str, str]]:

@@ -343,5 +343,5 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
-    left_out = f" ({moving.sum()} of {moving.size} left out: sign changes)" if moving.any() else ""
+    left_out = f" ({moving.sum()} of {moving.size} moments: sign changes)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")
