@@ -56,8 +56,9 @@ class SemigroupReference(NamedTuple):
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
-    slopes : ndarray, shape (F, S, H)
-        |D phi|_1 at the states, plus the square of how far a step leads: where D phi = 0, phi still has that size.
+    scale : ndarray, shape (F, S, H)
+        Without |phi| at a scheme's nodes: |D phi|_1 at the states, plus the square of how far a step leads, which phi
+        still has as its size where D phi = 0.
     trees : int
         Number K of extrapolated trees: the error is O(h^(K+1)).
     """
@@ -67,7 +68,7 @@ class SemigroupReference(NamedTuple):
     t: tuple[float, ...]
     h: Array
     means: Array
-    slopes: Array
+    scale: Array
     trees: int
 
 
@@ -115,14 +116,14 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
         return test_functions.values(y / units)
 
     with np.errstate(all="ignore"):
-        steps = zip(t, h.tolist(), strict=True)
+        steps = list(zip(t, h.tolist(), strict=True))
         means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
-        moved = np.stack([_moved(ito, x, at, size, units) for at, size in zip(t, h.tolist(), strict=True)], axis=-1)
-        slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)[..., None] + moved**2
+        moved = np.stack([_moved(ito, x, at, size, units) for at, size in steps], axis=-1)
+        scale = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)[..., None] + moved**2
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], depth(ito.noise_dim))
+    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], scale[:, sound], depth(ito.noise_dim))
 
 
 def _moved(ito: Equation, x: Array, t: float, h: float, units: Array) -> Array:
@@ -184,7 +185,7 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     truncated = step.truncated(known.states, known.h)
     kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
-    return defect[:, kept], (largest + known.slopes)[:, kept]
+    return defect[:, kept], (largest + known.scale)[:, kept]
 
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:

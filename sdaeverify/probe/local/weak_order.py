@@ -3,8 +3,8 @@
 Orders are taken for every test function and state by itself, from the fine end, and the least one counts: a maximum
 over the defects would hide a low power behind a larger one.
 
-A defect counts relative to |phi| + |D phi|_1, whose rounding is its floor: one that is below the floor at all but the
-coarsest step sizes is called exact, however it would go on.
+A defect counts relative to |phi| + |D phi|_1 + |dx|^2, where |dx| is how far a step leads. Rounding of that is its
+floor: a defect that is below the floor at all but the coarsest step sizes is called exact, however it would go on.
 """
 
 from typing import NamedTuple
@@ -46,8 +46,8 @@ class LocalWeak(NamedTuple):
     defect : ndarray, shape (F, S, H)
         D, with its sign.
     scale : ndarray, shape (F, S, H)
-        Largest |phi| at the nodes plus |D phi|_1: one rounding is eps times this. Both are NaN where a step or an
-        expectation is not finite.
+        Largest |phi| at the nodes plus |D phi|_1 + |dx|^2, where |dx| is how far a step leads: one rounding is eps
+        times this. Both are NaN where a step or an expectation is not finite.
     trees : ndarray, shape ()
         Number K of extrapolated trees of the reference.
     dimension : ndarray, shape ()
