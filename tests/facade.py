@@ -119,7 +119,13 @@ from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVEL
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_orders
 from sdaeverify.probe.local.weak_defects import LEVELS as weak_defects_LEVELS
-from sdaeverify.probe.local.weak_defects import SemigroupReference, local_weak, weak_reference, why_not_local_weak
+from sdaeverify.probe.local.weak_defects import (
+    SemigroupReference,
+    frame_of,
+    local_weak,
+    weak_reference,
+    why_not_local_weak,
+)
 from sdaeverify.probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.functional_orders import (
@@ -174,7 +180,8 @@ from sdaeverify.probe.step.nodes import (
     tensor_rule,
 )
 from sdaeverify.probe.step.one_step import TRUNCATED
-from sdaeverify.probe.step.states import MOST_STEPS, SCATTERED, SIZE, SIZES
+from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES
+from sdaeverify.probe.step.states import STRATA as states_STRATA
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
 from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks
 from sdaeverify.registry.discovery import Origin, load_file

@@ -176,6 +176,11 @@ class Opinion(NamedTuple):
         """Whether what was seen stands against the claim, decided or not."""
         return self.verdict is Verdict.REFUTED or Verdict.VERIFIED in self.excluded
 
+    @property
+    def final(self) -> bool:
+        """Whether neither verdict can be had: no other evidence decides then."""
+        return self.excluded >= {Verdict.VERIFIED, Verdict.REFUTED}
+
     def plus(self, *remarks: Reason | str) -> "Opinion":
         """Return the opinion with remarks behind its reason; empty ones add nothing."""
         further = Reason.of(*remarks)

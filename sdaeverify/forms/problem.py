@@ -138,6 +138,11 @@ class Problem:
         return min(1.0, self.horizon)
 
     @property
+    def longest_unit(self) -> float:
+        """What no unit of time is longer than, however slow the equation is: the horizon."""
+        return self.horizon
+
+    @property
     def shared_fields(self) -> dict[str, Any]:
         """The fields that a view of the same states takes over."""
         return {own.name: getattr(self, own.name) for own in fields(Problem) if own.name not in OWN}

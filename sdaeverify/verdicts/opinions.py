@@ -81,6 +81,21 @@ def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> 
     return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
 
 
+def too_coarse(h: float) -> Opinion:
+    """Return that a claim is left open by all tiers: steps follow the equation, but shorter ones than paths can have.
+
+    A scheme that bounds its drift by 1/h, or its noise by 1, does so in the units of the state and of time.
+
+    Parameters
+    ----------
+    h : float
+        The shortest step size at which one step does not follow the equation.
+    """
+    text = f"one step does not follow the equation at h = {h:.2g}, but does at far shorter ones"
+    doubt = local_doubt(f"{text}: steps of a run are too long for an order")
+    return doubt._replace(excluded=frozenset({Verdict.VERIFIED, Verdict.REFUTED}))
+
+
 def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: bool = False) -> Opinion:
     """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
 
@@ -126,9 +141,10 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
 def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:
     """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
 
-    What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
-    error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
-    anything, more of them are asked for, and without more nothing is decided.
+    What is refuted without sampling stays so, and what is left open for good stays open. What is verified needs paths
+    that could be compared, that would show an error which the claim forbids, and that do not refute it. Where they
+    look as if they might, or are too few to show anything, more of them are asked for, and without more nothing is
+    decided.
 
     Parameters
     ----------
@@ -138,10 +154,10 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
         What paths say.
     evidence : Evidence
     """
+    if local is not None and (local.final or local.verdict is Verdict.REFUTED):
+        return local
     if local is None or local.verdict is Verdict.INCONCLUSIVE:
         return beside(local, decide(tests, evidence))
-    if local.verdict is Verdict.REFUTED:
-        return local
     if tests.refuted <= evidence.level:
         reason = tests.reason.then(local.reason, ", although ")
         return Opinion(Verdict.REFUTED, reason, 3, p_refuted=tests.refuted)

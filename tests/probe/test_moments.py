@@ -94,8 +94,8 @@ def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
 
     moment_errors(c.Formula(counted), gbm(), STEPS)
     assert len(batches) == len(ALL_STEPS)
-    # Two states at two nodes decide; four more states and twelve more nodes check that the step is linear.
-    assert set(batches) == {6 * 14}
+    # Two states at two nodes decide; seven more states and twelve more nodes check that the step is linear.
+    assert set(batches) == {9 * 14}
 
 
 def test_steps_that_miss_a_growing_moment_have_no_order_that_is_too_low() -> None:

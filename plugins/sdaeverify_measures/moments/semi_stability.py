@@ -51,7 +51,7 @@ def lyapunov(problem: Problem, parts: Parts) -> Array:
 def growth(scheme: Scheme, view: Any) -> Growth:
     """Return the rates of growth of a pair whose map can be probed, see `OneStep.why_not_probed`."""
     step = OneStep(scheme, view)
-    x, h = extreme_states(view, step.equation), LEVELS * view.time_unit
+    x, h = extreme_states(view, step.equation), LEVELS * step.time_unit
     nodes = _nodes(scheme, view.noise_dim)
     before = lyapunov(view, view.parts(view.state(x)))
     with np.errstate(all="ignore"):

@@ -74,7 +74,7 @@ def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
     Multipliers
     """
     step = OneStep(scheme, view)
-    x, h = cloud(view, step.equation), LEVELS * view.time_unit
+    x, h = cloud(view, step.equation), LEVELS * step.time_unit
     directions = _directions(view.noise_dim)
     with np.errstate(all="ignore"):
         levels = [_level(step, x, float(size), directions) for size in h]

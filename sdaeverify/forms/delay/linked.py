@@ -29,6 +29,11 @@ class LinkedEquation(SDE):
         """The delay, if it is shorter than the unit of time and the horizon."""
         return min(super().time_unit, self.delay)
 
+    @property
+    def longest_unit(self) -> float:
+        """The delay, if it is shorter than the horizon."""
+        return min(super().longest_unit, self.delay)
+
 
 @lru_cache(maxsize=8)
 def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:

@@ -22,7 +22,7 @@ from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_o
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
-from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_smooth
+from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_smooth, too_coarse
 from ...verdicts.path_tests import SUSPECT, PathTests, unlike
 from ..path_errors.errors import STATE
 from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
@@ -139,7 +139,10 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     pair = remove_delay(scheme, view, span.links, span.until)
     if why_not_algebraic(scheme, view) or why_not_local_order(*pair):
         return Tally()
-    found = packed(span.name, local_strong(*pair))
+    record = local_strong(*pair)
+    found = packed(span.name, record)
+    if not all(order.consistent for order in strong_orders(record)):
+        found = found.merge(packed(_at_shortest(span), local_strong(*pair, shortest=True)))
     delta = _delta(view, settings) if span.links > 1 else 0.0
     delayed = view.capability(Delayed)
     if not delta or delayed is None or not keeps_constraint(scheme, view):
@@ -157,6 +160,10 @@ def _of_y(span: Span) -> str:
     return f"{span.name} of y"
 
 
+def _at_shortest(span: Span) -> str:
+    return f"{span.name} at the shortest steps"
+
+
 def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
     """Return the local order of each component and of the full state, if the one-step map was probed.
 
@@ -166,11 +173,11 @@ def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
 
 
 def _read_orders(tally: Tally, scheme: Scheme, view: Problem, span: Span) -> Orders:
-    record = unpacked(span.name, LocalStrong, tally)
+    record, shortest = (unpacked(name, LocalStrong, tally) for name in (span.name, _at_shortest(span)))
     if record is None:
         return {}
     names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
-    orders = dict(zip((*names, STATE), strong_orders(record), strict=True))
+    orders = dict(zip((*names, STATE), strong_orders(record, shortest), strict=True))
     if not keeps_constraint(scheme, view):
         return orders
     own = unpacked(_of_y(span), AlgebraicDefects, tally)
@@ -384,6 +391,8 @@ def _in_words(order: float) -> str:
 
 
 def _inconsistent(order: StrongOrder, bound: float, *, sharp: bool) -> Opinion:
+    if order.too_coarse:
+        return too_coarse(order.too_coarse)
     text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states"
     text = f"{text}: it is off Euler's by {_powers(order.q2, order.q1)}; h^0.9 and h^1.4 are due at least"
     if order.inconsistent_share > 0.5 and not order.consistent:
@@ -412,6 +421,8 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
     if not sharp:
         return local_doubt(f"{text}; by the scheme's word, one step does not bound its order")
     rises = order.ahead > order.order + RISING and order.typical >= bound
+    if order.turns and order.p2 - 0.5 >= bound:
+        return local_doubt(f"{text}; the mean changes its sign")
     if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
         falls = order.ahead < order.order
         return local_doubt(f"{text}; still changing, to {order.ahead:.2f}", _kind(order), against=falls)

@@ -38,13 +38,13 @@ from ...probe.operator.functional_orders import (
 from ...probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
 from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
-from ...probe.step import test_functions
 from ...probe.step.states import cloud
 from ...verdicts.coverage import claim_for
-from ...verdicts.opinions import local_doubt, local_opinion, of_smooth
+from ...verdicts.opinions import local_doubt, local_opinion, of_smooth, too_coarse
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
+SHORTEST = f"{LOCAL} at the shortest steps"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.25
 # Step sizes of the operator, and further ones where those do not settle an order.
@@ -97,6 +97,8 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     if not (why_not_algebraic(scheme, view) or local.why_not_local_weak(*pair)):
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merge(packed(LOCAL, found))
+        if weak_order(found).inconsistent_share:
+            evidence = evidence.merge(packed(SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
         if not why_not_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
@@ -125,9 +127,9 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     orders: dict[str, FunctionalOrder] = {}
     if record is not None and not why_not_evidence(record):
         orders = _operator_orders(view, record)
-    defects = unpacked(LOCAL, LocalWeak, tally)
+    defects, shortest = (unpacked(name, LocalWeak, tally) for name in (LOCAL, SHORTEST))
     moments = unpacked(MOMENTS, MomentErrors, tally)
-    order = None if defects is None else weak_order(defects)
+    order = None if defects is None else weak_order(defects, shortest)
     return WeakProbe(
         order,
         nan if order is None else order.order,
@@ -167,9 +169,10 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.value.margin)
     opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance)
     opinion = opinion and of_smooth(opinion, least, evidence)
-    if claim.quantities and known:
+    final = opinion is not None and opinion.final
+    if claim.quantities and known and not final:
         return _judge_named(evidence, claim.value, observable, opinion)
-    if opinion is not None and opinion.verdict is Verdict.REFUTED:
+    if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
     further = _global(probed, least, observable)
     # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
@@ -235,8 +238,7 @@ def _read_own(tally: Tally, view: Problem, observable: str) -> WeakOrder | None:
     form, record, ito = quadratic_form(view, observable), unpacked(LOCAL, LocalWeak, tally), view.ito()
     if form is None or record is None or ito is None or ito.dimension != int(record.dimension) or not form.size:
         return None
-    units = local.component_units(cloud(view, ito))[:, 0]
-    made_up = test_functions.coefficients(form.linear, form.square, units)
+    made_up = local.frame_of(cloud(view, ito)).coefficients(form.linear, form.square)
     return weak_order(record.combine(made_up))._replace(function=observable)
 
 
@@ -247,7 +249,7 @@ def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) ->
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     if probed.moments is not None:
-        return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.2f} at T by moment equations")
+        return _opinion(*probed.moments, claim, f"weak order {_in_words(*probed.moments)} at T by moment equations")
     found = probed.orders.get(observable)
     if found is None or not found.informative:
         return None
@@ -279,6 +281,10 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
 
 def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
     return dict(zip(chart_observables(view), widen(functional_orders(record), view), strict=True))
+
+
+def _in_words(low: float, high: float) -> str:
+    return f"at most {high:.2f}" if isfinite(high) and not isfinite(low) else f"{_middle(low, high):.2f}"
 
 
 def _middle(low: float, high: float) -> float:
@@ -332,6 +338,8 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         )
     states = np.asarray(short.any(axis=0))
     share, (few, among) = float(order.share(states)), order.count_states(states)
+    if share and order.too_coarse:
+        return too_coarse(order.too_coarse)
     if share >= MANY:
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)

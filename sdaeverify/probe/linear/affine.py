@@ -1,4 +1,8 @@
-"""Affine functions, found from their values at 0 and at the unit vectors and checked at states of several sizes."""
+"""Affine functions, found from their values at 0 and at the unit vectors and checked at states of several sizes.
+
+What is affine near 0 need not be so where solutions go: x - x^3 is, to rounding, where x is given in units of 1e-8.
+So states that a solution reaches belong to the check.
+"""
 
 from functools import lru_cache
 
@@ -26,9 +30,9 @@ def trial_states(k: int) -> Array:
     return np.concatenate([corners(k), x / np.linalg.norm(x, axis=0) * SIZES], axis=1)
 
 
-def _trials(k: int) -> Array:
-    # The random vectors, each with a 1, shape (4, k + 1).
-    return np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))]).T
+def with_trials(reached: Array) -> Array:
+    """Return the trial states and, behind them, states that a solution reaches, shape (k, k + 5 + S) for (k, S)."""
+    return np.concatenate([trial_states(len(reached)), reached], axis=1)
 
 
 def at_corners(values: Array, last: float = 1.0) -> Array:
@@ -52,13 +56,15 @@ def at_corners(values: Array, last: float = 1.0) -> Array:
     return whole
 
 
-def defect(values: Array, fitted: Array) -> float:
+def defect(states: Array, values: Array, fitted: Array) -> float:
     """Return the largest |f(x) - (R x + r)| relative to |R| |x| + |r| or |f(x)|, whichever is larger.
 
     Parameters
     ----------
-    values : ndarray, shape (d, k + 5, K)
-        Of K functions at the test states.
+    states : ndarray, shape (k, n)
+        The corners, and behind them those at which the functions are checked.
+    values : ndarray, shape (d, n, K)
+        Of K functions at the states.
     fitted : ndarray, shape (d + 1, k + 1, K)
         [[R, r], [0, .]], as found from the first k + 1 of them.
 
@@ -68,7 +74,7 @@ def defect(values: Array, fitted: Array) -> float:
         Infinite if a value is not a number; what overflows is left out.
     """
     k = fitted.shape[1] - 1
-    x = _trials(k)
+    x = np.append(states[:, k + 1 :], np.ones((1, states.shape[1] - k - 1)), axis=0).T
     predicted, size = x @ fitted[:-1], np.abs(x) @ np.abs(fitted[:-1])
     given = values[:, k + 1 :]
     return relative(given - predicted, np.maximum(size, np.abs(given)))

@@ -30,7 +30,7 @@ from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.states import WHEN
 from ..step.times import DIFFERENT, strata
-from .affine import AFFINE, at_corners, defect, relative, trial_states
+from .affine import AFFINE, at_corners, defect, relative, trial_states, with_trials
 from .delay_equation import LARGE, SMALL, UNIT
 from .linear_map import MemoryStep
 
@@ -256,7 +256,7 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
     ProbedStep
     """
     k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
-    inputs = trial_states(k + 2 * view.dimension)
+    inputs = with_trials(_reached(scheme, view, h)) if scale == UNIT else trial_states(k + 2 * view.dimension)
     xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further_noise(l)], axis=1)
     values, failed = _evaluate_step(scheme, view, h, (scale * inputs, xi), _times_after_delay(view)[0])
     values = values / scale
@@ -268,7 +268,13 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
     matrices = np.moveaxis(noise[:-1, :-1], -1, 0)
     step = LinearDelayStep(factors[:-1, :-1, 0], matrices)
     offset = scale * np.concatenate([factors[:-1, -1, :1], noise[:-1, -1]], axis=1).T
-    return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+    return ProbedStep(step, offset, max(defect(inputs, values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+
+
+def _reached(scheme: Scheme, view: Delayed, h: float) -> Array:
+    """Return in one column the memory that a run starts with and the history at begin and end of its first step."""
+    known = [view.past(min(0.0, end - view.delay)) for end in (0.0, h)]
+    return np.concatenate([flatten(scheme.start(view, 1, h)), *known])
 
 
 def why_not_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:

@@ -13,7 +13,8 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Equation, Problem
 from ...forms.names import article
-from .affine import AFFINE, at_corners, corners, defect, trial_states
+from ..step.states import cloud
+from .affine import AFFINE, at_corners, corners, defect, with_trials
 from .second_moments import Operator, on_symmetric, smat, svec
 
 TIMES = (0.3, 0.9)
@@ -86,11 +87,11 @@ def why_not_linear_equation(view: Problem) -> str:
     if ito is None:
         return f"{article(type(view).__name__)} offers no Ito equation whose coefficients could be linear"
     with np.errstate(all="ignore"):
-        x = trial_states(ito.dimension)
+        x = with_trials(cloud(view, ito))
         for name, (values, *later) in _coefficients(ito, x).items():
             if not np.isfinite(values).all():
                 return f"the {name} is not linear in the state: it is not finite everywhere"
-            if (found := defect(values, at_corners(values[:, : ito.dimension + 1]))) > AFFINE:
+            if (found := defect(x, values, at_corners(values[:, : ito.dimension + 1]))) > AFFINE:
                 return f"the {name} is not linear in the state (relative deviation {found:.1g})"
             if not all(np.array_equal(values, other) for other in later):
                 return f"the {name} depends on time"

@@ -11,7 +11,11 @@ from ...contracts.scheme import State, Step, Stepper, flatten
 from ...noise.brownian import Increment
 from ..step.nodes import Nodes
 from ..step.one_step import OneStep
-from .affine import at_corners, corners, defect, trial_states
+from ..step.states import cloud
+from .affine import at_corners, corners, defect, with_trials
+
+# Of the cloud's states, one in so many: the start, the last of the pilot and of the scattered ones.
+EVERY = 6
 
 
 class LinearMap(NamedTuple):
@@ -91,6 +95,14 @@ class MemoryStep:
             failed = failed or lost
         return np.concatenate(after, axis=-1) if len(after) > 1 else after[0], failed
 
+    def reached(self) -> Array:
+        """Return memory that solutions reach, shape (k, S); none where `enter` does not set all of it."""
+        one_step = self.one_step
+        if one_step.why_not_comparable() or one_step.why_not_entered(run=False):
+            return np.zeros((self.dimension, 0))
+        x = cloud(one_step.view, one_step.equation)[:, ::EVERY]
+        return flatten(one_step.enter(x, 0.0, self.h))
+
     def reading(self) -> Array:
         """Return the map of (x, 1) to (y, 1), y being the comparable components, shape (d + 1, k + 1)."""
         y = self.one_step.read(self.state(corners(self.dimension)))
@@ -109,9 +121,10 @@ def linear_map(step: MemoryStep, nodes: Nodes) -> LinearMap:
     -------
     LinearMap
     """
-    values, failed = step.at_nodes(trial_states(step.dimension), nodes)
+    x = with_trials(step.reached())
+    values, failed = step.at_nodes(x, nodes)
     factors = at_corners(values[:, : step.dimension + 1])
-    return LinearMap(factors, defect(values, factors), failed)
+    return LinearMap(factors, defect(x, values, factors), failed)
 
 
 def factors_at(step: MemoryStep, nodes: Nodes) -> Array:

@@ -12,6 +12,7 @@ because the past up to one delay ago has been driven by the noise that drove the
 """
 
 from collections.abc import Callable, Sequence
+from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,9 @@ from .step_moments import step_moments
 # Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
 ROUNDING = 16.0
 FURTHER = 6
+# Of the unit of time: step sizes go down to this one on long horizons too, where a scheme that has a time of its own
+# shows no order on longer ones.
+SHORT = 2.0**-8
 # An error is used where it is known to two digits: a local order is then off by less than 0.03.
 ABOVE_FLOOR = 100.0
 # Accuracy that truths are asked to have, relative to the largest moment: further step sizes would not tell more.
@@ -119,14 +123,15 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     view : Problem
         Of a pair that `why_not_moments` has nothing against.
     steps : sequence of int
-        Numbers N of steps to the final time, each twice the one before. Six more follow: what is exact costs no more
-        with many steps, and local orders settle.
+        Numbers N of steps to the final time, each twice the one before. Six more follow, or as many as lead to 2^-8
+        of the unit of time: what is exact costs no more with many steps, and local orders settle.
 
     Returns
     -------
     MomentErrors
     """
-    steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
+    further = max(FURTHER, ceil(log2(view.horizon / (steps[-1] * SHORT * view.time_unit))))
+    steps = [*steps, *(steps[-1] * 2**level for level in range(1, further + 1))]
     one_step, h = OneStep(scheme, view), [view.horizon / count for count in steps]
     start, exact = _exact(one_step)
     with np.errstate(all="ignore"):

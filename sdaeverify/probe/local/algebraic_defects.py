@@ -62,7 +62,7 @@ def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicD
     AlgebraicDefects
     """
     step = OneStep(*remove_delay(scheme, view))
-    x, h = cloud(step.view, step.equation), LEVELS * step.view.time_unit
+    x, h = cloud(step.view, step.equation), LEVELS * step.time_unit
     with np.errstate(all="ignore"):
         found = [_level(scheme, view, np.split(x, 2), step.time, (float(size), delta)) for size in h]
     rms, scale = (np.stack(parts, axis=-1) for parts in zip(*found, strict=True))

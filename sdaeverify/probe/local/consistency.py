@@ -19,7 +19,7 @@ from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
 from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_rule, step_nodes
 from ..step.one_step import OneStep
-from ..step.states import cloud
+from ..step.states import cloud, time_unit
 from .delay_links import remove_delay
 from .orders import ROUNDING, last_orders, worst_order
 from .reach import mark_rows, reach
@@ -67,7 +67,7 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
     Consistency
     """
     step = OneStep(scheme, view)
-    x, sizes = cloud(view, step.equation), SIZES * view.time_unit
+    x, sizes = cloud(view, step.equation), SIZES * time_unit(view)
     nodes = step_nodes(view.noise_dim, NODES, areas="H" in scheme.noise)
     if not nodes.exact:
         nodes, _ = law_nodes(view.noise_dim, scheme.noise)
@@ -178,7 +178,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     """
     step = OneStep(*remove_delay(scheme, view))
     x, nodes = cloud(step.view, step.equation), half_steps(2 * view.noise_dim, DELAY_NODES, rule=product_rule)
-    h = LEVELS * step.view.time_unit
+    h = LEVELS * step.time_unit
     with np.errstate(all="ignore"):
         found = [_level(step, x, nodes, float(size)) for size in h]
     rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*found, strict=True))

@@ -90,7 +90,7 @@ def _by_coefficients(equation: Equation, names: Names, x: Array) -> Mask:
 
 def _by_steps(step: OneStep, x: Array) -> Mask:
     """Look at two steps, the second of which begins with what the first has left in the memory."""
-    h, t = STEP * step.view.time_unit, step.time
+    h, t = STEP * step.time_unit, step.time
     states, noises = _moved(step.names, x), _draw(step, h, x.shape[1])
     if step.view.has_constraints:
         nearest = step.view.admissible(states.reshape(len(x), -1)).reshape(states.shape)

@@ -12,7 +12,8 @@ solutions move from there in a step. On intervals [a, b] that are halved towards
     |q(a) - 2 q((a + b)/2) + q(b)|/l    falls like l, but not across a kink.
 
 Beyond its rounding alone: a coefficient that is itself made of differences, such as the curvature of a constraint
-without `jacobian`, has a thousand times that of one formula. How much it is, tiny differences on the line tell.
+without `jacobian`, has a thousand times that of one formula. How much it is, tiny differences on the line tell. To it
+comes the rounding of the points: on a line that is short beside its states they stand on a grid.
 """
 
 from collections.abc import Callable
@@ -26,7 +27,7 @@ from ...arrays import Array
 from ...forms import Equation, Problem
 from ...numerics.statistics import EPS
 from ..step.nodes import SEED
-from ..step.states import WHEN, reached_states
+from ..step.states import WHEN, reached_states, time_unit
 
 # Lines between states, and intervals that each is cut into at first.
 LINES, CUTS = 64, 32
@@ -43,6 +44,8 @@ SMALL, ROUNDINGS = 1e-6, 64.0
 # Second differences of this step, in units of the line, are rounding alone, and found somewhere else by chance a few
 # times as large. They are taken beside the ends of intervals, where kinks of simple formulas are.
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
+# Roundings of the points of a line that are tried.
+TRIALS = 4
 
 
 class Smoothness(StrEnum):
@@ -125,7 +128,7 @@ def rough_coefficient(view: Problem) -> Roughness | None:
 def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Array:
     """Return both ends of lines through states that solutions reach, shape (d, 2, L)."""
     t, x = reached_states(view, equation)
-    h, ends = SHORT * view.time_unit, []
+    h, ends = SHORT * time_unit(view), []
     for time, states in zip(t.tolist(), x[..., -AT_A_TIME:], strict=True):
         noise = np.sqrt(h) * rng.standard_normal((equation.noise_dim, states.shape[1]))
         move = h * equation.drift(time, states) + equation.diffused(time, states, noise)
@@ -187,7 +190,8 @@ def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> 
         left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
         length *= 0.5
     before, last = followed[-1 - LAST], followed[-1]
-    rounding = np.maximum(ROUNDINGS * EPS * size, TIMES * _rounding(ends, cuts, q))
+    rounding = TIMES * (_rounding(ends, cuts, q) + _rounding_of_points(ends, q))
+    rounding = np.maximum(ROUNDINGS * EPS * size, rounding)
     seen = last > np.maximum(SMALL * span, rounding / (2.0 * length) ** (order - 1))
     persists, grows = (bool((seen & (last > part * before)).any()) for part in (FALLS, GROWS))
     return persists, grows
@@ -198,6 +202,15 @@ def _rounding(ends: Array, cuts: int, q: Callable[[Array], Array]) -> Array:
     at = (np.arange(cuts) + BESIDE)[:, None] / cuts + TINY * np.arange(3.0)[:, None, None]
     found = np.diff(_values(ends, q, np.repeat(at, ends.shape[2], axis=2)), 2, axis=0)[0]
     return np.asarray(np.nan_to_num(np.abs(found), nan=0.0, posinf=0.0).max(axis=0))
+
+
+def _rounding_of_points(ends: Array, q: Callable[[Array], Array]) -> Array:
+    """Return how much q changes at the ends where each component is rounded up or down, shape (L,)."""
+    rng = np.random.Generator(np.random.Philox(key=SEED + 15))
+    x = ends.reshape(len(ends), -1)
+    moved = x * (1.0 + EPS * rng.choice([-1.0, 1.0], size=(TRIALS, *x.shape)))
+    change = np.abs([q(each) - q(x) for each in moved]) * np.ones((1, x.shape[1]))
+    return np.asarray(np.nan_to_num(change, posinf=0.0).max(axis=0).reshape(2, -1).max(axis=0))
 
 
 def _values(ends: Array, q: Callable[[Array], Array], s: Array) -> Array:

@@ -24,7 +24,7 @@ from ...forms import Delayed, Equation, Problem
 from ...numerics.statistics import EPS
 from ..step.nodes import Nodes, law_nodes
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import cloud, reached_states
+from ..step.states import cloud, reached_states, time_unit
 from .delay_links import remove_delay, why_not_algebraic
 from .orders import TOLERANCE
 from .reach import core
@@ -164,7 +164,7 @@ def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
         scheme, view = remove_delay(scheme, view)
     step = OneStep(scheme, view)
     if (
-        why_not_resolved(view, FINER[-1] * view.time_unit)
+        why_not_resolved(view, FINER[-1] * time_unit(view))
         or view.records
         or step.why_not_comparable()
         or step.why_not_entered()
@@ -223,7 +223,7 @@ def equation_rates(view: Problem, equation: Equation) -> EquationRates:
         Of its comparable components.
     """
     t, x = reached_states(view, equation)
-    h = COARSE * view.time_unit
+    h = COARSE * time_unit(view)
     # Steps of all sizes begin at whole numbers of them, after the first one and before the last.
     t = h * np.clip(np.floor(t / h), 1.0, np.floor(view.horizon / h) - 2.0)
     with np.errstate(all="ignore"):
@@ -232,7 +232,7 @@ def equation_rates(view: Problem, equation: Equation) -> EquationRates:
         names = equation.names or {"x": slice(None)}
         counted = core(equation, names, cloud(view, equation))
         rows = {name: part for (name, part), counts in zip(names.items(), counted, strict=True) if counts}
-        sizes = _sizes(view.time_unit, f, C, list(rows.values())) if rows else np.zeros((2, 0, len(t), x.shape[2]))
+        sizes = _sizes(time_unit(view), f, C, list(rows.values())) if rows else np.zeros((2, 0, len(t), x.shape[2]))
         return EquationRates(t, x, f, C, rows, sizes)
 
 
@@ -299,7 +299,7 @@ class _ShortSteps(NamedTuple):
 
     def _stands(self, asked: Array, found: list[_Off]) -> Mask:
         """Tell where errors have a limit as rates, as moves of the size sqrt(h), or as moves beyond a tolerance."""
-        moves = FINER[-1] * self.step.view.time_unit * self.rates.size[:, :, asked] * found[-2].size
+        moves = FINER[-1] * self.step.time_unit * self.rates.size[:, :, asked] * found[-2].size
         tolerance = TOLERANCE * np.abs(self.rates.x[asked]).max(axis=1)
         jumps = self._settled(found, 1.0) & (moves > np.stack([tolerance, tolerance**2])[:, None])
         return np.asarray(jumps | self._settled(found, 0.5) | self._settled(found, 0.0))
@@ -315,7 +315,7 @@ class _ShortSteps(NamedTuple):
 
     def _off(self, places: Array, part: float, which: int = 0) -> _Off:
         """Return by which parts drift and covariance are off at some of the times, for steps of one size."""
-        rates, nodes, h = self.rates, self.nodes[which], part * self.step.view.time_unit
+        rates, nodes, h = self.rates, self.nodes[which], part * self.step.time_unit
         x, size, moved = rates.x[places], rates.size[:, :, places], self._moved(places, nodes, h)
         mean = np.moveaxis(moved @ nodes.weights, 1, 2) / h - rates.f[places]
         square = (moved * nodes.weights) @ moved.swapaxes(2, 3) / h - rates.C[places]
@@ -337,7 +337,7 @@ class _ShortSteps(NamedTuple):
 
     def _truncated(self, places: Array) -> Mask:
         """Tell from which states the shortest steps are truncated by some noise, (n, S): they have no limit yet."""
-        nodes, S, h = self.nodes[-1], self.rates.x.shape[-1], FINER[-1] * self.step.view.time_unit
+        nodes, S, h = self.nodes[-1], self.rates.x.shape[-1], FINER[-1] * self.step.time_unit
         masks = [made.truncated for _, made in self._made(places, nodes, h)]
         return np.array([np.zeros(S, bool) if m is None else m.reshape(S, -1).any(axis=1) for m in masks])
 

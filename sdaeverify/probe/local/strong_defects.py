@@ -18,7 +18,7 @@ from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import in_batches
+from ..step.states import in_batches, time_unit
 from ..step.times import ProbeTime, times
 from .orders import ROUNDING, SETTLED, TOLERANCE, last_orders
 from .reach import reach
@@ -27,6 +27,8 @@ from .reach import reach
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
+# Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
+SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
 # States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
 # states then, and no fewer than so many.
 WORK, LEAST_STATES = 80_000, 2
@@ -46,6 +48,8 @@ class LocalStrong(NamedTuple):
     rms, mean : ndarray, shape (3, C, S, H)
         ||d||_{L2} and |E d| over the rows of each component, for d_self, for d_em, and for d_em of the second half
         step, which starts where the scheme itself has gone.
+    turned : ndarray, shape (C, S, H)
+        1 where E d_self points away from where it points at the step size before: between the two it is near 0.
     scale : ndarray, shape (S, H)
         Largest absolute value in the state, before and after the step.
     reached : ndarray, shape (C, C)
@@ -59,6 +63,7 @@ class LocalStrong(NamedTuple):
     h: Array
     rms: Array
     mean: Array
+    turned: Array
     scale: Array
     reached: Array
     means: Array
@@ -69,7 +74,7 @@ def why_not_local_order(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local strong order, or an empty string."""
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
-    shortest = float(LEVELS[-1]) * view.time_unit
+    shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     return (
         why_not_resolved(view, shortest)
@@ -79,7 +84,7 @@ def why_not_local_order(scheme: Scheme, view: Problem) -> str:
 
 
 @lru_cache(maxsize=4)
-def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
+def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> LocalStrong:
     """Probe one step and two half steps of each size at each state of the cloud, and at each time that counts.
 
     Remembered, because several measures ask for the same.
@@ -89,6 +94,8 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     scheme : Scheme
     view : Problem
         Of the scheme's form; the pair has a local order, see `why_not_local_order`.
+    shortest : bool
+        Whether the step sizes are `SHORTEST` in place of `LEVELS`.
 
     Returns
     -------
@@ -101,19 +108,22 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     nodes = half_steps(view.noise_dim, count, areas=areas, levy=levy)
     x = _affordable(x, len(nodes.whole.weights))
     when, reached = times(step, x), reach(step, x)
-    means = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
-    counts = np.array(means), np.array(float(len(when)))
+    degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
+    counts = np.array(degree), np.array(float(len(when)))
 
     def probe(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
-        rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        turned = _find_turns(means, list(step.names.values()))
         rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
         truncated = np.tile(step.truncated(x, h), (len(when), 1))
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
-        return LocalStrong(h, rms, mean, scale, reached, *counts)
+        return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
 
-    unit = view.time_unit
+    unit = time_unit(view)
     with np.errstate(all="ignore"):
+        if shortest:
+            return probe(SHORTEST * unit)
         record = probe(LEVELS * unit)
         return _join_levels(record, probe(FINER * unit)) if _slows_down(record) else record
 
@@ -126,13 +136,19 @@ def _affordable(x: Array, nodes: int) -> Array:
 
 def _last_but_one(view: Problem) -> float:
     # An order needs the two finest step sizes.
-    return float(LEVELS[-2]) * view.time_unit
+    return float(LEVELS[-2]) * time_unit(view)
 
 
 def _join_levels(a: LocalStrong, b: LocalStrong) -> LocalStrong:
-    levels = zip(a[:4], b[:4], strict=True)
-    h, rms, mean, scale = (np.concatenate(pair, axis=-1) for pair in levels)
-    return LocalStrong(h, rms, mean, scale, *a[4:])
+    levels = zip(a[:5], b[:5], strict=True)
+    h, rms, mean, turned, scale = (np.concatenate(pair, axis=-1) for pair in levels)
+    return LocalStrong(h, rms, mean, turned, scale, *a[5:])
+
+
+def _find_turns(means: Array, rows: list[slice]) -> Array:
+    """Return where means, shape (d, S, H), point away from where they point at the step size before, by component."""
+    products = np.concatenate([np.zeros_like(means[..., :1]), means[..., 1:] * means[..., :-1]], axis=-1)
+    return np.stack([products[part].sum(axis=0) < 0.0 for part in rows]).astype(float)
 
 
 def _slows_down(record: LocalStrong) -> bool:
@@ -147,19 +163,28 @@ def _slows_down(record: LocalStrong) -> bool:
     return False
 
 
-def _level(
-    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[ProbeTime, ...]
-) -> tuple[Array, Array, Array]:
-    """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
+def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[ProbeTime, ...]) -> tuple[Array, ...]:
+    """Return root mean squares and means of the defects, of all times; see `_defects_at`."""
     nodes = nodes.with_records(step.view.records, h)
     some, begins = in_batches(x, len(nodes.whole.weights)), [moment.of_size(step, h) for moment in when]
     found = zip(*(_defects_at(step, states, nodes, h, t) for t in begins for states in some), strict=True)
-    rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
-    return rms, mean, scale
+    return tuple(np.concatenate(parts, axis=-1) for parts in found)
 
 
-def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
-    """Return the same of a step from time t."""
+def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, ...]:
+    """Return the defects of a step from time t.
+
+    Returns
+    -------
+    ndarray, shape (3, C, S)
+        Root mean squares.
+    ndarray, shape (3, C, S)
+        Sizes of means.
+    ndarray, shape (d, S)
+        Means of d_self.
+    ndarray, shape (S,)
+        Scale.
+    """
     states, weights, half = x.shape[1], nodes.whole.weights, 0.5 * h
 
     def one(wide: Array, noise: Increment) -> Array:
@@ -179,11 +204,12 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
     for pair, defect in zip(((once, twice), (once, alone), (twice, later)), defects, strict=True):
         np.subtract(*pair, out=defect)
     defects = defects.reshape(3, len(x), states, -1)
-    squares = defects**2 @ weights, (defects @ weights) ** 2
+    means = defects @ weights
+    squares = defects**2 @ weights, means**2
     rms, mean = (
         np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
     )
-    return rms, mean, scale
+    return rms, mean, means[SELF], scale
 
 
 def _at_distinct(

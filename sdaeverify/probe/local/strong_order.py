@@ -7,12 +7,13 @@ telescoping X^h - X^{h/2}, with the order
     p = min(p2 - 1/2, p1 - 1).
 """
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from .orders import ROUNDING, LocalOrders, last_orders
+from .orders import ROUNDING, LocalOrders, finest_usable, last_orders, pick
 from .reach import mark_rows
 from .strong_defects import EM, LEVELS, SELF, LocalStrong
 
@@ -47,6 +48,11 @@ class StrongOrder(NamedTuple):
         The order to be expected at the next smaller step.
     consistent_later : bool
         The same of a step from where the scheme itself has gone.
+    turns : bool
+        Whether the mean error is near 0 between the finest step sizes, so that its order says little.
+    too_coarse : float
+        The shortest of the step sizes at which one step does not follow the equation, where it does at much shorter
+        ones; 0 for none.
     """
 
     order: float
@@ -61,10 +67,33 @@ class StrongOrder(NamedTuple):
     means: bool
     ahead: float
     consistent_later: bool
+    turns: bool = False
+    too_coarse: float = 0.0
 
 
-def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
-    """Return the order of each component and, last, of the full state."""
+def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> tuple[StrongOrder, ...]:
+    """Return the order of each component and, last, of the full state.
+
+    Parameters
+    ----------
+    record : LocalStrong
+    shortest : LocalStrong, optional
+        At step sizes far below those of the record, where some steps of these do not follow the equation.
+    """
+    found = _orders(record)
+    if shortest is None:
+        return found
+    pairs, h = zip(found, _orders(shortest), strict=True), float(record.h[-1])
+    return tuple(order._replace(too_coarse=h) if _follows_later(order, fine) else order for order, fine in pairs)
+
+
+def _follows_later(order: StrongOrder, fine: StrongOrder) -> bool:
+    """Tell whether a step follows the equation at much shorter steps alone; what rounding hides there is no sign."""
+    seen = (order.q2 > LEAST_Q2 or isfinite(fine.q2)) and (order.q1 > LEAST_Q1 or isfinite(fine.q1) or not fine.means)
+    return seen and fine.consistent and not order.consistent
+
+
+def _orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
     defects, components = _find_orders(record), (*range(len(record.reached)), None)
     return tuple(_take_order(record, defects, mark_rows(record.reached, component)) for component in components)
 
@@ -108,7 +137,18 @@ def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], r
         means=means,
         ahead=float(np.minimum(ahead2 - 0.5, ahead1 - 1.0) if means else ahead2 - 0.5),
         consistent_later=bool(_consistent(later2, later1, means)),
+        turns=_turns(record, rows),
     )
+
+
+def _turns(record: LocalStrong, rows: Array) -> bool:
+    """Tell whether a largest mean of all states turns between two of the three finest usable step sizes."""
+    size = record.mean[SELF, rows]
+    worst = np.nan_to_num(size, nan=-1.0).argmax(axis=1)[:, None]
+    turned = np.take_along_axis(record.turned[rows], worst, axis=1)[:, 0] > 0.0
+    usable = np.take_along_axis(size, worst, axis=1)[:, 0] > ROUNDING * record.scale.max(axis=0)
+    finest = (finest_usable(usable[:, :count]) for count in (len(LEVELS), len(record.h)))
+    return any(bool((pick(turned, last) | pick(turned, before)).any()) for last, before, _ in finest)
 
 
 def _resolves_means(record: LocalStrong, p2: float) -> bool:

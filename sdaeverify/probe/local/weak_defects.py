@@ -9,7 +9,8 @@ is a scheme of weak order p (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.
 
 Components are divided by a power of two near their largest value among the states, so that orders do not depend on
 units, and phi keeps its meaning for states of any size. A component that is 0 up to the rounding of the others has no
-size of its own, and is divided by that of the state.
+size of its own, and is divided by that of the state. One that stays near a value far from 0, as a temperature does,
+is measured from that value, in units of how far it goes: errors of its noise would be below rounding.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,7 @@ from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import WHEN, cloud, in_batches
+from ..step.states import WHEN, cloud, in_batches, time_unit
 from ..step.times import times
 from .romberg import depth, extrapolate_means, leaves
 from .weak_order import LocalWeak
@@ -35,12 +36,45 @@ from .weak_order import LocalWeak
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
 # a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
 LEVELS = 2.0 ** -np.arange(3.0, 19.0)
+# Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
+SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
 # Test functions with which a batch is as long as that of a step; of more it is shorter.
 FUNCTIONS = 32
 # An order needs so many of the finest step sizes that are not truncated.
 LEAST = 5
 # A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
 ROUNDINGS = 64.0
+# A component stays near a value where it is so many times as large as it goes away from that; where it goes no
+# farther than rounding does, it does not move.
+NEAR, AT_REST = 128.0, 1e8
+
+
+class Frame(NamedTuple):
+    """How states are seen by test functions.
+
+    Attributes
+    ----------
+    centre, unit : ndarray, shape (d, 1)
+        What components are measured from, and in which units.
+    """
+
+    centre: Array
+    unit: Array
+
+    def of(self, x: Array) -> Array:
+        """Return states, shape (d, P), as test functions are given them."""
+        return (x - self.centre) / self.unit
+
+    def coefficients(self, linear: Array, square: Array) -> Array:
+        """Return with which coefficients the test functions make up l . x + x^T S x less a constant, shape (F,).
+
+        Parameters
+        ----------
+        linear, square : ndarray, shape (d,) and (d, d)
+            l and S.
+        """
+        slope = linear + 2.0 * square @ self.centre[:, 0]
+        return test_functions.coefficients(slope, square, self.unit[:, 0])
 
 
 class SemigroupReference(NamedTuple):
@@ -49,22 +83,22 @@ class SemigroupReference(NamedTuple):
     Attributes
     ----------
     states : ndarray, shape (d, S)
-    units : ndarray, shape (d, 1)
-        By which the components are divided before test functions are taken.
+    frame : Frame
+        In which test functions are taken.
     t : tuple of float
         When the step of each size begins.
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
     scale : ndarray, shape (F, S, H)
-        Without |phi| at a scheme's nodes: |D phi|_1 at the states, plus the square of how far a step leads, which phi
-        still has as its size where D phi = 0.
+        Without |phi| at a scheme's nodes: |D phi|_1 at the states, times the size of a component where that is more
+        than its unit, plus the square of how far a step leads, which phi still has as its size where D phi = 0.
     trees : int
         Number K of extrapolated trees: the error is O(h^(K+1)).
     """
 
     states: Array
-    units: Array
+    frame: Frame
     t: tuple[float, ...]
     h: Array
     means: Array
@@ -77,14 +111,14 @@ def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     nodes = _nodes(scheme, view.noise_dim)
     if not nodes.exact or len(nodes.weights) > LARGEST:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
-    shortest = float(LEVELS[-1]) * view.time_unit
+    shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     return why_not_resolved(view, shortest) or step.why_not_probed() or step.all_truncated(float(sizes(view)[-LEAST]))
 
 
-def sizes(view: Problem) -> Array:
+def sizes(view: Problem, *, shortest: bool = False) -> Array:
     """Return the step sizes that are probed."""
-    return np.asarray(LEVELS * view.time_unit)
+    return np.asarray((SHORTEST if shortest else LEVELS) * time_unit(view))
 
 
 def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
@@ -95,7 +129,7 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     view : Problem
         With an Ito equation.
     t : tuple of float
-        When the step of each size begins, see `sizes`.
+        When the step of each size begins, see `sizes`; as many as the shortest sizes are for these.
 
     Returns
     -------
@@ -109,40 +143,47 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     """
     ito = view.ito()
     assert ito is not None
-    x, h = cloud(view, ito), sizes(view)
-    units = component_units(x)
+    x, h = cloud(view, ito), sizes(view, shortest=len(t) == len(SHORTEST))
+    frame = frame_of(x)
 
     def functions(y: Array) -> Array:
-        return test_functions.values(y / units)
+        return test_functions.values(frame.of(y))
 
     with np.errstate(all="ignore"):
         steps = list(zip(t, h.tolist(), strict=True))
         means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
-        moved = np.stack([_moved(ito, x, at, size, units) for at, size in steps], axis=-1)
-        scale = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)[..., None] + moved**2
+        moved = np.stack([_moved(ito, x, at, size, frame.unit) for at, size in steps], axis=-1)
+        slopes = np.abs(jacobian(test_functions.values, frame.of(x))) * np.maximum(np.abs(x) / frame.unit, 1.0)
+        scale = slopes.sum(axis=1)[..., None] + moved**2
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], scale[:, sound], depth(ito.noise_dim))
+    return SemigroupReference(x[:, sound], frame, t, h, means[:, sound], scale[:, sound], depth(ito.noise_dim))
 
 
-def _moved(ito: Equation, x: Array, t: float, h: float, units: Array) -> Array:
+def _moved(ito: Equation, x: Array, t: float, h: float, unit: Array) -> Array:
     """Return how far a step of Euler's method leads at most from each state in any component, shape (S,)."""
     branches = leaves(ito, x, t, h, 1).reshape(*x.shape, -1)
-    return np.asarray((np.abs(branches - x[..., None]).max(axis=2) / units).max(axis=0))
+    return np.asarray((np.abs(branches - x[..., None]).max(axis=2) / unit).max(axis=0))
 
 
-def component_units(x: Array) -> Array:
-    """Return powers of two near the sizes of components, shape (d, 1)."""
+def frame_of(x: Array) -> Frame:
+    """Return the frame of some states, shape (d, S): units are powers of two near the sizes of components."""
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     own, state = largest > ROUNDINGS * EPS * largest.max(), largest.max() or 1.0
-    return np.asarray(np.exp2(np.ceil(np.log2(np.where(own, largest, state))))[:, None])
+    size, start = np.where(own, largest, state), np.nan_to_num(x[:, 0])
+    goes = np.abs(x - start[:, None]).max(axis=1, where=np.isfinite(x), initial=0.0)
+    stays = own & (NEAR * goes < size) & (AT_REST * goes > size)
+    unit = np.exp2(np.ceil(np.log2(np.where(stays, goes, size))))
+    return Frame(np.where(stays, start, 0.0)[:, None], unit[:, None])
 
 
 def local_weak(
     scheme: Scheme,
     view: Problem,
     reference: Callable[[Problem, tuple[float, ...]], SemigroupReference] = weak_reference,
+    *,
+    shortest: bool = False,
 ) -> LocalWeak:
     """Probe one step of each size at each state of the cloud, and at each time that counts.
 
@@ -153,13 +194,15 @@ def local_weak(
         Of the scheme's form; the pair has a local order, see `why_not_local_weak`.
     reference : callable, optional
         `weak_reference`, or what remembers it for further schemes.
+    shortest : bool
+        Whether the step sizes are `SHORTEST` in place of `LEVELS`.
 
     Returns
     -------
     LocalWeak
     """
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
-    first = reference(view, (WHEN * view.horizon,) * len(LEVELS))
+    first = reference(view, (WHEN * view.horizon,) * len(sizes(view, shortest=shortest)))
     moments = times(step, first.states)[1:]
     known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
     with np.errstate(all="ignore"):
@@ -167,7 +210,7 @@ def local_weak(
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
     defect, scale = keep_defined(defect, scale), significant(scale, SCALE)
-    counts = np.array(float(first.trees)), np.array(float(len(first.units)))
+    counts = np.array(float(first.trees)), np.array(float(len(first.frame.unit)))
     time = np.repeat(np.arange(len(known), dtype=float), [each.shape[1] for each in found[0]])
     return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
 
@@ -199,6 +242,6 @@ def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int, x
     states, count = x.shape[1], len(nodes.weights)
     t, h = known.t[level], float(known.h[level])
     wide = np.repeat(x, count, axis=1)
-    phi = test_functions.values(step(wide, t, h, nodes.increment(h, states)) / known.units)
+    phi = test_functions.values(known.frame.of(step(wide, t, h, nodes.increment(h, states))))
     phi = phi.reshape(len(phi), states, count)
     return nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))

@@ -35,6 +35,8 @@ STALL = 0.2
 CROWD = 0.25
 # Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
 CONSISTENT = 0.25
+# Orders are 0 on steps that are too coarse alone where so many of them are seen to be higher on much shorter ones.
+MOST = 0.5
 
 
 class LocalWeak(NamedTuple):
@@ -92,6 +94,8 @@ class WeakOrder(NamedTuple):
         The place of each state's time among those that are probed.
     function : str
         What it is of if not of the test functions.
+    too_coarse : float
+        The shortest of the step sizes at which orders are 0 that are higher at much shorter ones; 0 for none.
     """
 
     orders: Array
@@ -101,6 +105,7 @@ class WeakOrder(NamedTuple):
     dimension: int
     time: Array
     function: str = ""
+    too_coarse: float = 0.0
 
     @property
     def order(self) -> float:
@@ -131,7 +136,7 @@ class WeakOrder(NamedTuple):
         return f"one-step weak order {self.orders[function, state]:.2f} for E[{name}]"
 
 
-def weak_order(record: LocalWeak) -> WeakOrder:
+def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrder:
     """Return the local weak orders.
 
     An order is the last one above the floors, extrapolated where it has settled. Richardson: with errors
@@ -140,11 +145,26 @@ def weak_order(record: LocalWeak) -> WeakOrder:
     Parameters
     ----------
     record : LocalWeak
+    shortest : LocalWeak, optional
+        At step sizes far below those of the record, where orders at these are 0.
 
     Returns
     -------
     WeakOrder
     """
+    found = _orders(record)
+    if shortest is None:
+        return found
+    fine, low = _orders(shortest), found.settled & (found.orders < CONSISTENT)
+    if fine.orders.shape != low.shape:
+        return found
+    # What rounding hides there is no better than before.
+    higher = np.isfinite(fine.orders) & ~(fine.settled & (fine.orders < CONSISTENT))
+    rises = bool(low.any()) and bool(higher[low].mean() > MOST)
+    return found._replace(too_coarse=float(record.h[-1])) if rises else found
+
+
+def _orders(record: LocalWeak) -> WeakOrder:
     size, K = np.abs(record.defect), int(record.trees)
     rounding = FLOORS * EPS * np.abs(weights(K)).sum() * record.scale
     noise, rough = _roughness(record, rounding)

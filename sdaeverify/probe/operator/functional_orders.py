@@ -28,7 +28,8 @@ from .transition_errors import TransitionErrors
 #
 # Of e(h) = c_0 + c_1 h + c_2 h^2 + ..., a small c_0 hardly changes the local orders at the step sizes used; so does a
 # small c_1 beside c_2. Eliminating the next powers one after the other leaves c_0 (Romberg), and that of e(h)/h^q the
-# coefficient of h^q where all lower ones vanish. What little is left may belong to half powers: these are tried, too.
+# coefficient of h^q where all lower ones vanish. What is left may belong to half powers: these are tried, too, and
+# leave nothing of a coefficient that is not clear, or that they exclude.
 
 
 # A coefficient is told from 0 from so many times what is known of it on.
@@ -85,7 +86,8 @@ def _coefficient(values: Array, floors: Array, power: float) -> Coefficient | No
     if abs(whole.value) <= whole.known:
         return None
     half, known = _limit(values, floors, 0.5)
-    return whole if whole.clear or not abs(half) <= known else None
+    vanishes, denies = abs(half) <= known, abs(half - whole.value) > known
+    return None if vanishes and (denies or not whole.clear) else whole
 
 
 def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from ...forms import Equation, Problem
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .nodes import SEED, Nodes, law_nodes, step_nodes
-from .states import WHEN, cloud
+from .states import WHEN, cloud, time_unit
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
@@ -60,6 +60,11 @@ class OneStep:
     def time(self) -> float:
         """When steps are looked at: a fifth of the horizon, as at 0 derivatives of the coefficients may vanish."""
         return WHEN * self.view.horizon
+
+    @property
+    def time_unit(self) -> float:
+        """The time in parts of which steps are probed; see `states.time_unit`."""
+        return time_unit(self.view)
 
     @property
     def names(self) -> dict[str, slice]:
@@ -235,7 +240,7 @@ def _depends_on_run(step: OneStep) -> bool:
     steps begin where the coarse ones did, for as long a time, so that memory which is never renewed grows as old; and
     where those differed most: of other states it is not known what is due to h.
     """
-    h, x = RUN_H * step.view.time_unit, cloud(step.view, step.equation)
+    h, x = RUN_H * step.time_unit, cloud(step.view, step.equation)
     with np.errstate(all="ignore"):
         off, worst = _distance_from_run(step, x, h, RUN)
         if off.max(initial=0.0) <= MOVED:

@@ -24,19 +24,80 @@ DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point this close to the manifold, in parts of the terms that cancel there, is on it.
 CLOSE = 1e-10
+# Coefficients at two times that differ by more than this depend on time.
+SAME = 1e-12
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2
+
+
+# A slow equation changes by less than this in the unit of time; its horizon is so many units long.
+SLOW, LONG = 2.0**-6, 64.0
+# Small differences of states by which rates are taken, as part of how far states are from each other.
+NEARBY = 1e-4
+
+
+@lru_cache(maxsize=8)
+def time_unit(view: Problem) -> float:
+    """Return the time in parts of which steps are probed: the unit of time, or the horizon where that is shorter.
+
+    Where an equation hardly changes in the unit of time and its horizon is long, defects of steps in parts of the
+    unit would be rounding; it is then the largest power of two that is no longer than the equation's own time.
+    Coefficients that depend on time may do so in any unit.
+
+    Parameters
+    ----------
+    view : Problem
+        Of any form.
+    """
+    unit, equation = view.time_unit, view.equation()
+    if equation is None or view.longest_unit < LONG * unit:
+        return unit
+    rate = _rate(equation, reached_states(view, equation).points)
+    if not rate * unit < SLOW:
+        return unit
+    return float(np.exp2(np.floor(np.log2(min(view.longest_unit, 1.0 / rate if rate else np.inf)))))
+
+
+def _rate(equation: Equation, x: Array) -> float:
+    """Return how fast solutions move apart or elsewhere: a Lipschitz constant of f and the square of that of B.
+
+    It is infinite where coefficients depend on time, or no states are known.
+    """
+    if x.shape[1] < 2:
+        return np.inf
+    spread = np.abs(x - x[:, :1]).max(axis=1, keepdims=True)
+    rng = np.random.Generator(np.random.Philox(key=SEED + 11))
+    near = x + NEARBY * np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, x.shape)
+    with np.errstate(all="ignore"):
+        f, B, *later = (part for t in (0.0, WHEN * equation.horizon) for part in _coefficients(equation, t, x))
+        if not all(np.allclose(a, b, rtol=SAME, atol=0.0) for a, b in zip((f, B), later, strict=True)):
+            return np.inf
+        f_near, B_near = _coefficients(equation, 0.0, near)
+        apart = np.concatenate([near - x, np.roll(x, 1, axis=1) - x], axis=1)
+        of_f = norm(np.concatenate([f_near - f, np.roll(f, 1, axis=1) - f], axis=1))
+        of_B = norm(np.concatenate([B_near - B, np.roll(B, 1, axis=1) - B], axis=1))
+        size = norm(apart)
+        rates = (of_f / size + (of_B / size) ** 2)[size > 0.0]
+    return float(rates.max(initial=0.0)) if np.isfinite(rates).all() else np.inf
+
+
+def _coefficients(equation: Equation, t: float, x: Array) -> tuple[Array, Array]:
+    """Return f, shape (d, S), and B, all its entries one below the other, shape (d l, S)."""
+    f, B = np.broadcast_to(equation.drift(t, x), x.shape), equation.diffusion(t, x)
+    wide = np.broadcast_to(B, (*B.shape[:2], x.shape[1]))
+    return f, wide.reshape(-1, x.shape[1])
 
 
 @lru_cache(maxsize=8)
 def cloud(view: Problem, ito: Equation) -> Array:
     """Return the initial state, points of a pilot trajectory, and points scattered around them.
 
-    The pilot is Euler-Maruyama with h = 2^-6 or, on a shorter horizon, 64 steps; it ends after 256 steps. It is kept
-    at six times on six paths. The scattered points are the pilot's, moved at random by as much as it has moved; on a
-    constrained problem all are brought onto the manifold, with velocities projected onto the tangent space. The
-    initial state takes the place of a point where that fails, or where drift or diffusion are not finite.
+    The pilot is Euler-Maruyama with h = 2^-6 of the unit of time or, on a shorter horizon, 64 steps; it ends after
+    256 steps. It is kept at six times on six paths. The scattered points are the pilot's, moved at random by as much
+    as it has moved; on a constrained problem all are brought onto the manifold, with velocities projected onto the
+    tangent space. The initial state takes the place of a point where that fails, or where drift or diffusion are not
+    finite.
 
     Where the drift of a step is larger than the state, the equation is stiff, and explicit steps would carry the
     pilot to states that no solution has: the pilot is then linearly implicit, x+ = x + (1 - h Df)^{-1} (h f + B dW).
@@ -56,7 +117,7 @@ def cloud(view: Problem, ito: Equation) -> Array:
     start = ito.initial(1)
     with np.errstate(all="ignore"):
         # Of each path its own time.
-        pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, rng)))
+        pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, time_unit(view), rng)))
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
         points = np.concatenate([pilot, scattered], axis=1)
@@ -159,10 +220,11 @@ def in_batches(x: Array, nodes: int) -> list[Array]:
     return np.array_split(x, min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), axis=1)
 
 
-def _pilot(ito: Equation, rng: np.random.Generator) -> Array:
+def _pilot(ito: Equation, unit: float, rng: np.random.Generator) -> Array:
     """Return where the pilot's paths are at six times, shape (6, d, P)."""
-    steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
-    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
+    longest = PILOT_H * max(unit, 1.0)
+    steps = int(np.clip(np.ceil(ito.horizon / longest), FEWEST_STEPS, MOST_STEPS))
+    h, normals = min(ito.horizon / steps, longest), rng.standard_normal((steps, ito.noise_dim, PILOT))
     return _follow_pilot(ito, h, normals, np.linspace(steps / PILOT, steps, PILOT).astype(int))
 
 

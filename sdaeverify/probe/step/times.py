@@ -100,7 +100,7 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
 @lru_cache(maxsize=8)
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
-    h, t = H * step.view.time_unit, strata(step.view.horizon)
+    h, t = H * step.time_unit, strata(step.view.horizon)
     noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
     with np.errstate(all="ignore"):
         there = np.array([step.read(make(step.enter(x, at, h), at, noise).state) for at in t])
@@ -156,7 +156,7 @@ def same_in_a_row(step: OneStep) -> bool:
 @lru_cache(maxsize=64)
 def _first_row(step: OneStep) -> _Row:
     h = (1.0 - WHEN) / in_a_row(step.view)
-    return _row(step, h * step.view.time_unit, step.time)
+    return _row(step, h * step.time_unit, step.time)
 
 
 def _row(step: OneStep, h: float, begin: float) -> _Row:

@@ -1,0 +1,174 @@
+"""No verdict depends on the units of state and time, though schemes that bound their steps do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facade import (
+    BalancedEuler,
+    DriftTruncatedEuler,
+    EulerMaruyama,
+    Heun,
+    TamedEuler,
+    double_well,
+    frame_of,
+    gbm,
+    judge_strong,
+    judge_weak,
+    least_order,
+    local_strong,
+    local_weak,
+    moment_orders,
+    ou,
+    spiral,
+    strong_orders,
+    test_functions,
+    weak_order,
+)
+from probe.weak_cells import scheme
+from sdaeverify import SDE, Array, Increment, Problem, Scheme
+from sdaeverify.measuring import Opinion, Verdict
+from sdaeverify.probing import OneStep, moment_errors, why_not_moments
+
+STEPS = (8, 16, 32, 64, 128, 256)
+
+
+def in_units(problem: Problem, scale: float = 1.0, shift: float = 0.0, time: float = 1.0) -> SDE:
+    """Return the equation of y = scale x + shift in the time s = time t."""
+    old = problem.ito()
+    assert old is not None
+
+    def drift(s: float, y: Array) -> Array:
+        return scale / time * old.drift(s / time, (y - shift) / scale)
+
+    def diffusion(s: float, y: Array) -> Array:
+        return scale / np.sqrt(time) * old.diffusion(s / time, (y - shift) / scale)
+
+    start, horizon = scale * old.initial(1)[:, 0] + shift, time * old.horizon
+    return SDE(drift=drift, diffusion=diffusion, start=start, noise_dim=old.noise_dim, horizon=horizon, source="test")
+
+
+def weak_opinion(of: Scheme, problem: SDE, claim: float) -> Opinion:
+    """Return what steps of usual and of shortest size say together."""
+    found, shortest = local_weak(of, problem), local_weak(of, problem, shortest=True)
+    return judge_weak(weak_order(found, shortest), claim)
+
+
+def strong_opinion(of: Scheme, problem: SDE, claim: float) -> Opinion:
+    """Return the same of paths."""
+    found, shortest = local_strong(of, problem), local_strong(of, problem, shortest=True)
+    return judge_strong(strong_orders(found, shortest)[-1], claim)
+
+
+@pytest.mark.parametrize("problem", [double_well(), gbm()], ids=["double-well", "growth"])
+def test_a_tamed_step_in_small_units_is_too_coarse_and_not_wrong(problem: Problem) -> None:
+    """With x in units of 1e-8, h |f| is large at every step size that is probed first: nothing can be decided."""
+    small = in_units(problem, scale=1e8)
+
+    assert judge_weak(weak_order(local_weak(TamedEuler(), small)), 1.0).verdict is Verdict.REFUTED
+    for found in (weak_opinion(TamedEuler(), small, 1.0), strong_opinion(TamedEuler(), small, 0.5)):
+        assert found.verdict is Verdict.INCONCLUSIVE
+        assert found.final
+        assert "steps of a run are too long" in str(found.reason)
+
+
+def without_drift(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
+    return x + problem.diffused(t, x, noise.dW)
+
+
+def too_much_noise(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
+    return x + h * problem.drift(t, x) + 1.01 * problem.diffused(t, x, noise.dW)
+
+
+def drift_off_by_a_thousandth(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
+    return x + 1.001 * h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
+
+
+@pytest.mark.parametrize("units", [{}, {"scale": 1e8}, {"shift": 1e4}, {"time": 1e6}, {"scale": 1e-8, "time": 1e-6}])
+@pytest.mark.parametrize("wrong", [without_drift, too_much_noise, drift_off_by_a_thousandth])
+def test_what_is_wrong_is_so_in_all_units(wrong, units):
+    """Shorter steps excuse no scheme that does not follow the equation, whatever rounding hides there."""
+    problem = in_units(double_well(), **units)
+
+    assert weak_opinion(scheme(wrong), problem, 1.0).verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("units", [{}, {"scale": 1e8}, {"shift": 1e4}, {"time": 1e6}])
+@pytest.mark.parametrize("wrong", [without_drift, too_much_noise])
+def test_what_is_wrong_along_paths_is_so_in_all_units(wrong, units):
+    """The same of strong orders."""
+    problem = in_units(double_well(), **units)
+
+    assert strong_opinion(scheme(wrong), problem, 0.5).verdict is Verdict.REFUTED
+
+
+def test_an_equation_is_linear_only_if_it_is_where_solutions_go() -> None:
+    """The cube of a double well with x in units of 1e-8 is below rounding at states of size 1."""
+    assert "not linear" in why_not_moments(Heun(), in_units(double_well(), scale=1e8))
+    assert why_not_moments(Heun(), in_units(ou(), scale=1e8)) == ""
+
+
+def test_a_step_is_linear_only_if_it_is_where_solutions_go() -> None:
+    """About a mean of 300 steps of a truncated drift are constant at states near 0, and linear at those near 300."""
+    warm = in_units(ou(), shift=300.0)
+
+    assert not moment_errors(DriftTruncatedEuler(), warm, STEPS).linear
+    euler = moment_errors(EulerMaruyama(), warm, STEPS)
+    assert euler.linear
+    assert least_order(moment_orders(euler)) == pytest.approx((1.0, 1.0), abs=0.04)
+
+
+@pytest.mark.parametrize("problem", [gbm(), ou(), spiral()], ids=["growth", "ou", "spiral"])
+def test_moments_of_a_long_run_are_asked_of_steps_in_the_unit_of_time(problem: Problem) -> None:
+    """A balanced step divides by 1 + |dW|, and tells its order from steps that are short beside 1."""
+    low, high = least_order(moment_orders(moment_errors(BalancedEuler(), in_units(problem, time=1e6), STEPS)))
+    assert low > 0.25
+    assert high < 0.75
+
+
+def test_half_powers_are_no_wrong_limit() -> None:
+    """Errors of a balanced step fall with powers of the root of h, and cross 0 at short steps in slow time."""
+    found = moment_orders(moment_errors(BalancedEuler(), in_units(spiral(), time=100.0), STEPS))
+    assert all(order.high > 0.25 for order in found)
+
+
+def test_an_order_beside_a_change_of_sign_refutes_nothing() -> None:
+    """The mean error of a balanced step is a h^1.5 - b h^2, and near 0 at the shortest steps in fast time."""
+    record = local_strong(BalancedEuler(), in_units(double_well(), time=1e-3))
+    order = strong_orders(record)[-1]
+
+    assert order.turns
+    assert order.order < 0.2
+    assert judge_strong(order, 0.5).verdict is Verdict.INCONCLUSIVE
+    assert not strong_orders(local_strong(BalancedEuler(), double_well()))[-1].turns
+
+
+@pytest.mark.parametrize("problem", [double_well(), gbm(), spiral()], ids=["double-well", "growth", "spiral"])
+def test_an_error_in_slow_time_is_not_rounding(problem: Problem) -> None:
+    """Euler's method has weak order 1 and not 2 where the horizon is 1e6 and all rates are as small."""
+    slow = in_units(problem, time=1e6)
+
+    assert weak_opinion(EulerMaruyama(), slow, 1.0).verdict is Verdict.VERIFIED
+    assert weak_opinion(EulerMaruyama(), slow, 2.0).verdict is Verdict.REFUTED
+
+
+def test_the_unit_of_time_is_longer_for_slow_equations_alone() -> None:
+    """It is 1 on long horizons too, but where nothing happens in it; what depends on time may do so in any unit."""
+    slow = in_units(double_well(), time=1e6)
+    assert 1e4 < OneStep(EulerMaruyama(), slow).time_unit < 1e6
+    assert OneStep(EulerMaruyama(), double_well(horizon=1e3)).time_unit == 1.0
+    forced = replace(slow, drift=lambda t, x: slow.drift(t, x) + 1e-6 * np.sin(t))
+    assert OneStep(EulerMaruyama(), forced).time_unit == 1.0
+
+
+def test_a_frame_is_centred_where_a_component_stays() -> None:
+    """One near 300 that goes 2 away is measured from there, one that goes as far as it is large from 0."""
+    frame = frame_of(np.array([[300.0, 301.0, 298.0], [1.0, -0.5, 0.7], [5.0, 5.0, 5.0]]))
+    assert frame.centre[:, 0].tolist() == [300.0, 0.0, 0.0]
+    assert frame.unit[:, 0].tolist() == [2.0, 1.0, 8.0]
+    z = frame.of(np.array([[302.0], [3.0], [8.0]]))
+    square, linear = np.diag([1.0, 2.0, 0.0]), np.array([-3.0, 0.5, 0.0])
+    seen = frame.coefficients(linear, square) @ test_functions.values(z)
+    constant = 300.0**2 - 3.0 * 300.0
+    assert seen == pytest.approx([302.0**2 - 3.0 * 302.0 + 2.0 * 9.0 + 0.5 * 3.0 - constant])
