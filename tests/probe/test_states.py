@@ -57,7 +57,7 @@ def test_a_pilot_that_explodes_gives_the_initial_state() -> None:
 
 
 def test_a_long_horizon_costs_no_more_than_a_short_one() -> None:
-    """The pilot stops after so many steps, and so does the one that tells the unit of time, implicit ones included."""
+    """The pilot stops after so many steps, and so does the one that tells the unit of time, implicit or not."""
     calls = []
 
     def drift(t: float, x: np.ndarray) -> np.ndarray:
