@@ -38,5 +38,5 @@ def costs(runs):
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
     named = [(*sys.argv[1:], "strong,weak", "")] if sys.argv[1:] else []
-    table = costs(named or RUNS)
+    table = costs(named or RUNS.values())
     print((table if named else table.groupby("solver", sort=False).head(1)).round(2).to_string(index=False))

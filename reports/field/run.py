@@ -1,10 +1,9 @@
-"""Judges the solvers of other libraries, those that are installed, and writes tables and page into this folder.
+"""Judges the solvers of other libraries, those that are installed: a folder for each run, and tables.md of all.
 
 pip install '.[ase,diffrax,mici,qutip,sdeint,tinydiffeq,torchsde]' && python reports/field/run.py
 """
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -23,25 +22,30 @@ SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,ase*"
 BUDGET, SMALL, LEAST = (
     f"--paths={n} --levels={levels}" for n, levels in ((1024, "16..128"), (256, "8..64"), (256, "2..16"))
 )
-# Schemes, problems, measures and budget. QuTiP and mici make one path at a time. A step of QuTiP takes up to a
-# millisecond with the seven noises of the default fibre, whose stiffness its short runs leave unresolved: it has two.
-RUNS = (
-    (SOLVERS, GENERAL, "strong,weak", BUDGET),
-    (SOLVERS, ADDITIVE, "strong,weak", BUDGET),
-    ("tinydiffeq*", "gbm-algebraic,growing-volatility,nonlinear-constraint[tau=0]", "strong,weak", BUDGET),
-    ("ase*", "angle-pendulum,harmonic-langevin", "invariant", BUDGET),
-    ("qutip*", LINEAR, "strong", SMALL),
-    ("qutip[method=pred_corr],qutip[method=platen]", LINEAR, "weak", SMALL),
-    ("mici*", "damped-pendulum,pendulum-tangential,sphere-langevin", "weak,drift", LEAST),
-)
+# By folder: schemes, problems, measures and budget. QuTiP and mici make one path at a time. A step of QuTiP takes up
+# to a millisecond with the seven noises of the default fibre, whose stiffness its short runs leave unresolved: it has
+# two.
+RUNS = {
+    "sdes": (SOLVERS, f"{GENERAL},{ADDITIVE}", "strong,weak", BUDGET),
+    "algebraic": (
+        "tinydiffeq*",
+        "gbm-algebraic,growing-volatility,nonlinear-constraint[tau=0]",
+        "strong,weak",
+        BUDGET,
+    ),
+    "ase": ("ase*", "angle-pendulum,harmonic-langevin", "invariant", BUDGET),
+    "qutip-strong": ("qutip*", LINEAR, "strong", SMALL),
+    "qutip-weak": ("qutip[method=pred_corr],qutip[method=platen]", LINEAR, "weak", SMALL),
+    "mici": ("mici*", "damped-pendulum,pendulum-tangential,sphere-langevin", "weak,drift", LEAST),
+}
 KEEP = ("verified", "refuted", "inconclusive", "error")
 
 
-def run(schemes: str, problems: str, measures: str, budget: str) -> None:
-    """Run a part of the matrix into this folder; what was run before and is the same is used again."""
+def run(folder: Path, schemes: str, problems: str, measures: str, budget: str) -> None:
+    """Run a part of the matrix into its folder; what was run before and is the same is used again."""
     command = [sys.executable, "-m", "sdaeverify", "matrix", "-s", schemes, "-p", problems, "-m", measures]
     given = {**os.environ, "OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu"}
-    out = ("--out", str(FOLDER.relative_to(ROOT)), "-q", *sys.argv[1:])
+    out = ("--out", str(folder.relative_to(ROOT)), "-q", *sys.argv[1:])
     done = subprocess.run([*command, *budget.split(), *out], cwd=ROOT, env=given, check=False)
     # 1 and 3: a claim is refuted, a cell is in error. Both stand in the tables.
     if done.returncode not in {0, 1, 3}:
@@ -96,17 +100,8 @@ def _version(name: str) -> str:
         return ""
 
 
-def begin() -> None:
-    """Take away the tables of the last run, whose rows would stay beside the new ones; its evidence may stay."""
-    for name in ("verdicts.csv", "levels.csv", "not_applicable.csv", "columns.csv", "run.json", "report.html"):
-        (FOLDER / name).unlink(missing_ok=True)
-    shutil.rmtree(FOLDER / "details", ignore_errors=True)
-
-
 if __name__ == "__main__":
-    begin()
-    for part in RUNS:
-        run(*part)
-    (FOLDER / "tables.md").write_text(
-        "\n".join(tables(pd.read_csv(FOLDER / "verdicts.csv").fillna({"quantity": "all"}))) + "\n"
-    )
+    for name, part in RUNS.items():
+        run(FOLDER / name, *part)
+    found = pd.concat([pd.read_csv(FOLDER / name / "verdicts.csv") for name in RUNS], ignore_index=True)
+    (FOLDER / "tables.md").write_text("\n".join(tables(found.fillna({"quantity": "all"}))) + "\n")
