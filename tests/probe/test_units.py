@@ -140,12 +140,13 @@ def test_an_error_in_slow_time_is_not_rounding(problem: Problem) -> None:
 
 
 def test_the_unit_of_time_is_longer_for_slow_equations_alone() -> None:
-    """It is 1 on long horizons too, but where nothing happens in it; what depends on time may do so in any unit."""
+    """It is 1 on long horizons too, but where nothing happens in it: neither along solutions nor in time."""
     slow = in_units(double_well(), time=1e6)
     assert 1e4 < OneStep(EulerMaruyama(), slow).time_unit < 1e6
     assert OneStep(EulerMaruyama(), double_well(horizon=1e3)).time_unit == 1.0
-    forced = replace(slow, drift=lambda t, x: slow.drift(t, x) + 1e-6 * np.sin(t))
-    assert OneStep(EulerMaruyama(), forced).time_unit == 1.0
+    for rate, unit in ((1.0, 1.0), (1e-3, 2.0**10), (1e-6, OneStep(EulerMaruyama(), slow).time_unit)):
+        forced = replace(slow, drift=lambda t, x, rate=rate: slow.drift(t, x) + 1e-6 * np.sin(rate * t))
+        assert OneStep(EulerMaruyama(), forced).time_unit == pytest.approx(unit, rel=0.6)
 
 
 def test_a_frame_is_centred_where_a_component_stays() -> None:

@@ -43,7 +43,6 @@ def time_unit(view: Problem) -> float:
 
     Where an equation hardly changes in the unit of time and its horizon is long, defects of steps in parts of the
     unit would be rounding; it is then the largest power of two that is no longer than the equation's own time.
-    Coefficients that depend on time may do so in any unit.
 
     Parameters
     ----------
@@ -53,32 +52,40 @@ def time_unit(view: Problem) -> float:
     unit, equation = view.time_unit, view.equation()
     if equation is None or view.longest_unit < LONG * unit:
         return unit
-    rate = _rate(equation, reached_states(view, equation).points)
+    x = reached_states(view, equation).points
+    if x.shape[1] < 2:
+        return unit
+    with np.errstate(all="ignore"):
+        rate = max(_rate_in_state(equation, x), _rate_in_time(equation, x[:, ::A_STRATUM], unit))
     if not rate * unit < SLOW:
         return unit
     return float(np.exp2(np.floor(np.log2(min(view.longest_unit, 1.0 / rate if rate else np.inf)))))
 
 
-def _rate(equation: Equation, x: Array) -> float:
-    """Return how fast solutions move apart or elsewhere: a Lipschitz constant of f and the square of that of B.
-
-    It is infinite where coefficients depend on time, or no states are known.
-    """
-    if x.shape[1] < 2:
-        return np.inf
+def _rate_in_state(equation: Equation, x: Array) -> float:
+    """Return a Lipschitz constant of f and the square of that of B, between states, shape (d, S), and near them."""
     spread = np.abs(x - x[:, :1]).max(axis=1, keepdims=True)
     rng = np.random.Generator(np.random.Philox(key=SEED + 11))
     near = x + NEARBY * np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, x.shape)
-    with np.errstate(all="ignore"):
-        f, B, *later = (part for t in (0.0, WHEN * equation.horizon) for part in _coefficients(equation, t, x))
-        if not all(np.allclose(a, b, rtol=SAME, atol=0.0) for a, b in zip((f, B), later, strict=True)):
-            return np.inf
-        f_near, B_near = _coefficients(equation, 0.0, near)
-        apart = np.concatenate([near - x, np.roll(x, 1, axis=1) - x], axis=1)
-        of_f = norm(np.concatenate([f_near - f, np.roll(f, 1, axis=1) - f], axis=1))
-        of_B = norm(np.concatenate([B_near - B, np.roll(B, 1, axis=1) - B], axis=1))
-        size = norm(apart)
-        rates = (of_f / size + (of_B / size) ** 2)[size > 0.0]
+    others = np.concatenate([near, np.roll(x, 1, axis=1)], axis=1)
+    here, there = (_coefficients(equation, 0.0, points) for points in (x, others))
+    size = norm(others - np.tile(x, 2))
+    of_f, of_B = (norm(b - np.tile(a, 2)) / size for a, b in zip(here, there, strict=True))
+    rates = (of_f + of_B**2)[size > 0.0]
+    return float(rates.max(initial=0.0)) if np.isfinite(rates).all() else np.inf
+
+
+def _rate_in_time(equation: Equation, x: Array, unit: float) -> float:
+    """Return how much f and B change in the unit of time, in parts of what they change in all, per unit of time."""
+    rng = np.random.Generator(np.random.Philox(key=SEED + 12))
+    times = (equation.horizon - unit) * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA
+    now, later = (
+        np.stack([np.concatenate(_coefficients(equation, t, x)) for t in (times + part).tolist()])
+        for part in (0.0, unit)
+    )
+    change, span = np.abs(later - now).max(axis=0), np.ptp(now, axis=0)
+    moves = change > SAME * np.abs(now).max(axis=0)
+    rates = change[moves] / (span[moves] * unit)
     return float(rates.max(initial=0.0)) if np.isfinite(rates).all() else np.inf
 
 
