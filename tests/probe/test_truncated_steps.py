@@ -52,4 +52,4 @@ def test_gentle_drift_keeps_all_states() -> None:
     step = OneStep(DriftTruncatedEuler(), with_drift(1.0))
 
     assert step.usable_states(float(LEVELS[-2])) is cloud(step.view, step.equation)
-    assert not step.truncated(cloud(step.view, step.equation), LEVELS[-3:]).any()
+    assert not step.truncated(cloud(step.view, step.equation), LEVELS[-3:], [0.2] * 3).any()

@@ -72,7 +72,7 @@ class MemoryStep:
         return type(self.start)(*np.split(x, cuts))
 
     def advance(self, x: Array, noise: Increment, t: float = 0.0) -> tuple[Array, bool]:
-        """Return the memory after a step, and whether any path found no root.
+        """Return the memory after a step, and whether any path found no root; NaN where the step is truncated.
 
         Parameters
         ----------
@@ -84,7 +84,8 @@ class MemoryStep:
             Start of the step.
         """
         step: Step = self.stepper(self.state(x), t, noise)
-        return flatten(step.state), step.failed is not None and bool(np.any(step.failed))
+        after, failed = flatten(step.state), step.failed is not None and bool(np.any(step.failed))
+        return after if step.truncated is None else np.where(step.truncated, np.nan, after), failed
 
     def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:
         """Return the memory after a step from every state at every node, shape (k, states, K)."""

@@ -116,7 +116,8 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
         rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
-        truncated = np.tile(step.truncated(x, h), (len(when), 1))
+        begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
+        truncated = np.concatenate([step.truncated(x, h, times) for times in begins])
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
         return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
 

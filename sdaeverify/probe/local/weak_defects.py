@@ -226,7 +226,7 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
         for level in range(len(known.h))
     ]
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-    truncated = step.truncated(known.states, known.h)
+    truncated = step.truncated(known.states, known.h, known.t)
     kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
     return defect[:, kept], (largest + known.scale)[:, kept]
 

@@ -1,5 +1,6 @@
 """A scheme as a black-box one-step map between flat states."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -172,15 +173,22 @@ class OneStep:
         """
         return self.scheme.prepare(self.view, h)(state, t, noise).state
 
-    def truncated(self, x: Array, h: Array) -> Mask:
+    def truncated(self, x: Array, h: Array, times: Sequence[float]) -> Mask:
         """Tell at which states a step of each size is truncated by some noise of its size, shape (S, H).
 
         A truncated step is not yet what the scheme tends to: it has no order there.
+
+        Parameters
+        ----------
+        x : ndarray, shape (d, S)
+        h : ndarray, shape (H,)
+        times : sequence of H floats
+            When the step of each size begins.
         """
         nodes = self._few_nodes()
-        wide, t = np.repeat(x, len(nodes.weights), axis=1), self.time
+        wide = np.repeat(x, len(nodes.weights), axis=1)
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
-        for place, size in enumerate(h.tolist() if not self.view.records else ()):
+        for place, (size, t) in enumerate(zip(h.tolist(), times, strict=True) if not self.view.records else ()):
             step = self.scheme.prepare(self.view, size)
             mask = step(self.enter(wide, t, size), t, nodes.increment(size, x.shape[1])).truncated
             if mask is None:
@@ -197,7 +205,7 @@ class OneStep:
         """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
         x = cloud(self.view, self.equation)
         with np.errstate(all="ignore"):
-            truncated = self.truncated(x, np.array([h]))[:, 0]
+            truncated = self.truncated(x, np.array([h]), [self.time])[:, 0]
         return x[:, ~truncated] if truncated.any() else x
 
     def all_truncated(self, h: float) -> str:
