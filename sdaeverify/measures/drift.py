@@ -412,9 +412,9 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
         return None
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
-    known = "no error" if np.isinf(order) else f"order {order:.2f}"
-    told = f"state has {known} from one step, so has its residual; {bar(claimed.least, claimed.least - TOLERANCE)}"
-    return local._replace(reason=Reason(told))
+    known = "exact to round-off" if np.isinf(order) else f"of order {order:.2f}"
+    told = f"state {known} from one step, its residual at least so"
+    return local._replace(reason=Reason(f"{told}; {bar(claimed.least, claimed.least - TOLERANCE)}"))
 
 
 def _classify(slope: float, sup: float, scale: float) -> str:

@@ -42,6 +42,7 @@ SPANS = {f"{UP_TO}tau": FIRST, f"{UP_TO}2 tau": SECOND, "tau": WHOLE}
 GIVEN_PAST = "one step given its past"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.1
+GIVEN = "at a fixed time, from single steps that are given the past of the solution"
 
 
 class Intervals(Measure):
@@ -147,12 +148,10 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
 
 def _opinion(order: float, claim: Claim) -> Opinion:
     if not isinstance(claim.value, Order) or np.isnan(order):
-        return local_doubt(f"order {order:.2f} of one step with the past of the solution")
+        return local_doubt(f"order {order:.2f} {GIVEN}")
     bound = claim.value.least - TOLERANCE
     verdict = Verdict.VERIFIED if order >= bound else Verdict.REFUTED
-    return local_opinion(
-        verdict, f"order {order:.2f} of one step with the past of the solution; {bar(claim.value.least, bound)}"
-    )
+    return local_opinion(verdict, f"order {order:.2f} {GIVEN}; {bar(claim.value.least, bound)}")
 
 
 def _suffix(interval: int) -> str:

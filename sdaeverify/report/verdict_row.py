@@ -211,11 +211,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = (
-            f"bias along paths {resolved:.1f} < {RESOLVED:g} standard errors"
-            if found.verdict is Verdict.VERIFIED
-            else f"bias along paths {resolved:.1f} standard errors: no order below {RESOLVED:g}"
-        )
+        noise = f"paths show no order: bias {resolved:.1f} standard errors, {RESOLVED:g} needed"
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

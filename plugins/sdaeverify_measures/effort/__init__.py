@@ -184,7 +184,7 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
     worst = np.unravel_index(shares.argmax(), shares.shape)
     where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
     share = f"more than {most} iterations in {100.0 * shares[worst]:.3g} % of the steps ({where})"
-    reason = Reason.of(f"{share}, {100.0 * allowed:.3g} % are claimed", _figures(counted))
+    reason = Reason.of(f"{share}, {100.0 * allowed:.3g} % allowed", _figures(counted))
     if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
         return Opinion(Verdict.REFUTED, reason)
     if np.all((shares < allowed) & (p <= level)):
@@ -194,8 +194,8 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
 
 def _figures(counted: _Counter) -> str:
     sizes = len(counted.along.h[counted.sound])
-    runs = f" there and at {sizes} others" if sizes else ""
-    return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {counted.most:.0f} at most{runs}"
+    most = f"never more than {counted.most:.0f}" + (f" there and at {sizes} other step sizes" if sizes else "")
+    return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {most}"
 
 
 def _growth_in_eps(counted: _Counter) -> str:

@@ -97,7 +97,8 @@ def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Sl
         return Opinion(Verdict.INCONCLUSIVE, Reason("no slope: distances are not finite, or round-off, for most eps"))
     if np.isinf(slope.estimate.value):
         return Opinion(Verdict.VERIFIED, Reason(f"no distance beyond round-off at all {len(record.eps)} eps"))
-    return decide(order_tests(claim, slope.estimate, evidence, of="in eps")._replace(growth=np.inf), evidence)
+    tests = order_tests(claim, slope.estimate, evidence, of="in eps, of the distance to the limit,")
+    return decide(tests._replace(growth=np.inf), evidence)
 
 
 def _levels(record: LimitDistances, name: str, slope: Slope) -> Iterator[LevelFinding]:

@@ -40,6 +40,7 @@ from sdaeverify.measuring import (
     Measure,
     Method,
     Opinion,
+    Order,
     Reason,
     Tally,
     Verdict,
@@ -181,7 +182,7 @@ def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
     named = list(zip(_names(evidence, name), suprema(record), strict=True))
     resolved = [each for each in named if each[1].resolved]
     label, worst = min(resolved, key=lambda each: each[1].order, default=(named[0]))
-    opinion = judge_claim(covered, lambda claim: _opinion(claim.value.floor, record, named))
+    opinion = judge_claim(covered, lambda claim: _opinion(claim.value, record, named))
     return finding(
         covered,
         opinion._replace(tier=2),
@@ -193,20 +194,21 @@ def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
     )
 
 
-def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
+def _opinion(claim: Order, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
     if not record.applies:
         reason = Reason("the step is not linear, has no root somewhere or leaves the chart")
         return Opinion(Verdict.INCONCLUSIVE, reason)
+    bound = claim.floor
     below = [each for each in named if each[1].resolved and each[1].most < bound]
     if below:
-        return Opinion(Verdict.REFUTED, _order(record, bound, *min(below, key=lambda each: each[1].order)))
+        return Opinion(Verdict.REFUTED, _order(record, claim, *min(below, key=lambda each: each[1].order)))
     open_ = [label for label, found in named if not found.resolved and found.seen]
     if open_:
         return Opinion(Verdict.INCONCLUSIVE, Reason(f"the error of {', '.join(open_)} is below the noise"))
     resolved = [each for each in named if each[1].resolved]
     least = min(resolved, key=lambda each: each[1].order, default=None)
     reason = (
-        _order(record, bound, *least) if least else Reason(f"no error beyond round-off at {len(record.h)} step sizes")
+        _order(record, claim, *least) if least else Reason(f"no error beyond round-off at {len(record.h)} step sizes")
     )
     reason = Reason.of(reason, *(_list_unresolved(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
@@ -225,14 +227,14 @@ def _list_unresolved(label: str, found: Supremum) -> str:
     return f"{label} is below the noise for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 
-def _order(record: UniformErrors, bound: float, label: str, found: Supremum) -> Reason:
+def _order(record: UniformErrors, claim: Order, label: str, found: Supremum) -> Reason:
     last = int(np.flatnonzero(np.isfinite(found.high)).max(initial=0))
     if np.isinf(found.value[-1]):
         where = f"h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
         return Reason(f"the error of {label} is not bounded: infinite at {where}")
     where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
-    text = "order {order:.2f} of the supremum over eps of the error of {label}, {where}; accepted from {bound:.3g}"
-    return Reason(text, Kind.ORDER, {"order": found.order, "label": label, "where": where, "bound": bound})
+    text = "largest error of {label} over all eps ~ h^{order:.2f}, {where}; {bar}"
+    return Reason(text, Kind.ORDER, {"order": found.order, "label": label, "where": where, "bar": claim.bar})
 
 
 def _names(evidence: Evidence, name: str) -> list[str]:

@@ -40,7 +40,7 @@ LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
-TOO_FEW = "paths have {levels} of {fewest} step sizes without failures"
+TOO_FEW = "paths have {levels} sound step sizes, {fewest} needed"
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
@@ -127,8 +127,8 @@ def _tests(
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        text = "bias along paths below the noise ({standard_errors:.1f} standard errors)"
-        unresolved = Reason(text, numbers={"standard_errors": resolved})
+        text = "paths show no order: bias {standard_errors:.1f} standard errors, {needed:g} needed"
+        unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         return tests._replace(limit=limit.refuted)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
