@@ -412,8 +412,8 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
         return None
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
-    known = "exact to round-off" if np.isinf(order) else f"of order {order:.2f}"
-    told = f"state {known} from one step, its residual at least so"
+    known = "residual without error beyond round-off" if np.isinf(order) else f"residual order at least {order:.2f}"
+    told = f"{known}, from one step of the state"
     return local._replace(reason=Reason(f"{told}; {bar(claimed.least, claimed.least - TOLERANCE)}"))
 
 

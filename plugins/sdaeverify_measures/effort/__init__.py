@@ -194,7 +194,7 @@ def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -
 
 def _figures(counted: _Counter) -> str:
     sizes = len(counted.along.h[counted.sound])
-    most = f"never more than {counted.most:.0f}" + (f" there and at {sizes} other step sizes" if sizes else "")
+    most = f"never more than {counted.most:.0f}" + (f" at {sizes + 1} step sizes" if sizes else "")
     return f"{counted.mean.max():.2f} on average at h = {float(counted.few.h):.3g}, {most}"
 
 
