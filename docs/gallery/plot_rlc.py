@@ -104,4 +104,4 @@ assert "verified" in verdicts["trapezoidal"]
 assert "refuted" not in verdicts["trapezoidal"]
 wrong = result.verdicts.query("scheme == 'implicit' and verdict == 'refuted'")
 assert set(wrong.decided_by) == {"T1"}
-assert wrong.reason.str.startswith("One-step weak order 1.00").all()
+assert wrong.reason.str.startswith("Weak order 1.00 from one step").all()

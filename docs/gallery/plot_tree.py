@@ -73,4 +73,4 @@ assert set(result.verdicts.verdict[result.verdicts.claim.notna()]) == {"verified
 assert report.failing[0].name == "f(t)"
 wrong = missed.verdicts.query("verdict == 'refuted'")
 assert set(wrong.decided_by) == {"T1"}
-assert wrong.reason.str.startswith("One-step weak order 1.00").all()
+assert wrong.reason.str.startswith("Weak order 1.00 from one step").all()

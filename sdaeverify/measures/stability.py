@@ -219,6 +219,6 @@ def _unstable(record: StabilityRecord, place: int) -> str:
 def _stable(record: StabilityRecord) -> str:
     h, boundary = record.scan.h, smallest_boundary(record.windows)
     if boundary < np.inf:
-        return f"stable for h < {boundary:.6g}"
+        return f"stable for h < {boundary:.6g}, tried down to {h[0]:.3g}"
     apart = 100.0 * float((h[1:] / h[:-1]).max() - 1.0)
-    return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}, at most {apart:.2g} % apart"
+    return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}, neighbours at most {apart:.2g} % apart"

@@ -1,6 +1,7 @@
 """Examples are what they say by construction, and their source makes them again."""
 
 import importlib.util
+from dataclasses import replace
 from functools import reduce
 
 import numpy as np
@@ -192,3 +193,23 @@ def test_it_is_said_how_hypothesis_is_installed(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(PluginError, match=r"pip install 'sdaeverify\[hunt\]'"):
         importlib.reload(strategies)
+
+
+@FEW
+@given(sdes(groups=("other units",)))
+def test_an_example_in_other_units_is_the_same_equation(example):
+    """Drift and diffusion at y = scale x + shift, s = time t are scale/time f and scale/sqrt(time) B at x and t."""
+    scale, shift, time = example.units
+    made, plain = example.build(), replace(example, units=type(example.units)()).build()
+    x, t = plain.initial(3) + 0.1 * np.arange(3), 0.3
+    y, s = scale * x + shift, time * t
+    size = np.abs(y).max() * np.finfo(float).eps * 100.0
+
+    np.testing.assert_allclose(made.initial(1), scale * plain.initial(1) + shift)
+    np.testing.assert_allclose(made.drift(s, y), scale / time * plain.drift(t, x), atol=size / time)
+    np.testing.assert_allclose(
+        made.diffusion(s, y), scale / np.sqrt(time) * plain.diffusion(t, x), atol=size / np.sqrt(time)
+    )
+    begun = example.begun_at({"x": tuple(y[:, 0])}, s)
+    np.testing.assert_allclose(begun.start, x[:, 0], atol=size / abs(scale))
+    np.testing.assert_allclose(begun.build().drift(0.0, y), made.drift(s, y), rtol=1e-9, atol=size / time)

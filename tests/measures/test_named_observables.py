@@ -91,7 +91,7 @@ def test_the_observable_itself_refutes_where_moments_do_not_close():
 
     assert found.verdict is Verdict.REFUTED
     assert found.tier == 1
-    assert "for E[x]" in str(found.reason)
+    assert "of E[x]" in str(found.reason)
     assert opinion(euler, naming("x", value=1.0), "x", bent)[0].verdict is Verdict.VERIFIED
 
 

@@ -83,7 +83,7 @@ def test_a_right_limit_of_order_one_is_called_an_order(linear):
         assert first[name].verdict is Verdict.VERIFIED
         assert second[name].verdict is Verdict.REFUTED
         assert second[name].estimate == pytest.approx(1.0, abs=1e-3)
-        assert "error of the stationary mean ~ h^1.00" in str(second[name].reason)
+        assert "order 1.00 of the error of the stationary mean" in str(second[name].reason)
         assert "wrong limit" not in str(second[name].reason)
 
 

@@ -85,7 +85,7 @@ def test_a_low_order_at_isolated_states_decides_nothing(states, verdict):
     """One test function at a quarter of the states refutes; fewer may be singular."""
     _, opinion = judged(2.0, STEEP, 0.5 * H**2, (3, slice(0, states)))
     assert opinion.verdict is verdict
-    assert "for E[x1^4]" in str(opinion.reason)
+    assert "of E[x1^4]" in str(opinion.reason)
 
 
 @pytest.mark.parametrize(("power", "inconsistent"), [(1.0, True), (1.5, False)])

@@ -137,7 +137,7 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
         return Opinion(Verdict.NOT_APPLICABLE, Reason(f"not informative: {found.note}"))
     bound = claimed - TOLERANCE
     figures = {"order": found.order, "claimed": claimed, "bar": bar(claimed, bound)}
-    text = "error of the stationary mean ~ h^{order:.2f} by the transition operator; {bar}"
+    text = "order {order:.2f} of the error of the stationary mean, by the transition operator; {bar}"
     reason = Reason(text, Kind.ORDER, figures).then(found.note)
     if np.isinf(found.order):
         reason = Reason(f"{found.note}: order {claimed:g} holds", Kind.ORDER, figures)

@@ -40,7 +40,7 @@ LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
-TOO_FEW = "paths have {levels} sound step sizes, {fewest} needed"
+TOO_FEW = "paths have too few sound step sizes: {levels}, {fewest} needed"
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.

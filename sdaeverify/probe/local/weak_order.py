@@ -133,7 +133,7 @@ class WeakOrder(NamedTuple):
         """Return in words the least order of some defects."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
         name = self.function or test_functions.names(self.dimension)[function]
-        return f"one-step weak order {self.orders[function, state]:.2f} for E[{name}]"
+        return f"weak order {self.orders[function, state]:.2f} from one step, of E[{name}]"
 
 
 def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrder:

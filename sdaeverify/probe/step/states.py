@@ -37,7 +37,6 @@ SLOW, LONG = 2.0**-6, 64.0
 NEARBY = 1e-4
 
 
-@lru_cache(maxsize=8)
 def time_unit(view: Problem) -> float:
     """Return the time in parts of which steps are probed: the unit of time, or the horizon where that is shorter.
 

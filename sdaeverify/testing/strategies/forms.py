@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 from hypothesis import strategies as st
 
 from . import delay, holonomic, langevin, overdamped, sde, shipped
-from .draws import GROUPS
 from .example import Example
 
 
@@ -30,7 +29,7 @@ class Drawing(NamedTuple):
 
 # By the name of the form.
 EXAMPLES: dict[str, Drawing] = {
-    sde.SDEExample.form: Drawing(sde.sdes, sde.KINDS, GROUPS, sde.TRAITS | {sde.SCALAR: ("scalar-noise",)}),
+    sde.SDEExample.form: Drawing(sde.sdes, sde.KINDS, sde.SUITABLE, sde.TRAITS | {sde.SCALAR: ("scalar-noise",)}),
     langevin.LangevinExample.form: Drawing(langevin.langevins, langevin.KINDS, langevin.SUITABLE, {}),
     delay.IndexOneExample.form: Drawing(delay.index_ones, delay.INDEX_ONE_KINDS, delay.SUITABLE, delay.TRAITS),
     delay.DelayExample.form: Drawing(delay.delays, delay.DELAY_KINDS, delay.SUITABLE, delay.TRAITS),

@@ -1,8 +1,9 @@
 """Ito equations: scalar, diagonal, commutative, additive and general noise."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from math import sqrt
+from typing import Any, ClassVar, NamedTuple
 
 from hypothesis import strategies as st
 
@@ -29,11 +30,32 @@ SCALAR, DIAGONAL, COMMUTATIVE, ADDITIVE, GENERAL = KINDS = (
     "general",
 )
 TRAITS = {DIAGONAL: ("diagonal-noise",), ADDITIVE: ("additive-noise",)}
+# A class of examples whose coefficients are those of any other one.
+OTHER_UNITS = "other units"
+SUITABLE = (*GROUPS, OTHER_UNITS)
+
+
+class Units(NamedTuple):
+    """Other units of state and time: y = scale x + shift is a function of s = time t."""
+
+    scale: float = 1.0
+    shift: float = 0.0
+    time: float = 1.0
+
+
+PLAIN = Units()
+# Simpler ones come first. Metres in nanometres, days in seconds, a temperature in kelvins.
+SOME_UNITS = (
+    *(Units(scale=scale) for scale in (-7.0, 1e3, 1e-3, 1e8, 1e-8)),
+    *(Units(time=time) for time in (30.0, 250.0, 1e6, 1e-6)),
+    *(Units(shift=shift) for shift in (-40.0, 300.0, 1e4)),
+    *(Units(1e3, 1e5), Units(1.0, 1e3, 1e4), Units(1e-3, 0.0, 1e3)),
+)
 
 
 @dataclass(frozen=True)
 class SDEExample(Example):
-    """dx = f dt + B dW.
+    """dx = f dt + B dW, in any units.
 
     Attributes
     ----------
@@ -41,6 +63,8 @@ class SDEExample(Example):
         f, of t and x.
     columns : tuple of tuples of Field
         Those of B.
+    units : Units
+        In which the problem is; all numbers but the horizon are those of t and x.
     """
 
     form: ClassVar[str] = "SDE"
@@ -49,6 +73,7 @@ class SDEExample(Example):
 
     drift: tuple[Field, ...]
     columns: Columns
+    units: Units = PLAIN
 
     @property
     def fields(self) -> tuple[Field, ...]:
@@ -60,12 +85,32 @@ class SDEExample(Example):
         names = indexed("x", self.dimension)
         yield vector_text("drift", "t, x", self.drift, names)
         yield matrix_text("diffusion", "t, x", self.columns, names)
+        if self.units != PLAIN:
+            scale, shift, time = self.units
+            inner = f"s / {time}, (y - {shift}) / {scale}"
+            yield f"def changed_drift(s, y):\n    return {scale / time} * drift({inner})\n"
+            yield f"def changed_diffusion(s, y):\n    return {scale / sqrt(time)} * diffusion({inner})\n"
 
     def arguments(self) -> Iterator[str]:
         """Yield coefficients, start and number of motions."""
-        yield from ("drift=drift", "diffusion=diffusion", f"start={list(self.start)}")
+        scale, shift, _ = self.units
+        start, changed = [scale * x + shift for x in self.start], "changed_" if self.units != PLAIN else ""
+        yield from (f"drift={changed}drift", f"diffusion={changed}diffusion", f"start={start}")
         yield f"noise_dim={len(self.columns)}"
         yield 'noise=frozenset({"dW", "H", "K", "A"})'
+
+    def begun_at(self, parts: Mapping[str, Sequence[float]], t: float) -> "SDEExample":
+        """Return the example of a solution that begins where another one is at a time, both in the example's units.
+
+        Parameters
+        ----------
+        parts : mapping of str to sequence of float
+            Components of a state.
+        t : float
+        """
+        scale, shift, time = self.units
+        old = {name: tuple((y - shift) / scale for y in part) for name, part in parts.items()}
+        return super().begun_at(old, t / time)
 
     def doubled(self) -> "SDEExample":
         """Return the example with 2 f and 2 B."""
@@ -73,7 +118,9 @@ class SDEExample(Example):
 
 
 @st.composite
-def sdes(draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = GROUPS, largest: int = 3) -> SDEExample:
+def sdes(
+    draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 3
+) -> SDEExample:
     """Draw Ito equations.
 
     Parameters
@@ -81,14 +128,16 @@ def sdes(draw: Any, kinds: tuple[str, ...] = KINDS, groups: tuple[str, ...] = GR
     draw : callable
         Given by hypothesis.
     kinds, groups : tuple of str
-        Kinds of noise and classes of coefficients.
+        Kinds of noise and classes of coefficients; of *other units*, coefficients are those of another class.
     largest : int
         Number of components, and of Brownian motions.
     """
     kind, group, d = draw(choices(kinds, groups, largest))
-    drift = of_group(draw(fields(d, d)), group)
-    columns = noise_of_group(draw(_columns(kind, d, largest)), group)
-    return SDEExample(kind, group, horizon_of(group), draw(starts(d)), drift, columns)
+    changed = group == OTHER_UNITS
+    units, of = (draw(st.sampled_from(SOME_UNITS)), draw(st.sampled_from(GROUPS))) if changed else (PLAIN, group)
+    drift = of_group(draw(fields(d, d)), of)
+    columns = noise_of_group(draw(_columns(kind, d, largest)), of)
+    return SDEExample(kind, group, units.time * horizon_of(of), draw(starts(d)), drift, columns, units)
 
 
 def _columns(kind: str, d: int, largest: int) -> st.SearchStrategy[Any]:
