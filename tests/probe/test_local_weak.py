@@ -17,6 +17,7 @@ from facade import (
     weak_reference,
     why_not_local_weak,
 )
+from facade import weak_defects_LEVELS as LEVELS
 from probe.strong_cells import Altered, multiplier_noise
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
 from sdaeverify import THREE_POINT, ProblemError
@@ -177,9 +178,9 @@ def test_states_where_the_equation_is_not_finite_are_left_out():
     def drift(t, x):
         return np.where((x < 0.9) & (t > 0.0), np.nan, A * x)
 
-    whole = PROBLEMS["gbm"]
-    part = weak_reference(replace(whole, drift=drift), (0.2,) * 16)
-    assert 0 < part.states.shape[1] < reference(whole, (0.2,) * 16).states.shape[1]
+    whole, steps = PROBLEMS["gbm"], tuple((0.2, h) for h in LEVELS.tolist())
+    part = weak_reference(replace(whole, drift=drift), steps)
+    assert 0 < part.states.shape[1] < reference(whole, steps).states.shape[1]
     assert np.isfinite(part.means[..., -1]).all()
     with pytest.raises(ProblemError, match="none of the states"):
-        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), (0.2,) * 16)
+        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), steps)

@@ -62,9 +62,9 @@ PROBLEMS: Mapping[str, SDE] = {
 
 
 @cache
-def reference(view: SDE, t: tuple[float, ...]) -> SemigroupReference:
+def reference(view: SDE, steps: tuple[tuple[float, float], ...]) -> SemigroupReference:
     """Return what the equation of a problem says, once."""
-    return weak_reference(view, t)
+    return weak_reference(view, steps)
 
 
 def order(of: Scheme, name: str) -> WeakOrder:

@@ -44,7 +44,7 @@ from ...verdicts.opinions import local_doubt, local_opinion, of_smooth, too_coar
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
-SHORTEST = f"{LOCAL} at the shortest steps"
+AT_SHORTEST = f"{LOCAL} at the shortest steps"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.25
 # Step sizes of the operator, and further ones where those do not settle an order.
@@ -98,7 +98,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merge(packed(LOCAL, found))
         if weak_order(found).inconsistent_share:
-            evidence = evidence.merge(packed(SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
+            evidence = evidence.merge(packed(AT_SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
         if not why_not_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
@@ -127,7 +127,7 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     orders: dict[str, FunctionalOrder] = {}
     if record is not None and not why_not_evidence(record):
         orders = _operator_orders(view, record)
-    defects, shortest = (unpacked(name, LocalWeak, tally) for name in (LOCAL, SHORTEST))
+    defects, shortest = (unpacked(name, LocalWeak, tally) for name in (LOCAL, AT_SHORTEST))
     moments = unpacked(MOMENTS, MomentErrors, tally)
     order = None if defects is None else weak_order(defects, shortest)
     return WeakProbe(
@@ -305,9 +305,9 @@ def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
+def _reference(view: Problem, steps: local.Steps) -> SemigroupReference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
-    return weak_reference(view, t)
+    return weak_reference(view, steps)
 
 
 def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opinion:

@@ -208,9 +208,9 @@ def _rounding_of_points(ends: Array, q: Callable[[Array], Array]) -> Array:
     """Return how much q changes at the ends where each component is rounded up or down, shape (L,)."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 15))
     x = ends.reshape(len(ends), -1)
-    moved = x * (1.0 + EPS * rng.choice([-1.0, 1.0], size=(TRIALS, *x.shape)))
-    change = np.abs([q(each) - q(x) for each in moved]) * np.ones((1, x.shape[1]))
-    return np.asarray(np.nan_to_num(change, posinf=0.0).max(axis=0).reshape(2, -1).max(axis=0))
+    moved, here = x * (1.0 + EPS * rng.choice([-1.0, 1.0], size=(TRIALS, *x.shape))), q(x)
+    change = np.nan_to_num(np.abs([q(each) - here for each in moved]), posinf=0.0).max(axis=0)
+    return np.asarray(np.broadcast_to(change, x.shape[1]).reshape(2, -1).max(axis=0))
 
 
 def _values(ends: Array, q: Callable[[Array], Array], s: Array) -> Array:

@@ -44,6 +44,8 @@ FUNCTIONS = 32
 LEAST = 5
 # A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
 ROUNDINGS = 64.0
+# When each step begins, and its size.
+Steps = tuple[tuple[float, float], ...]
 # A component stays near a value where it is so many times as large as it goes away from that; where it goes no
 # farther than rounding does, it does not move.
 NEAR, AT_REST = 128.0, 1e8
@@ -121,15 +123,15 @@ def sizes(view: Problem, *, shortest: bool = False) -> Array:
     return np.asarray((SHORTEST if shortest else LEVELS) * time_unit(view))
 
 
-def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
+def weak_reference(view: Problem, steps: Steps) -> SemigroupReference:
     """Return the expectations that all schemes of one form are compared with on a problem.
 
     Parameters
     ----------
     view : Problem
         With an Ito equation.
-    t : tuple of float
-        When the step of each size begins, see `sizes`; as many as the shortest sizes are for these.
+    steps : tuple of pairs of float
+        When each step begins, and its size.
 
     Returns
     -------
@@ -143,14 +145,13 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     """
     ito = view.ito()
     assert ito is not None
-    x, h = cloud(view, ito), sizes(view, shortest=len(t) == len(SHORTEST))
+    x, (t, h) = cloud(view, ito), zip(*steps, strict=True)
     frame = frame_of(x)
 
     def functions(y: Array) -> Array:
         return test_functions.values(frame.of(y))
 
     with np.errstate(all="ignore"):
-        steps = list(zip(t, h.tolist(), strict=True))
         means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
         moved = np.stack([_moved(ito, x, at, size, frame.unit) for at, size in steps], axis=-1)
         slopes = np.abs(jacobian(test_functions.values, frame.of(x))) * np.maximum(np.abs(x) / frame.unit, 1.0)
@@ -158,7 +159,8 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    return SemigroupReference(x[:, sound], frame, t, h, means[:, sound], scale[:, sound], depth(ito.noise_dim))
+    known = means[:, sound], scale[:, sound], depth(ito.noise_dim)
+    return SemigroupReference(x[:, sound], frame, t, np.array(h), *known)
 
 
 def _moved(ito: Equation, x: Array, t: float, h: float, unit: Array) -> Array:
@@ -181,7 +183,7 @@ def frame_of(x: Array) -> Frame:
 def local_weak(
     scheme: Scheme,
     view: Problem,
-    reference: Callable[[Problem, tuple[float, ...]], SemigroupReference] = weak_reference,
+    reference: Callable[[Problem, Steps], SemigroupReference] = weak_reference,
     *,
     shortest: bool = False,
 ) -> LocalWeak:
@@ -202,9 +204,10 @@ def local_weak(
     LocalWeak
     """
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
-    first = reference(view, (WHEN * view.horizon,) * len(sizes(view, shortest=shortest)))
+    h = sizes(view, shortest=shortest).tolist()
+    first = reference(view, tuple((WHEN * view.horizon, size) for size in h))
     moments = times(step, first.states)[1:]
-    known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
+    known = [first, *(reference(view, tuple((each.of_size(step, size), size) for size in h)) for each in moments)]
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)

@@ -24,17 +24,14 @@ DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point this close to the manifold, in parts of the terms that cancel there, is on it.
 CLOSE = 1e-10
-# Coefficients at two times that differ by more than this depend on time.
-SAME = 1e-12
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2
-
-
 # A slow equation changes by less than this in the unit of time; its horizon is so many units long.
 SLOW, LONG = 2.0**-6, 64.0
-# Small differences of states by which rates are taken, as part of how far states are from each other.
-NEARBY = 1e-4
+# Differences of states by which rates are taken, as part of how far states are from each other; a coefficient whose
+# values at two times differ by no more than the second, relative, does not depend on time.
+NEARBY, SAME = 1e-4, 1e-12
 
 
 def time_unit(view: Problem) -> float:
