@@ -221,8 +221,8 @@ def test_errors_that_shipped_problems_pass_are_found(scheme):
 @pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "measure", "form"), [*RIGHT, (OwnSigns(), "weak", "SDE")])
 def test_right_schemes_are_not_refuted(scheme, measure, form):
-    """Of 60 examples for each of five right schemes, none refutes a claim after it is confirmed."""
+    """Of 60 examples drawn for each of five right schemes, none is confirmed to refute a claim, some verify it."""
     report = hunt(scheme, measures=measure, forms=[form], examples=60)
 
     assert report.found == ()
-    assert report.looked_at == 60
+    assert report.attacks[0].verified > 0

@@ -32,7 +32,7 @@ DATABASE = ".sdaeverify-hunt"
 @click.option("-m", "--measure", "measures", multiple=True, help="Whose claims are attacked.  [default: all]")
 @click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")
 @click.option("--form", "forms", multiple=True, help="Form of the examples.  [default: those of the scheme]")
-@once("--examples", type=int, help="Examples of each scheme, measure and form.  [default: 200]")
+@once("--examples", type=int, help="Examples drawn for each scheme, measure and form.  [default: 200]")
 @once("--minutes", type=float, help="Time of the search of all, in place of a number.")
 @once(
     "--shrinking",

@@ -27,7 +27,8 @@ class HuntOptions:
         Of the examples; those that a scheme solves itself where empty. ``registered`` are the registered problems
         with other numbers.
     examples : int or None
-        How many are looked at for each scheme, measure and form; 200 without `minutes`.
+        How many are drawn for each scheme, measure and form; 200 without `minutes`. One that is drawn twice is
+        looked at, and counted, once.
     minutes : float or None
         For the search of all of them together; what is found is shrunk and confirmed on top.
     shrinking : float

@@ -22,7 +22,7 @@ class Budget(NamedTuple):
     Attributes
     ----------
     examples : int
-        That are looked at.
+        That are drawn; one that is drawn twice is looked at once.
     seconds : float
         Until the first one is found.
     shrinking : float
