@@ -28,9 +28,11 @@ def opened_by(homes: Iterable[Path]) -> Opened:
         The top-level packages and single files of the code.
     """
     known, heard = frozenset(homes), list(openings().items())
-    written = {opening.path for opening, _ in heard if opening.written and _runs(opening, known)}
-    read = [(o, was) for o, was in heard if not o.written and o.path not in written and _is_file(o.path)]
-    own = [(opening.path, was) for opening, was in read if _counts(opening, known)]
+    code = {file for opening, _ in heard for file in opening.callers}
+    code = {file for file in code if home_of(Path(file)) in known}
+    written = {opening.path for opening, _ in heard if opening.written and not code.isdisjoint(opening.callers)}
+    read = [(o, was) for o, was in heard if not o.written and o.path not in written and _counts(o, code, known)]
+    own = [(opening.path, was) for opening, was in read if _is_file(opening.path)]
     found = {_told(path, known): digest_of_file(path) for path, _ in own}
     # Of a file that was opened more than once, what was saved meanwhile at any time counts.
     mixed = {_told(path, known): MIXED for path, was in own if was != signature(path)}
@@ -73,17 +75,12 @@ def _is_file(path: str) -> bool:
         return True
 
 
-def _counts(opening: Opening, homes: frozenset[Path]) -> bool:
+def _counts(opening: Opening, code: set[str], homes: frozenset[Path]) -> bool:
     """Tell whether a file is part of what code does: it was running, or may have found a module imported."""
     module = opening.path.endswith(".py")
     if module and home_of(Path(opening.path)) in homes:
         return False
-    return _runs(opening, homes) or (module and _lies_beside(Path(opening.path), homes))
-
-
-def _runs(opening: Opening, homes: frozenset[Path]) -> bool:
-    """Tell whether some code was running when a file was opened."""
-    return not homes.isdisjoint(home_of(Path(file)) for file in opening.callers)
+    return not code.isdisjoint(opening.callers) or (module and _lies_beside(Path(opening.path), homes))
 
 
 def _lies_beside(module: Path, homes: frozenset[Path]) -> bool:
