@@ -168,17 +168,18 @@ def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Follo
     SchemeError
         If a step raises.
     """
-    missed = (_first_miss(_tries(scheme, variants, followed), motions) for variants in _missed(scheme, followed))
-    return next(filter(None, missed), "")
+    forms: Any = scheme.forms
+    every = chain.from_iterable(map(_trivial_problems, forms))
+    missed = (variants for variants in every if _misses(scheme, variants, followed))
+    texts = (_first_miss(_tries(scheme, variants, followed), motions) for variants in missed)
+    return next(filter(None, texts), "")
 
 
 @cache
-def _missed(scheme: Scheme, followed: Followed) -> Trivials:
-    """Return the trivial problems that a scheme misses or raises on: the same on every problem, and found once."""
-    forms: Any = scheme.forms
-    every = chain.from_iterable(map(_trivial_problems, forms))
-    firsts = ((variants, next(_tries(scheme, variants, followed), None)) for variants in every)
-    return tuple(variants for variants, first in firsts if first is not None and first.text)
+def _misses(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> bool:
+    """Tell whether a scheme misses a trivial problem, or raises on it: the same on every problem, and found once."""
+    first = next(_tries(scheme, variants, followed), None)
+    return first is not None and first.text != ""
 
 
 @cache
@@ -253,10 +254,11 @@ def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
 
 def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:
     """Tell whether what the first steps are off by is of the order 1 in h; None where later ones are not exact."""
-    (error, off, bound), (fine_error, fine_off, fine_bound) = (
-        _late_error(scheme, *run) for run in ((trivial, H), trivial.short_run)
-    )
-    if not (off <= bound and fine_off <= fine_bound):
+    error, off, bound = _late_error(scheme, trivial, H)
+    if not off <= bound:
+        return None
+    fine_error, fine_off, fine_bound = _late_error(scheme, *trivial.short_run)
+    if not fine_off <= fine_bound:
         return None
     return fine_error <= max(fine_bound, 2.0 * trivial.shorter * error)
 
