@@ -54,7 +54,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def is_cheap(item: pytest.Item) -> bool:
     """Tell by its folder and by what its file imports whether a test is done in milliseconds."""
-    if room(item) in LEFT_OUT | {"thirdparty"} or item.get_closest_marker("slow"):
+    if room(item) in LEFT_OUT | {"thirdparty"} or item.get_closest_marker("slow") or item.get_closest_marker("long"):
         return False
     named = vars(item.module).values()  # type: ignore[attr-defined]
     origins = (getattr(each, "__module__", None) or getattr(each, "__name__", "") for each in named)

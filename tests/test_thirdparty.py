@@ -11,6 +11,8 @@ import pytest
 from evidence import rows_of
 from facade import ExitCode
 
+pytestmark = pytest.mark.long
+
 THIRDPARTY = Path(__file__).parent / "thirdparty"
 DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion")
 

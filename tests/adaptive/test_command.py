@@ -7,6 +7,8 @@ import pytest
 
 from facade import ExitCode, execute
 
+pytestmark = pytest.mark.long
+
 PLUGIN = """
 from sdaeverify import Claim, hookimpl
 from sdaeverify_adaptive.solvers.embedded import HeunPI

@@ -8,6 +8,8 @@ import pytest
 from facade import ExitCode, execute
 from sdaeverify.gate.policy import Policy
 
+pytestmark = pytest.mark.long
+
 POLICY = """
 [tool.sdaeverify]
 schemes = ["euler-maruyama"]

@@ -15,6 +15,8 @@ from sdaeverify_adaptive.sample import Budget, checked, fixed, measure, why_not
 from sdaeverify_adaptive.solvers.embedded import HeunPI
 from sdaeverify_schemes.heun import Heun
 
+pytestmark = pytest.mark.long
+
 RIGHT = [
     *((name, label) for name in ("euler-previsible", "heun-nested") for label in (GBM, "ou", "heisenberg", "shear")),
     *((name, label) for name in ("heun-pi", "milstein-pi") for label in (GBM, "ou")),

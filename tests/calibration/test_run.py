@@ -16,6 +16,8 @@ from facade import (
     summary,
 )
 
+pytestmark = pytest.mark.long
+
 MAKING = {"stream_fingerprint": "abc", "versions": {"numpy": "2.0"}}
 
 

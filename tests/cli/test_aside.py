@@ -10,6 +10,8 @@ import pytest
 from facade import execute
 from sdaeverify.cli.console import output_to_stderr
 
+pytestmark = pytest.mark.long
+
 CHATTY = """
 import os, sys
 from typing import ClassVar

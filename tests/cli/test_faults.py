@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 SMALL = ("-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "80", "--progress", "none", "-j", "2")
 PATIENCE = 120.0

@@ -10,6 +10,8 @@ from evidence import lanes_in, rows_of
 from facade import read_limits
 from sdaeverify import UsageError
 
+pytestmark = pytest.mark.long
+
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "--progress", "none")
 GOOD = ("milstein", "euler-maruyama")
 SLOW = ("zz-hang", "zz-sleep", "zz-deaf", "zz-timeless", "zz-branch")

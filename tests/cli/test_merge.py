@@ -11,6 +11,8 @@ from evidence import change_lanes, files_in, lanes_in, rows_of
 from facade import read_limits, write_lanes
 from sdaeverify.measuring import Tally
 
+pytestmark = pytest.mark.long
+
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")
 

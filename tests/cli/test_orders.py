@@ -2,6 +2,10 @@
 
 import json
 
+import pytest
+
+pytestmark = pytest.mark.long
+
 PLUGIN = """
 from typing import ClassVar
 from sdaeverify import SDE, Claim, Scheme, Step, hookimpl

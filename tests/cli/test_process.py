@@ -15,6 +15,8 @@ from facade import conclude
 
 from .conftest import HEADER, SCHEME
 
+pytestmark = pytest.mark.long
+
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
 # Far longer than any of these tests may take, on a block of paths.

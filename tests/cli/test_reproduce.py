@@ -10,6 +10,8 @@ import pytest
 from evidence import rows_of
 from facade import ExperimentRun, with_error
 
+pytestmark = pytest.mark.long
+
 ROWS = """
 from sdaeverify_papers import FineRun, MeanTable, Printed, Row
 

@@ -12,6 +12,8 @@ import pytest
 
 from evidence import lanes_in, rows_of
 
+pytestmark = pytest.mark.long
+
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--max-looks", "3", "-j", "2")
 MOMENTS = 20

@@ -4,6 +4,8 @@ import sqlite3
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 SMALL = ("--block", "40", "--levels", "8..32", "--paths", "80", "--progress", "none", "--out", "out", "-j", "1")
 # A limit of time is what gives one job a process of its own.
 WORKER = ("--timeout", "60")

@@ -3,6 +3,8 @@
 import pandas as pd
 import pytest
 
+pytestmark = pytest.mark.long
+
 ASKED = ["-s", "milstein,heun", "-p", "gbm,gbm[a=1],gbm-algebraic", "-m", "strong,drift"]
 BUDGET = ["--paths", "80", "--levels", "3", "-j", "1", "--timeout", "0", "--memory", "0", "--progress", "none"]
 

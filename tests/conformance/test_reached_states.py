@@ -21,6 +21,8 @@ from facade import (
 from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step
 from sdaeverify_problems.hyperbolic import hyperbolic
 
+pytestmark = pytest.mark.long
+
 
 class SameNoiseTwice(Scheme):
     """OBABO whose two Ornstein-Uhlenbeck half steps take the same normal variable."""

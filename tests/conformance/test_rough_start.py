@@ -9,6 +9,8 @@ import pytest
 from facade import exactness_violation, gbm, ou, violation
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, verify
 
+pytestmark = pytest.mark.long
+
 
 class Two(NamedTuple):
     """A state, the one before, the noise of the step between them, and how many steps were made."""

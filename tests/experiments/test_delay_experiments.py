@@ -9,6 +9,8 @@ import pytest
 from experiments.running import lines_of, planned_run, with_rows
 from facade import orders
 
+pytestmark = pytest.mark.long
+
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.
 MEASURED = {8: 2.962e-4, 16: 1.476e-4, 32: 7.22e-5, 64: 3.581e-5, 128: 1.751e-5}

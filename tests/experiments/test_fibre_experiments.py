@@ -14,6 +14,8 @@ from sdaeverify.probing import Source, brownian_steps
 from sdaeverify_papers.experiments._estimates import mean, mean_count, order
 from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(("p", "reference"), [(1.0, 0.0), (1.0, 1 / 256), (0.5, 1 / 256), (2.0, 1 / 64)])
 def test_order_against_a_reference(p, reference):

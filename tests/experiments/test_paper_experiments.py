@@ -22,6 +22,8 @@ from facade import lindner_2017_multipliers as multipliers
 from facade import lindner_2017_roots as roots
 from sdaeverify_papers.picture import draw
 
+pytestmark = pytest.mark.long
+
 PAPERS = ("laurent-2022", "lindner-2017", "lindner-2018", "qu-2010")
 QUICK = (
     "errata",

@@ -8,6 +8,8 @@ import pytest
 from facade import read_memory
 from sdaeverify import UsageError
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(
     ("text", "size"),

@@ -17,6 +17,8 @@ from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
 from sdaeverify.testing.strategies.holonomic import EPS
 from sdaeverify.testing.strategies.terms import COS
 
+pytestmark = pytest.mark.long
+
 FEW = settings(
     max_examples=25, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
 )

@@ -15,6 +15,8 @@ from sdaeverify.testing.hunting import sight
 from sdaeverify.testing.hunting.pilot import place
 from sdaeverify.testing.strategies import SDEExample, Term
 
+pytestmark = pytest.mark.long
+
 FAST = {"measures": "strong", "forms": ["SDE"], "shrinking": 5.0}
 # Right schemes, each with the measure and the form of its examples.
 RIGHT = (

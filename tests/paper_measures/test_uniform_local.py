@@ -18,6 +18,8 @@ from facade import (
 from paper_measures.stiff_cells import AFFINE, Rootless
 from sdaeverify.probing import last_orders
 
+pytestmark = pytest.mark.long
+
 STRIP, SPHERE = exponential_strip(), penalised_sphere(d=3)
 
 

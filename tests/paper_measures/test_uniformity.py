@@ -20,6 +20,8 @@ from sdaeverify import Claim, Increment, Moment
 from sdaeverify.measuring import Evidence, Tally, Verdict, packed
 from sdaeverify.probing import invariant_observables
 
+pytestmark = pytest.mark.long
+
 MEASURE = Uniformity()
 
 

@@ -7,6 +7,8 @@ from sdaeverify import Settings
 from sdaeverify.simulate import ensemble
 from sdaeverify.studying import class_results
 
+pytestmark = pytest.mark.long
+
 SETTINGS = Settings(paths=1024, max_looks=3)
 # Of these, only the contract and exactness tell.
 CONTRACT_ALONE = {

@@ -15,6 +15,8 @@ from wrong.faults import PARTS, Fault, Region, RememberedDrift, Window, faulty
 from wrong.search import ABOVE, BELOW, UNTOLD, judged, outcome
 from wrong.truth import Size, true_errors
 
+pytestmark = pytest.mark.long
+
 SCHEMES, SHARES = 246, 12
 # Once in so many runs of a test more are off than intervals allow.
 UNLIKELY = 1e-4

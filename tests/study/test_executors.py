@@ -12,6 +12,8 @@ from evidence import lanes_in
 from facade import LostExecutorError, RemoteCall, Serial, Workers, execute
 from sdaeverify import UsageError
 
+pytestmark = pytest.mark.long
+
 ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
 SMALL = {"paths": 512, "levels": 3}
 # Of the time that it took, and of who ran it.

@@ -14,6 +14,8 @@ from facade import DIED, Call, Limits, Lost, Processes, pickle_argument, unpickl
 from sdaeverify import UsageError
 from sdaeverify.workers.room import NoWorkersError
 
+pytestmark = pytest.mark.long
+
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="processes that fork are a matter of POSIX")
 PATIENCE = 200.0
 

@@ -25,6 +25,8 @@ from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.quicsort import QUICSORT
 
+pytestmark = pytest.mark.long
+
 LANGEVIN, GRADIENT = Langevin.tree_classes()
 INDEX_ONE, ADDITIVE = IndexOneSDAE.tree_classes()
 # Orders (strong, weak) that are found.

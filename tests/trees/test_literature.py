@@ -6,6 +6,8 @@ import pytest
 from sdaeverify import Scheme, orders
 from trees.literature import additive, areas, ito_weak, platen, scalar, stratonovich_weak
 
+pytestmark = pytest.mark.long
+
 # The largest class that each family is made for.
 FAMILIES = {
     "additive": additive.SCHEMES,

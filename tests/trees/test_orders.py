@@ -18,6 +18,8 @@ from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from trees.wrong import FORTY, SIX, AromaticEuler, FewSigns, SignedHeun
 
+pytestmark = pytest.mark.long
+
 # Orders (strong, weak) that are found, None where nothing is said of paths, by scheme and class.
 FOUND = [
     ("euler-maruyama", "scalar", 0.5, 1.0),
