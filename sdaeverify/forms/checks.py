@@ -1,6 +1,6 @@
 """What authors of problems give, made into arrays and checked where a problem is built: one clear line a mistake."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from ..numerics.derivatives import is_analytic, matches_differences
+from ..numerics.derivatives import is_analytic, lengths, matches_differences
 from ..numerics.linalg import apply
 from .problem import Problem
 
@@ -157,10 +157,21 @@ def check_derivative(
         If they disagree where both are finite.
     """
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1))[:, None], x.shape)
+    # In other units f may be far beyond the numbers at a length of 1.
+    with np.errstate(all="ignore"):
+        wrong = [next(_disagreeing(f, derivative, x, length * y), None) for length in lengths(x)]
+    if wrong[0] is not None and all(point is not None for point in wrong):
+        raise ProblemError(f"{name} disagrees with a difference quotient at {wrong[0][:, 0].tolist()}")
+
+
+def _disagreeing(
+    f: Callable[[Array], Array], derivative: Callable[[Array, Array], Array], x: Array, y: Array
+) -> Iterator[Array]:
+    """Yield the points, x and one nearby, at which a derivative along y disagrees with differences."""
     for point in (x, x + 0.1 * y):
         given = derivative(point, y)
         if np.isfinite(f(point)).all() and not matches_differences(f, given, point, y):
-            raise ProblemError(f"{name} disagrees with a difference quotient at {point[:, 0].tolist()}")
+            yield point
 
 
 def check_product(problem: Any, *state: Array) -> None:

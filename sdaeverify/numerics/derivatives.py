@@ -17,8 +17,15 @@ EPS = float(np.finfo(float).eps)
 # f(x + i s y) has its derivative in the imaginary part, without subtraction: s may be as small as one likes.
 TINY = 1e-100
 # Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3.
-# The step is s in units of x, whatever the size of the direction: x should be of order one.
+# The step is s in units of x, whatever the size of the direction, and in parts of x where x is far from order one.
 SECOND = 1e-3
+# Power of two up to which x is of order one, and one beyond which no step goes; another step size, which tells an
+# error; a relative error that is small enough.
+ORDINARY, LARGEST, OTHER, CLOSE = 4, 128, 1.25, 1e-6
+# Part of a change that rounding may be where a difference tells a derivative.
+SEEN = 1e-3
+# Lengths over which a function may change where its argument says nothing of them.
+SHORTER = (1e-3, 1e-6, 1e-9)
 # Complex numbers that are differentiated side by side: with more of them, what is saved in calls is lost in memory.
 TOGETHER = 2**13
 DIAGONAL = SECOND * np.exp(0.25j * np.pi)
@@ -93,6 +100,9 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     With s = 1e-3 e^{i pi/4}, directions y and z scaled to size 1, and w = y + z or y - z,
     Im[f(x + s w) + f(x - s w)] = 1e-6 D^2 f(x)(w, w) + O(1e-18), and (y, z) follows by polarisation.
 
+    Of x far from order one it is not known whether f changes over lengths of size 1 or of the size of x. So both
+    steps are made, and the longer one counts where its error is small, or smaller than that of the other.
+
     Parameters
     ----------
     f : callable, ndarray of shape (d, P) -> ndarray of shape (..., P)
@@ -101,9 +111,32 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     y, z : ndarray, shape (d, P)
         Directions.
     """
+    power = np.clip(np.nan_to_num(np.round(np.log2(_size(np.real(x))))), -LARGEST, LARGEST)
+    size = np.where(np.abs(power) <= ORDINARY, 1.0, np.exp2(power))
+    if np.all(size == 1.0):
+        return _second(f, x, y, z, 1.0)
+    short, long = np.minimum(size, 1.0), np.maximum(size, 1.0)
+    # A step that is far too long may lead beyond the numbers.
+    with np.errstate(all="ignore"):
+        (near, off_near), (far, off_far) = (_with_error(f, x, y, z, unit) for unit in (short, long))
+    largest = np.abs(far).reshape(-1, far.shape[-1]).max(axis=0)
+    good = np.isfinite(off_far) & (off_far <= np.maximum(off_near, CLOSE * largest))
+    return np.where(good, far, near)
+
+
+def _with_error(f: Function, x: Array, y: Array, z: Array, unit: Array) -> tuple[Array, Array]:
+    """Return D^2 f(x)(y, z), and what another step size and rounding say of its error."""
+    found, other = (_second(f, x, y, z, part * unit) for part in (1.0, OTHER))
+    rounding = EPS * np.abs(f(np.real(x))) * _size(y) * _size(z) / (SECOND * unit) ** 2
+    return found, np.abs(other - found) + rounding
+
+
+def _second(f: Function, x: Array, y: Array, z: Array, unit: Array | float) -> Array:
+    """Return D^2 f(x)(y, z) by steps of 1e-3 in some units, one of each path."""
 
     def square(w: Array) -> Array:
-        return np.imag(f(x + DIAGONAL * w) + f(x - DIAGONAL * w)) / SECOND**2
+        step = DIAGONAL * unit * w
+        return np.imag(f(x + step) + f(x - step)) / (SECOND * unit) ** 2
 
     a, b = _size(y), _size(z)
     value: Array = 0.25 * a * b * (square(y / a + z / b) - square(y / a - z / b))
@@ -117,14 +150,28 @@ def is_analytic(f: Function, x: Array) -> bool:
     """
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1)).reshape(-1, *(1,) * (x.ndim - 1)), x.shape)
     size = max(1.0, float(np.abs(x).max()))
-    return all(_steps_agree(f, point, size * y) for point in (x, x + 1e-3 * size * y))
+    # In other units f may be far beyond the numbers at a length of 1.
+    with np.errstate(all="ignore"):
+        return any(
+            all(_steps_agree(f, point, size * length * y) for point in (x, x + 1e-3 * size * length * y))
+            for length in lengths(x)
+        )
+
+
+def lengths(x: Array) -> tuple[float, ...]:
+    """Return over which lengths a function of x may change: 1, the size of x where far smaller, shorter ones if 0."""
+    size = float(np.abs(x).max(initial=0.0))
+    if size >= 2.0**-ORDINARY:
+        return (1.0,)
+    return (1.0, size) if size > 0.0 else (1.0, *SHORTER)
 
 
 def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> bool:
     """Tell whether a derivative Df(x) y agrees with the central difference of f.
 
     The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f; a wrong
-    derivative is off by as much as the derivative itself.
+    derivative is off by as much as the derivative itself. Along a short direction the third derivative has the size
+    by which f changes, which has to be more than rounding; along others at least the size 1.
 
     Parameters
     ----------
@@ -137,8 +184,11 @@ def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> b
     """
     step = EPS ** (1 / 3)
     central = (f(x + step * y) - f(x - step * y)) / (2 * step)
-    tolerance = 1e-6 * (1.0 + np.max(np.abs(central))) + 10 * EPS / step * np.max(np.abs(f(x)))
-    return bool(np.all(np.abs(derivative - central) < tolerance))
+    short, rounding = np.abs(y).max() < 2.0**-ORDINARY, 10 * EPS / step * np.max(np.abs(f(x)))
+    size = float(np.max(np.abs([f(x + y) - f(x), f(x - y) - f(x)]))) if short else 1.0
+    tolerance = 1e-6 * (size + np.max(np.abs(central))) + rounding
+    told = not short or rounding < SEEN * size
+    return bool(told and np.all(np.abs(derivative - central) < tolerance))
 
 
 def _steps_agree(f: Function, x: Array, y: Array) -> bool:

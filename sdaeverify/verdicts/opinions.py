@@ -82,17 +82,17 @@ def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> 
 
 
 def too_coarse(h: float) -> Opinion:
-    """Return that a claim is left open by all tiers: steps follow the equation, but shorter ones than paths can have.
+    """Return that a claim is left open by all tiers: steps may have the order, but shorter ones than paths can have.
 
     A scheme that bounds its drift by 1/h, or its noise by 1, does so in the units of the state and of time.
 
     Parameters
     ----------
     h : float
-        The shortest step size at which one step does not follow the equation.
+        The shortest step size at which the order of one step is too low.
     """
-    text = f"one step does not follow the equation at h = {h:.2g}, but does at far shorter ones"
-    doubt = local_doubt(f"{text}: steps of a run are too long for an order")
+    text = f"one step has too low an order at h = {h:.2g}, and at far shorter ones no such order is seen"
+    doubt = local_doubt(f"{text}: steps of a run are too long")
     return doubt._replace(excluded=frozenset({Verdict.VERIFIED, Verdict.REFUTED}))
 
 

@@ -109,6 +109,32 @@ def test_second_derivative_is_within_its_stated_error(x, y, z):
     assert (error <= SECOND_ERROR * size + np.finfo(float).tiny).all()
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize("length", ["own", "one"])
+def test_second_derivative_is_as_good_in_other_units(size, length):
+    """Whether f changes over lengths of the size of x or over 1: one step or the other lost all digits."""
+    x, unit = size * X, size if length == "own" else 1.0
+
+    def of_units(z):
+        return f(z / unit) if length == "own" else f((z - x) + X)
+
+    found = unit**2 * second_directional(of_units, x, Y, Z)
+
+    # Where f changes over 1, the difference of x from itself is rounded to eps size.
+    rounding = 1e-6 if length == "own" else 1e-6 + 1e3 * EPS * size / 1e-3
+    assert np.abs(found - exact_second(X, Y, Z)).max() <= rounding
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-6, 1e-3, 1.0])
+def test_a_function_is_analytic_in_other_units(size):
+    """A sine over lengths of 1e-6 is analytic near 0 and at 1e-6; an absolute value beside 1 is not."""
+    x = np.full((2, 2), size)
+    smooth, kinked = (lambda z: np.sin(z / 1e-6)), (lambda z: 1.0 + np.abs(z))
+
+    assert is_analytic(smooth, x) or size > 1e-6
+    assert not is_analytic(kinked, x)
+
+
 def test_second_derivative_of_a_quadratic_is_rounded_only():
     """Without truncation the error of D^2 (1 - |x|^2)/2 is that of four imaginary parts below 3e-3, over 1e-6."""
     x, y, z = np.random.default_rng(3).uniform(-1.0, 1.0, (3, 2, 1000))

@@ -1,6 +1,7 @@
 """No verdict depends on the units of state and time, though schemes that bound their steps do."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,11 +10,13 @@ from facade import (
     BalancedEuler,
     DriftTruncatedEuler,
     EulerMaruyama,
+    ExplicitProjectionEuler,
     Heun,
     TamedEuler,
     double_well,
     frame_of,
     gbm,
+    harmonic_langevin,
     judge_strong,
     judge_weak,
     least_order,
@@ -21,16 +24,17 @@ from facade import (
     local_weak,
     moment_orders,
     ou,
+    pendulum,
     spiral,
     strong_orders,
     test_functions,
     weak_order,
 )
 from probe.weak_cells import scheme
-from sdaeverify import SDE, Array, Increment, Problem, Scheme
+from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Problem, Scheme, Step
 from sdaeverify.measuring import Opinion, Verdict
-from sdaeverify.probing import OneStep, moment_errors, why_not_moments
-from units import in_units
+from sdaeverify.probing import OneStep, cloud, moment_errors, why_not_moments
+from units import in_units, langevin_in_units, mechanics_in_units
 
 STEPS = (8, 16, 32, 64, 128, 256)
 
@@ -87,6 +91,57 @@ def test_what_is_wrong_along_paths_is_so_in_all_units(wrong, units):
     problem = in_units(double_well(), **units)
 
     assert strong_opinion(scheme(wrong), problem, 0.5).verdict is Verdict.REFUTED
+
+
+class TooMuchNoise(ExplicitProjectionEuler):
+    """One per cent too much."""
+
+    name: ClassVar[str] = "planted-too-much-noise"
+    form: ClassVar[type] = HolonomicSDAE
+
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return super().step(problem, state, t, h, noise._replace(dW=1.01 * noise.dW))
+
+
+FAR = [{}, {"scale": 1e6}, {"scale": 1e-6}, {"scale": 1e8, "time": 1e7}, {"time": 1e-5}, {"constraint": 1e6}]
+
+
+@pytest.mark.parametrize("units", FAR)
+def test_mechanics_are_judged_alike_in_all_units(units: dict[str, float]) -> None:
+    """Where lengths are 1e6, second derivatives lost their digits, and all schemes were refuted for weak order 1."""
+    problem = mechanics_in_units(pendulum(), **units)
+
+    assert strong_opinion(ExplicitProjectionEuler(), problem, 0.5).verdict is Verdict.VERIFIED
+    assert weak_opinion(ExplicitProjectionEuler(), problem, 1.0).verdict is not Verdict.REFUTED
+    assert strong_opinion(TooMuchNoise(), problem, 0.5).verdict is Verdict.REFUTED
+    assert weak_opinion(TooMuchNoise(), problem, 1.0).verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("units", [units for units in FAR if units.get("time", 1.0) <= 1.0])
+def test_states_that_are_probed_are_the_same_in_all_units(units: dict[str, float]) -> None:
+    """A multiplier of 1e12 beside lengths of 1e6 left all states at the start."""
+    problem = mechanics_in_units(pendulum(), **units)
+    moved = np.ptp(cloud(problem, problem.ito()), axis=1)
+
+    assert (moved[:2] > 0.05 * units.get("scale", 1.0)).all()
+
+
+def test_a_bounded_step_of_a_slow_equation_is_left_open() -> None:
+    """In units of 1e7 of time steps that are short for a bounded noise have errors below rounding."""
+    slow = langevin_in_units(harmonic_langevin(), scale=1e8, time=1e7).ito()
+
+    for of in (BalancedEuler(), TamedEuler()):
+        found = strong_opinion(of, slow, 0.5)
+        assert (found.verdict, found.final) == (Verdict.INCONCLUSIVE, True)
+    assert strong_opinion(EulerMaruyama(), slow, 1.0).verdict is Verdict.VERIFIED
+
+
+def test_a_tamed_step_of_a_fast_equation_is_not_refuted() -> None:
+    """Its weak order rises from 0.4 to 1 at steps far shorter than those of paths."""
+    fast = langevin_in_units(harmonic_langevin(), time=1e-5).ito()
+
+    assert weak_opinion(TamedEuler(), fast, 1.0).final
 
 
 def test_an_equation_is_linear_only_if_it_is_where_solutions_go() -> None:

@@ -97,7 +97,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     if not (why_not_algebraic(scheme, view) or local.why_not_local_weak(*pair)):
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merge(packed(LOCAL, found))
-        if weak_order(found).inconsistent_share:
+        if weak_order(found).inconsistent_share or _refutes_claims(found, scheme):
             evidence = evidence.merge(packed(AT_SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
         if not why_not_delay_moments(scheme, view, settings.steps):
@@ -174,10 +174,10 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
         return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
-    further = _global(probed, least, observable)
+    further = _unless_slow(_global(probed, least, observable), probed.local)
     # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
-    if further is not None and (undecided or further.verdict is Verdict.REFUTED):
+    if further is not None and (undecided or further.final or further.verdict is Verdict.REFUTED):
         return further, False
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
 
@@ -257,6 +257,16 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     return _opinion(found.low, found.high, claim, text)
 
 
+def _unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
+    """Return what is known at T, which does not refute alone where the equation is slow.
+
+    A scheme that bounds its noise by 1 has its order on steps whose errors are below rounding there.
+    """
+    if further is None or further.verdict is not Verdict.REFUTED or order is None or not order.is_slow:
+        return further
+    return too_coarse(order.h)
+
+
 def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None:
     bound = claim - TOLERANCE
     reason = Reason(f"{text}; {bar(claim, bound)}")
@@ -293,15 +303,19 @@ def _middle(low: float, high: float) -> float:
 
 
 def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
-    if found is None:
-        return False
+    return found is not None and Verdict.INCONCLUSIVE not in _verdicts(found, scheme)
+
+
+def _refutes_claims(found: LocalWeak, scheme: Scheme) -> bool:
+    return Verdict.REFUTED in _verdicts(found, scheme)
+
+
+def _verdicts(found: LocalWeak, scheme: Scheme) -> list[Verdict]:
+    """Return what one step says of each order that a scheme claims."""
     order = weak_order(found)
-    values = [claim.value for claim in scheme.promises if claim.measure == "weak"]
-    return all(
-        judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict is not Verdict.INCONCLUSIVE
-        for value in values
-        if isinstance(value, Order)
-    )
+    values = (claim.value for claim in scheme.promises if claim.measure == "weak")
+    orders = (value for value in values if isinstance(value, Order))
+    return [judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict for value in orders]
 
 
 @lru_cache(maxsize=8)
@@ -338,8 +352,8 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         )
     states = np.asarray(short.any(axis=0))
     share, (few, among) = float(order.share(states)), order.count_states(states)
-    if share and order.too_coarse:
-        return too_coarse(order.too_coarse)
+    if share and order.rises(short, claim - tolerance):
+        return too_coarse(order.h)
     if share >= MANY:
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)

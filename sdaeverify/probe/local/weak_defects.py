@@ -31,11 +31,11 @@ from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import WHEN, cloud, in_batches, time_unit
 from ..step.times import times
 from .romberg import depth, extrapolate_means, leaves
-from .weak_order import LocalWeak
+from .weak_order import FINEST, LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
 # a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
-LEVELS = 2.0 ** -np.arange(3.0, 19.0)
+LEVELS = FINEST * 2.0 ** np.arange(15.0, -1.0, -1.0)
 # Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
 SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
 # Test functions with which a batch is as long as that of a step; of more it is shorter.

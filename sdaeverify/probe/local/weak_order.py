@@ -33,9 +33,11 @@ ROUGH = 0.01
 STALL = 0.2
 # A plateau is where so many of the defects are rough.
 CROWD = 0.25
+# The shortest of the step sizes, in units of time.
+FINEST = 2.0**-18
 # Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
 CONSISTENT = 0.25
-# Orders are 0 on steps that are too coarse alone where so many of them are seen to be higher on much shorter ones.
+# Orders are low on steps that are too coarse alone where so many of them are seen to be higher on much shorter ones.
 MOST = 0.5
 
 
@@ -94,8 +96,10 @@ class WeakOrder(NamedTuple):
         The place of each state's time among those that are probed.
     function : str
         What it is of if not of the test functions.
-    too_coarse : float
-        The shortest of the step sizes at which orders are 0 that are higher at much shorter ones; 0 for none.
+    h : float
+        The shortest step size.
+    later : ndarray, shape (F, S), or None
+        The orders at much shorter step sizes, where these were asked for.
     """
 
     orders: Array
@@ -105,7 +109,8 @@ class WeakOrder(NamedTuple):
     dimension: int
     time: Array
     function: str = ""
-    too_coarse: float = 0.0
+    h: float = 0.0
+    later: Array | None = None
 
     @property
     def order(self) -> float:
@@ -116,6 +121,11 @@ class WeakOrder(NamedTuple):
     def inconsistent_share(self) -> float:
         """Share of the states at which some settled order is 0, at the worst time."""
         return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether steps were probed in parts of a unit of time that is longer than the problem's."""
+        return self.h > FINEST
 
     def count_states(self, found: Mask) -> tuple[int, int]:
         """Return at how many states something is so, and of how many, at the worst time; for shape (S,)."""
@@ -128,6 +138,15 @@ class WeakOrder(NamedTuple):
             return np.zeros(found.shape[:-1])
         shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
         return np.asarray(np.max(shares, axis=0))
+
+    def rises(self, low: Mask, bound: float) -> bool:
+        """Tell whether most of some orders that are below a bound are seen to be above it at much shorter step sizes.
+
+        What rounding hides there is no better than before.
+        """
+        if self.later is None or not low.any():
+            return False
+        return float((np.isfinite(self.later) & (self.later >= bound))[low].mean()) > MOST
 
     def least(self, among: Mask) -> str:
         """Return in words the least order of some defects."""
@@ -146,22 +165,16 @@ def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrde
     ----------
     record : LocalWeak
     shortest : LocalWeak, optional
-        At step sizes far below those of the record, where orders at these are 0.
+        At step sizes far below those of the record, where orders at these are low.
 
     Returns
     -------
     WeakOrder
     """
-    found = _orders(record)
-    if shortest is None:
+    found, fine = _orders(record), None if shortest is None else _orders(shortest)
+    if fine is None or fine.orders.shape != found.orders.shape:
         return found
-    fine, low = _orders(shortest), found.settled & (found.orders < CONSISTENT)
-    if fine.orders.shape != low.shape:
-        return found
-    # What rounding hides there is no better than before.
-    higher = np.isfinite(fine.orders) & ~(fine.settled & (fine.orders < CONSISTENT))
-    rises = bool(low.any()) and bool(higher[low].mean() > MOST)
-    return found._replace(too_coarse=float(record.h[-1])) if rises else found
+    return found._replace(later=fine.orders)
 
 
 def _orders(record: LocalWeak) -> WeakOrder:
@@ -181,7 +194,9 @@ def _orders(record: LocalWeak) -> WeakOrder:
     exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
     orders = np.where(exact, np.inf, orders)
     orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
-    return WeakOrder(orders, last - 1.0, settled & np.isfinite(orders), plateau_h, int(record.dimension), record.time)
+    settled &= np.isfinite(orders)
+    counts = int(record.dimension), record.time
+    return WeakOrder(orders, last - 1.0, settled, plateau_h, *counts, h=float(record.h[-1]))
 
 
 def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:

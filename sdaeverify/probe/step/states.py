@@ -16,8 +16,9 @@ PILOT_H = 2.0**-6
 # Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
 # that it makes in each of them, and the states that are probed there.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
-# Points of the cloud are no farther from the start than so many times its size, or the unit: where a law spreads over
-# powers of ten, steps at its outer states are too coarse for schemes that tame a drift by its size, however short.
+# In no component are points of the cloud farther from the start than so many times its size, or the distance of one
+# of the nearest: where a law spreads over powers of ten, steps at its outer states are too coarse for schemes that
+# tame a drift by its size, however short.
 FARTHEST = 100.0
 # Of the states, to differentiate a stiff drift.
 DIFFERENCE = 1e-7
@@ -134,9 +135,11 @@ def cloud(view: Problem, ito: Equation) -> Array:
 
 def _not_too_far(start: Array, points: Array) -> Array:
     """Return points, shape (d, S), with those that are too far from the start on the way to where they were."""
-    moved, most = points - start, FARTHEST * (1.0 + norm(start))
-    size = norm(moved)
-    return np.asarray(np.where(size > most, start + moved * (most / np.maximum(size, most)), points))
+    moved = points - start
+    # One point may be near the start by chance.
+    most = FARTHEST * np.maximum(np.abs(start), np.sort(np.abs(moved), axis=1)[:, 1:2])
+    share = np.where(np.abs(moved) > most, most / np.abs(moved), 1.0).min(axis=0)
+    return np.asarray(np.where(share < 1.0, start + share * moved, points))
 
 
 def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
