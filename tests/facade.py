@@ -166,6 +166,7 @@ from sdaeverify.probe.stability.windows import (
     stable_windows,
 )
 from sdaeverify.probe.step import test_functions
+from sdaeverify.probe.step.component_units import component_units
 from sdaeverify.probe.step.nodes import (
     LARGEST,
     MOST_NODES,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from facade import (
+    BAOAB,
     BalancedEuler,
     DriftTruncatedEuler,
     EulerMaruyama,
@@ -31,7 +32,7 @@ from facade import (
     weak_order,
 )
 from probe.weak_cells import scheme
-from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Problem, Scheme, Step
+from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Langevin, Problem, Scheme, Step
 from sdaeverify.measuring import Opinion, Verdict
 from sdaeverify.probing import OneStep, cloud, moment_errors, why_not_moments
 from units import in_units, langevin_in_units, mechanics_in_units
@@ -107,6 +108,7 @@ class TooMuchNoise(ExplicitProjectionEuler):
 FAR = [{}, {"scale": 1e6}, {"scale": 1e-6}, {"scale": 1e8, "time": 1e7}, {"time": 1e-5}, {"constraint": 1e6}]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("units", FAR)
 def test_mechanics_are_judged_alike_in_all_units(units: dict[str, float]) -> None:
     """Where lengths are 1e6, second derivatives lost their digits, and all schemes were refuted for weak order 1."""
@@ -135,6 +137,28 @@ def test_a_bounded_step_of_a_slow_equation_is_left_open() -> None:
         found = strong_opinion(of, slow, 0.5)
         assert (found.verdict, found.final) == (Verdict.INCONCLUSIVE, True)
     assert strong_opinion(EulerMaruyama(), slow, 1.0).verdict is Verdict.VERIFIED
+
+
+class LinearFriction(BAOAB):
+    """Momenta decay like 1 - gamma h, not like e^{-gamma h}."""
+
+    name: ClassVar[str] = "planted-linear-friction"
+
+    def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        step, n = super().step(problem, state, t, h, noise), problem.noise_dim
+        off = np.exp(-problem.friction * h) - (1.0 - problem.friction * h)
+        return step._replace(state=np.concatenate([step.state[:n], step.state[n:] - off * state[n:]]))
+
+
+@pytest.mark.parametrize("units", [{}, {"scale": 1e8, "time": 1e7}, {"scale": 1e-9, "time": 1e-12}])
+def test_errors_of_a_momentum_show_beside_large_positions(units: dict[str, float]) -> None:
+    """A momentum of 10 beside a position of 1e8 was compared with the latter: a wrong friction was verified."""
+    problem = langevin_in_units(harmonic_langevin(), **units)
+
+    assert strong_opinion(BAOAB(), problem, 1.0).verdict is Verdict.VERIFIED
+    assert weak_opinion(BAOAB(), problem, 2.0).verdict is Verdict.VERIFIED
+    assert weak_opinion(LinearFriction(), problem, 2.0).verdict is Verdict.REFUTED
 
 
 def test_a_tamed_step_of_a_fast_equation_is_not_refuted() -> None:

@@ -17,6 +17,7 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
+from ..step.component_units import component_units
 from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_rule, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import cloud, time_unit
@@ -38,8 +39,8 @@ class Consistency(NamedTuple):
     ----------
     h : ndarray, shape (H,)
     rms, mean : ndarray, shape (2, C, S, H)
-        ||d||_{L2} and |E d| over the rows of each component: of a step from each state, and of a step from where the
-        scheme itself has gone from there.
+        ||d||_{L2} and |E d| over the rows of each component, in its unit: of a step from each state, and of a step
+        from where the scheme itself has gone from there.
     scale : ndarray, shape (S, H)
         Largest absolute value in the state.
     reached : ndarray, shape (C, C)
@@ -74,7 +75,8 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
     with np.errstate(all="ignore"):
         levels = [_defects(step, x, nodes, float(h)) for h in sizes]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        return Consistency(sizes, rms, mean, scale, reach(step, x))
+        units = component_units(step, x, float(sizes[0]))[:, None, None]
+        return Consistency(sizes, rms / units, mean / units, scale, reach(step, x))
 
 
 def consistency_orders(record: Consistency, component: int | None = None) -> tuple[Array, Array]:

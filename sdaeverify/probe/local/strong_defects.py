@@ -16,6 +16,7 @@ from ...contracts.scheme import Scheme, State
 from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
+from ..step.component_units import component_units
 from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import in_batches, time_unit
@@ -46,8 +47,8 @@ class LocalStrong(NamedTuple):
     h : ndarray, shape (H,)
         Seven, or ten where a defect as small as a solver's tolerance falls more slowly than before.
     rms, mean : ndarray, shape (3, C, S, H)
-        ||d||_{L2} and |E d| over the rows of each component, for d_self, for d_em, and for d_em of the second half
-        step, which starts where the scheme itself has gone.
+        ||d||_{L2} and |E d| over the rows of each component, in its unit, for d_self, for d_em, and for d_em of the
+        second half step, which starts where the scheme itself has gone.
     turned : ndarray, shape (C, S, H)
         1 where E d_self points away from where it points at the step size before: between the two it is near 0.
     scale : ndarray, shape (S, H)
@@ -111,17 +112,21 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
     counts = np.array(degree), np.array(float(len(when)))
 
+    unit = time_unit(view)
+    with np.errstate(all="ignore"):
+        units = component_units(step, x, float(LEVELS[0]) * unit)[:, None, None]
+
     def probe(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
-        rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
+        rms, mean = keep_defined(rms / units, scale), keep_defined(mean / units, scale)
+        scale = significant(scale, SCALE)
         begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
         truncated = np.concatenate([step.truncated(x, h, times) for times in begins])
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
         return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
 
-    unit = time_unit(view)
     with np.errstate(all="ignore"):
         if shortest:
             return probe(SHORTEST * unit)

@@ -60,14 +60,19 @@ def time_unit(view: Problem) -> float:
 
 
 def _rate_in_state(equation: Equation, x: Array) -> float:
-    """Return a Lipschitz constant of f and the square of that of B, between states, shape (d, S), and near them."""
+    """Return a Lipschitz constant of f and the square of that of B, between states, shape (d, S), and near them.
+
+    Components are in units of how far they go: a position may be 1e8 where a velocity is 10.
+    """
     spread = np.abs(x - x[:, :1]).max(axis=1, keepdims=True)
+    unit = np.where(spread > 0.0, spread, 1.0)
     rng = np.random.Generator(np.random.Philox(key=SEED + 11))
-    near = x + NEARBY * np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, x.shape)
+    near = x + NEARBY * unit * rng.uniform(-1.0, 1.0, x.shape)
     others = np.concatenate([near, np.roll(x, 1, axis=1)], axis=1)
     here, there = (_coefficients(equation, 0.0, points) for points in (x, others))
-    size = norm(others - np.tile(x, 2))
-    of_f, of_B = (norm(b - np.tile(a, 2)) / size for a, b in zip(here, there, strict=True))
+    size, l = norm((others - np.tile(x, 2)) / unit), len(here[1]) // len(x)
+    units = unit, np.repeat(unit, l, axis=0)
+    of_f, of_B = (norm((b - np.tile(a, 2)) / u) / size for a, b, u in zip(here, there, units, strict=True))
     rates = (of_f + of_B**2)[size > 0.0]
     return float(rates.max(initial=0.0)) if np.isfinite(rates).all() else np.inf
 
