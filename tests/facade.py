@@ -390,6 +390,7 @@ from sdaeverify_problems.motions.product_force import product_force
 from sdaeverify_problems.motions.turning_frame import turning_frame
 from sdaeverify_problems.noisy_circuit import noisy_circuit
 from sdaeverify_problems.noncommuting import B_1, B_2, GENERATOR, A, noncommuting
+from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
 from sdaeverify_problems.ou import exponential_integral, ou
 from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum

@@ -5,8 +5,19 @@ from functools import wraps
 import pytest
 
 import sdaeverify
-from facade import double_well, gbm, noncommuting, ou, spiral
-from units import in_units
+from facade import (
+    delay_test,
+    double_well,
+    gbm,
+    harmonic_langevin,
+    load_registry,
+    noncommuting,
+    nonlinear_constraint,
+    ou,
+    pendulum,
+    spiral,
+)
+from units import delay_in_units, in_units, langevin_in_units, mechanics_in_units
 
 PROBLEMS = (double_well, gbm, noncommuting, ou, spiral)
 UNITS = {
@@ -41,3 +52,38 @@ def test_no_claim_is_refuted_in_other_units(name):
 
     assert (rows["verdict"] == "verified").sum() > 50
     assert not rows[rows["verdict"] == "refuted"]["reason"].tolist()
+
+
+FORMS = {
+    "mechanics": (mechanics_in_units, pendulum),
+    "langevin": (langevin_in_units, harmonic_langevin),
+    "delay": (delay_in_units, delay_test),
+    "index-1": (delay_in_units, nonlinear_constraint),
+}
+FAR = {
+    "large": {"scale": 1e6},
+    "small": {"scale": 1e-6},
+    "slow": {"time": 1e5},
+    "fast": {"time": 1e-5},
+    "molecules": {"scale": 1e-9, "time": 1e-12},
+    "planets": {"scale": 1e8, "time": 1e7},
+}
+# Its line search compares lengths with constraints, and ends early where they are of other sizes.
+MIXES_UNITS = "implicit-euler-ggl"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("units", FAR)
+@pytest.mark.parametrize("form", FORMS)
+def test_other_forms_are_judged_alike_in_other_units(form, units):
+    """All measures of all schemes refute nothing, on mechanics, Langevin dynamics and delays."""
+    change, problem = FORMS[form]
+
+    def changed():
+        return change(problem(), **FAR[units])
+
+    schemes = [name for name in load_registry(environ={}).schemes if name != MIXES_UNITS]
+    rows = sdaeverify.verify(schemes, [changed], paths=256).verdicts
+
+    assert (rows["verdict"] == "verified").sum() > 20
+    assert not rows[rows["verdict"].isin(["refuted", "error"])]["reason"].tolist()
