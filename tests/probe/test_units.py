@@ -174,6 +174,26 @@ def test_an_equation_is_linear_only_if_it_is_where_solutions_go() -> None:
     assert why_not_moments(Heun(), in_units(ou(), scale=1e8)) == ""
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e8])
+def test_exact_moments_keep_their_digits_beside_large_constants(scale: float) -> None:
+    """A constant force of 1e8 beside rates of order one had moments of the solution off by 3e-8: a wrong limit."""
+    pushed = Langevin(
+        force=lambda q: -1.06 * scale - q,
+        friction=0.5,
+        strength=0.25 * scale,
+        position=[-0.75 * scale],
+        momentum=[-2.0 * scale],
+        horizon=1.0,
+        source="test",
+    )
+
+    found = moment_orders(moment_errors(EulerMaruyama(), pushed.ito(), STEPS))
+    told = [moment.order for moment in found if moment.informative]
+
+    assert len(told) >= 3
+    assert told == pytest.approx([1.0] * len(told), abs=0.05)
+
+
 def test_a_step_is_linear_only_if_it_is_where_solutions_go() -> None:
     """About a mean of 300 steps of a truncated drift are constant at states near 0, and linear at those near 300."""
     warm = in_units(ou(), shift=300.0)

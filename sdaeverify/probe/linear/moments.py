@@ -168,7 +168,11 @@ def _exact(one_step: OneStep) -> tuple[Array, Array]:
     ito = one_step.equation
     equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
     start = np.outer(z, z)
-    return start, smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(start), len(z))
+    # Constant terms of large states stand in it beside rates of order one.
+    generator = ito.horizon * equation.generator()
+    balanced, (scale, _) = scipy.linalg.matrix_balance(generator, permute=False, separate=True)
+    grown = scale * (scipy.linalg.expm(balanced) @ (svec(start) / scale))
+    return start, smat(grown, len(z))
 
 
 def _propagate(one_step: OneStep, h: float, count: int) -> tuple[Array, float, float, float, float]:
