@@ -14,6 +14,9 @@ from .dissipation import Dissipation
 from .mesh import Lag, Mesh
 from .partials import Partials
 
+# Below it, and beyond its inverse, a state is not of order one.
+FAR = 2.0**-4
+
 
 class IndexOne(Problem):
     """dx = f(t, x, v, y) dt + g(t, x, v, y) dW, 0 = u(t, x, v, y), v = x(t - delay): with or without y and delay."""
@@ -149,10 +152,12 @@ class IndexOne(Problem):
         paths : int
             Number P of paths.
         spread : float
-            Standard deviation of the lagged values around the start, in units of x.
+            Standard deviation of the lagged values around the start, in parts of x where it is far from order one.
         """
         x = np.repeat(self.past(0.0), paths, axis=1)
-        drawn = x + spread * rng.standard_normal((2, *x.shape))
+        size = float(np.abs(x).max())
+        unit = size if 0.0 < size < FAR or size > 1.0 / FAR else 1.0
+        drawn = x + spread * unit * rng.standard_normal((2, *x.shape))
         return dict(zip(("lagged", "ahead"), drawn, strict=True)) if self.delay else {}
 
 
