@@ -112,7 +112,7 @@ from sdaeverify.probe.local.consistency import (
     consistency_order,
     delay_consistency,
 )
-from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
+from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay, why_not_algebraic
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
 from sdaeverify.probe.local.step_law import LawResolution, step_law
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
