@@ -159,9 +159,9 @@ def check_derivative(
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1))[:, None], x.shape)
     # In other units f may be far beyond the numbers at a length of 1.
     with np.errstate(all="ignore"):
-        wrong = [next(_disagreeing(f, derivative, x, length * y), None) for length in lengths(x)]
-    if wrong[0] is not None and all(point is not None for point in wrong):
-        raise ProblemError(f"{name} disagrees with a difference quotient at {wrong[0][:, 0].tolist()}")
+        first, *others = (next(_disagreeing(f, derivative, x, length * y), None) for length in lengths(x))
+    if first is not None and all(point is not None for point in others):
+        raise ProblemError(f"{name} disagrees with a difference quotient at {first[:, 0].tolist()}")
 
 
 def _disagreeing(

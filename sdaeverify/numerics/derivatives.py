@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
+from .digits import ORDINARY, unit_of
 
 Function = Callable[[Array], Array]
 
@@ -19,9 +20,8 @@ TINY = 1e-100
 # Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3.
 # The step is s in units of x, whatever the size of the direction, and in parts of x where x is far from order one.
 SECOND = 1e-3
-# Power of two up to which x is of order one, and one beyond which no step goes; another step size, which tells an
-# error; a relative error that is small enough.
-ORDINARY, LARGEST, OTHER, CLOSE = 4, 128, 1.25, 1e-6
+# Another step size, which tells an error; a relative error that is small enough.
+OTHER, CLOSE = 1.25, 1e-6
 # Part of a change that rounding may be where a difference tells a derivative.
 SEEN = 1e-3
 # Lengths over which a function may change where its argument says nothing of them.
@@ -111,11 +111,10 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     y, z : ndarray, shape (d, P)
         Directions.
     """
-    power = np.clip(np.nan_to_num(np.round(np.log2(_size(np.real(x))))), -LARGEST, LARGEST)
-    size = np.where(np.abs(power) <= ORDINARY, 1.0, np.exp2(power))
-    if np.all(size == 1.0):
+    unit = unit_of(_size(np.real(x)))
+    if np.all(unit == 1.0):
         return _second(f, x, y, z, 1.0)
-    short, long = np.minimum(size, 1.0), np.maximum(size, 1.0)
+    short, long = np.minimum(unit, 1.0), np.maximum(unit, 1.0)
     # A step that is far too long may lead beyond the numbers.
     with np.errstate(all="ignore"):
         (near, off_near), (far, off_far) = (_with_error(f, x, y, z, unit) for unit in (short, long))
@@ -159,11 +158,12 @@ def is_analytic(f: Function, x: Array) -> bool:
 
 
 def lengths(x: Array) -> tuple[float, ...]:
-    """Return over which lengths a function of x may change: 1, the size of x where far smaller, shorter ones if 0."""
+    """Return over which lengths a function of x may change: 1, the unit of x where far smaller, shorter ones if 0."""
     size = float(np.abs(x).max(initial=0.0))
-    if size >= 2.0**-ORDINARY:
-        return (1.0,)
-    return (1.0, size) if size > 0.0 else (1.0, *SHORTER)
+    if size == 0.0:
+        return (1.0, *SHORTER)
+    unit = float(unit_of(size))
+    return (1.0, unit) if unit < 1.0 else (1.0,)
 
 
 def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> bool:

@@ -11,6 +11,8 @@ SAMPLED = 20
 TAIL, SCALE = 12, 6
 # Differences of terms are told from rounding from some hundred times their last bit on.
 LAST_BITS = 4.0
+# Power of two up to which a size is of order one, and the largest of a unit.
+ORDINARY, LARGEST = 4, 128
 
 
 def significant(values: Array, bits: int) -> Array:
@@ -24,6 +26,13 @@ def significant(values: Array, bits: int) -> Array:
     """
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, bits)), exponent - bits))
+
+
+def unit_of(size: Array | float) -> Array:
+    """Return the unit of each size: 1 where it is of order one, 0 or not finite, else the nearest power of two."""
+    sound = np.isfinite(size) & (np.asarray(size) > 0.0)
+    power = np.clip(np.round(np.log2(np.where(sound, size, 1.0))), -LARGEST, LARGEST)
+    return np.where(np.abs(power) <= ORDINARY, 1.0, np.exp2(power))
 
 
 def keep_defined(values: Array, scale: Array) -> Array:

@@ -8,14 +8,12 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...noise.brownian import Increment
+from ...numerics.digits import unit_of
 from ..problem import Problem
 from ..traits import INDEX_ONE
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh
 from .partials import Partials
-
-# Below it, and beyond its inverse, a state is not of order one.
-FAR = 2.0**-4
 
 
 class IndexOne(Problem):
@@ -152,12 +150,10 @@ class IndexOne(Problem):
         paths : int
             Number P of paths.
         spread : float
-            Standard deviation of the lagged values around the start, in parts of x where it is far from order one.
+            Standard deviation of the lagged values around the start, in the unit of x.
         """
         x = np.repeat(self.past(0.0), paths, axis=1)
-        size = float(np.abs(x).max())
-        unit = size if 0.0 < size < FAR or size > 1.0 / FAR else 1.0
-        drawn = x + spread * unit * rng.standard_normal((2, *x.shape))
+        drawn = x + spread * unit_of(float(np.abs(x).max())) * rng.standard_normal((2, *x.shape))
         return dict(zip(("lagged", "ahead"), drawn, strict=True)) if self.delay else {}
 
 

@@ -92,19 +92,20 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     settings : Settings
         Numbers of steps, for moments and operators.
     """
-    evidence, found = Tally(), None
+    evidence, verdicts = Tally(), [Verdict.INCONCLUSIVE]
     pair = remove_delay(scheme, view)
     if not (why_not_algebraic(scheme, view) or local.why_not_local_weak(*pair)):
         found = local.local_weak(*pair, _reference)
-        evidence = evidence.merge(packed(LOCAL, found))
-        if weak_order(found).inconsistent_share or _refutes_claims(found, scheme):
+        order = weak_order(found)
+        evidence, verdicts = evidence.merge(packed(LOCAL, found)), _claimed_verdicts(order, scheme)
+        if order.inconsistent_share or Verdict.REFUTED in verdicts:
             evidence = evidence.merge(packed(AT_SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
         if not why_not_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not why_not_moments(scheme, view):
         evidence = evidence.merge(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
-    elif not _decides_claims(found, scheme) and view.chart is not None and not why_not_operator(scheme, view):
+    elif Verdict.INCONCLUSIVE in verdicts and view.chart is not None and not why_not_operator(scheme, view):
         evidence = evidence.merge(packed(OPERATOR, _operator(scheme, view, settings)))
     if not why_not_point_law(scheme, view) and _claims_rough(scheme, view):
         evidence = evidence.merge(packed(POINTS, point_law(scheme, view, settings.coarsest)))
@@ -302,17 +303,8 @@ def _middle(low: float, high: float) -> float:
     return low if low == high else 0.5 * (low + high) if isfinite(low) and isfinite(high) else nan
 
 
-def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
-    return found is not None and Verdict.INCONCLUSIVE not in _verdicts(found, scheme)
-
-
-def _refutes_claims(found: LocalWeak, scheme: Scheme) -> bool:
-    return Verdict.REFUTED in _verdicts(found, scheme)
-
-
-def _verdicts(found: LocalWeak, scheme: Scheme) -> list[Verdict]:
+def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     """Return what one step says of each order that a scheme claims."""
-    order = weak_order(found)
     values = (claim.value for claim in scheme.promises if claim.measure == "weak")
     orders = (value for value in values if isinstance(value, Order))
     return [judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict for value in orders]

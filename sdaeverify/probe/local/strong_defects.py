@@ -110,11 +110,8 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     x = _affordable(x, len(nodes.whole.weights))
     when, reached = times(step, x), reach(step, x)
     degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
-    counts = np.array(degree), np.array(float(len(when)))
-
-    unit = time_unit(view)
-    with np.errstate(all="ignore"):
-        units = component_units(step, x, float(LEVELS[0]) * unit)[:, None, None]
+    counts, unit = (np.array(degree), np.array(float(len(when)))), time_unit(view)
+    units = component_units(step, x, float(LEVELS[0]) * unit)[:, None, None]
 
     def probe(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]

@@ -35,8 +35,9 @@ def component_units(step: OneStep, x: Array, h: float) -> Array:
     noise = step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
     alternating = np.where(np.arange(len(x)) % 2, -1.0, 1.0)[:, None]
     pushed = x, x * (1.0 + NUDGE), x * (1.0 + NUDGE * alternating)
-    there, *others = (step(states, t, h, noise) for states in pushed)
-    every = np.stack([x, there, *((other - there) / NUDGE for other in others)])
+    with np.errstate(all="ignore"):
+        there, *others = (step(states, t, h, noise) for states in pushed)
+        every = np.stack([x, there, *((other - there) / NUDGE for other in others)])
     sizes = np.nan_to_num(np.abs(every), nan=np.inf).max(axis=(0, 2))
     share = sizes / sizes.max() if np.isfinite(sizes).all() else np.ones(len(x))
     own = (share < FAR) & (share > LEAST)
