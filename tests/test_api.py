@@ -135,6 +135,7 @@ def test_a_result_is_short_at_a_prompt(result):
     assert result._repr_html_().startswith("<p><b>5 quantities: ")
 
 
+@pytest.mark.long
 def test_a_folder_holds_evidence_tables_and_page(tmp_path, capsys):
     """What is in the folder is used again; progress is told if asked for."""
     for _ in range(2):

@@ -135,6 +135,7 @@ def test_a_step_that_raises_has_a_digest():
     assert digest(Late()) == digest(Late()) != digest(EulerMaruyama())
 
 
+@pytest.mark.long
 def test_what_changes_during_a_run_is_no_evidence(tmp_path):
     """A scheme that does something else at the end of a block than at its begin has no evidence, on disk neither."""
     # The first block is tried for its contract, which this scheme breaks.

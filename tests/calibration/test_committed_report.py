@@ -34,6 +34,7 @@ def test_report_covers_the_registered_cases(committed):
     assert set(load_registry(environ={}, lab=True).things("sdaeverify_calibration")) <= cases
 
 
+@pytest.mark.long
 def test_rates_can_be_computed_again(committed):
     """A study gives the committed rates, up to a trial or two that another build's last bits may turn."""
     calibration = Calibration(

@@ -98,6 +98,7 @@ def test_folder_that_cannot_be_written_into(quick, tmp_path, folder):
     assert f"cannot write into {folder}" in one_line(outcome.err)
 
 
+@pytest.mark.long
 def test_file_that_cannot_be_replaced(quick, tmp_path):
     """A folder where a table is to be written is no traceback either."""
     (tmp_path / "out" / "verdicts.csv").mkdir(parents=True)
@@ -200,6 +201,7 @@ MISBEHAVING = {
 }
 
 
+@pytest.mark.long
 def test_schemes_that_misbehave(quick, odd_scheme):
     """Each loses its own cells, with the reason in words; another scheme on the same noise does not notice."""
     chosen, plugins = ("-p", "gbm", "-m", "strong"), []

@@ -47,6 +47,7 @@ def test_a_sound_scheme(call):
     assert outcome.out.strip() == "20 checks: 20 passed, none failed, none skipped"
 
 
+@pytest.mark.long
 def test_rows_for_programs(call):
     """With --json there is a row for each answer, of schemes and problems alike."""
     outcome = call("check", "euler-maruyama,tamed-*", "gbm-algebraic", "--problems", "ou", "--json")

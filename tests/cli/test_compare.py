@@ -71,6 +71,7 @@ def by_quantity(answer):
     return {row["quantity"]: row for row in answer["quantities"]}
 
 
+@pytest.mark.long
 def test_order_kept_and_error_doubled(measured, compared):
     """With 256 paths the claimed order is verified all the same, and the comparison tells the error has doubled."""
     budget = {"paths": 256, "levels": "8..256"}
@@ -85,6 +86,7 @@ def test_order_kept_and_error_doubled(measured, compared):
     assert (row["paths"], row["levels"]) == (256, 4)
 
 
+@pytest.mark.long
 def test_guards_are_compared_where_they_were_enough(measured, compared):
     """Errors of paths on the levels of guards are compared on these, unless the other run has all levels."""
     few, every = {"paths": 256, "first-levels": 4, "levels": "8..256"}, {"paths": 256, "levels": "8..256"}
@@ -100,6 +102,7 @@ def test_guards_are_compared_where_they_were_enough(measured, compared):
     assert "not in both runs on as many levels" in str(other)
 
 
+@pytest.mark.long
 def test_a_plugin_that_is_needed_again_is_named_with_its_option(measured, call):
     """A run says which plugin files it was made with; without them its schemes are unknown."""
     measured("old"), measured("new", DOUBLED)
@@ -122,6 +125,7 @@ def test_improvement_is_shown_and_no_failure(measured, call):
     assert all(len(line) <= 80 for line in outcome.out.splitlines())
 
 
+@pytest.mark.long
 def test_the_same_scheme_has_the_factor_one(measured, compared, call):
     """Runs of the same scheme agree to the last bit, and the table has nothing to show."""
     measured("old"), measured("new")
@@ -134,6 +138,7 @@ def test_the_same_scheme_has_the_factor_one(measured, compared, call):
     assert "x@T" in call("compare", "old", "new", "--plugin", "old.py", "--all").out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("further", "words"),
     [
@@ -191,6 +196,7 @@ def test_damaged_evidence(measured, call):
     assert outcome.err == f"sdaeverify: error: {told}\n"
 
 
+@pytest.mark.long
 def test_evidence_that_is_damaged_in_part(measured, call):
     """What is left is compared, and a warning tells how much is not."""
     measured("old", problems="gbm,ou"), measured("new", problems="gbm,ou")
@@ -203,6 +209,7 @@ def test_evidence_that_is_damaged_in_part(measured, call):
     assert "not compared: mine on ou: only old has paths of it; new has none" in outcome.out
 
 
+@pytest.mark.long
 def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
     """Nothing was simulated, so that no errors are compared: its claims are newly refuted, and back again."""
     measured("old")
@@ -301,6 +308,7 @@ def test_names_from_elsewhere_are_shown_in_letters(measured, call):
     assert "\x1b" not in answer.out
 
 
+@pytest.mark.long
 def test_three_runs_in_a_row(measured, call):
     """Each is compared with the one before; a claim that is newly refuted is told, and fails."""
     budget = {"paths": 256, "levels": "8..256"}

@@ -136,7 +136,7 @@ MISTAKES = {
     },
     "folders": {
         "matrix --out text.txt/below -s milstein -p gbm -m strong -j 1": "choose another --out",
-        "selftest --only planted-* --out text.txt": "choose another --out",
+        "selftest --only planted-em-variance* --out text.txt": "choose another --out",
         "calibrate --out text.txt": "choose another --out",
         "hunt milstein --out text.txt": "a file that ends in .py",
         "hunt milstein --out text.txt/found.py": "choose another --out",

@@ -91,6 +91,7 @@ def test_right_alone(project):
     assert report["counts"] == {"passed": 2}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("claim", "why"),
     [
@@ -114,6 +115,7 @@ def test_claim_that_nothing_tests(project, write, claim, why):
     assert part.code == (ExitCode.NOTHING if "stong" in claim else ExitCode.OK)
 
 
+@pytest.mark.long
 def test_second_run(project):
     """What was measured before is reused, and said to be, only where that is asked for."""
     outcomes = [project("-s", "right", *further) for further in ((), (), ("--reuse",), ("--fresh",))]
@@ -159,6 +161,7 @@ def test_an_expectation_of_what_is_not_there(project, arguments):
     assert told in outcome.out
 
 
+@pytest.mark.long
 def test_lock(project, tmp_path):
     """What is locked must be there: a claim that is gone is code 5 and is named."""
     written = project("--write-lock")
@@ -204,6 +207,7 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
     assert not (tmp_path / "reports").exists()
 
 
+@pytest.mark.long
 def test_a_gate_of_everything_says_why(project, monkeypatch, tmp_path):
     """Schemes of the policy's plugin files are its own; without any, the file that names none is named."""
     few = ("-p", "ou", "-m", "strong")
@@ -325,6 +329,7 @@ def test_a_gate_that_is_ended(project, monkeypatch, ending, why, code):
     assert not Path("reports", "gate", "gate.json").exists()
 
 
+@pytest.mark.long
 def test_one_job_is_isolated_too(call, odd_scheme, tmp_path):
     """A step that ends its process costs its own cells, and not the gate, with one job as with many."""
     (tmp_path / "pyproject.toml").write_text("[tool.sdaeverify]\nproblems = ['gbm']\ntier = 'smoke'\n")
@@ -335,6 +340,7 @@ def test_one_job_is_isolated_too(call, odd_scheme, tmp_path):
     assert "its worker process died" in outcome.out
 
 
+@pytest.mark.long
 def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_path):
     """A claim that an order condition refutes fails the gate, with tree and command; a policy may leave it out."""
     everything = POLICY.replace('problems = ["gbm"]\n', "")

@@ -116,6 +116,7 @@ def test_words_of_the_command_line_are_kept(quick):
     assert run["seed"] == 7
 
 
+@pytest.mark.long
 def test_plain_progress(call):
     """Where stderr is no terminal, each finished cell is one line."""
     budget = ("--paths", "40", "--levels", "3", "-j", "1")
@@ -131,6 +132,7 @@ def test_plain_progress(call):
     assert re.search(r"  pendulum  drift  \d \w+(, \d \w+)*  \d+\.\d\d s\n", outcome.err)
 
 
+@pytest.mark.long
 def test_bar_on_a_terminal(call, monkeypatch):
     """A terminal shows a bar with the problem, the share that is done and the time that is left, and colours."""
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -143,6 +145,7 @@ def test_bar_on_a_terminal(call, monkeypatch):
     assert re.search(r"\x1b\[33m\? inconclusive: milstein on gbm", outcome.out)
 
 
+@pytest.mark.long
 def test_colours_can_be_switched_off(quick, monkeypatch):
     """NO_COLOR is respected on a terminal too."""
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -151,6 +154,7 @@ def test_colours_can_be_switched_off(quick, monkeypatch):
     assert not re.search(r"\x1b\[[0-9;]*3\d", quick("-p", "gbm", "-s", "milstein").out)
 
 
+@pytest.mark.long
 def test_plugins_are_warned_about(quick, monkeypatch):
     """What is odd about the environment is one warning each."""
     monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "nobody")
@@ -163,6 +167,7 @@ def test_plugins_are_warned_about(quick, monkeypatch):
     ]
 
 
+@pytest.mark.long
 def test_broken_installed_plugin(quick, tmp_path, monkeypatch):
     """An installed plugin that is broken costs a warning, not the run; the list of plugins gives the reason."""
     information = tmp_path / "site" / "fake_dist-2.5.dist-info"
@@ -178,6 +183,7 @@ def test_broken_installed_plugin(quick, tmp_path, monkeypatch):
     assert len(outcome.err.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_report_hooks(quick, write):
     """A plugin may write beside the report; if it fails, that is a warning."""
     hooks = "@hookimpl\ndef sdaeverify_report(folder):\n    (folder / 'mine.txt').write_text('x')\n    1 / 0\n"
@@ -190,6 +196,7 @@ def test_report_hooks(quick, write):
     assert Path("out/mine.txt").exists()
 
 
+@pytest.mark.long
 def test_one_scheme_alone(quick):
     """A scheme that runs alone gets the same rows as among others, bit by bit."""
     others = ("-s", "euler-maruyama,half-explicit-*,milstein")
@@ -206,6 +213,7 @@ def test_one_scheme_alone(quick):
             assert {key: other[key] for key in row} == row
 
 
+@pytest.mark.long
 def test_reproduce(call, odd_scheme):
     """The command of a row computes that row again, with its plugin, seed and block."""
     plugin = odd_scheme(

@@ -67,6 +67,7 @@ def test_no_page_where_none_is_wanted(quick):
     assert "the page is" not in outcome.out
 
 
+@pytest.mark.long
 def test_the_last_failures_alone_are_run_again(finished, quick):
     """What was verified is left alone."""
     quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out")
@@ -155,6 +156,7 @@ def test_what_is_not_there_is_one_line(call, words, message):
     assert (outcome.code, outcome.out, outcome.err) == (2, "", f"sdaeverify: error: {message}\n")
 
 
+@pytest.mark.long
 def test_the_first_contact_is_a_table_and_a_page(call):
     """Three schemes on two problems: claim, order of one step, order along paths, verdict, tier, and a page."""
     outcome = call("demo", "--out", "first")

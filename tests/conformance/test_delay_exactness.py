@@ -55,12 +55,14 @@ class OldOnTheMesh(StochasticTheta):
         return super().step(problem, state, t, h, noise if delta or not m else noise._replace(ahead=noise.lagged))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reading", WHERE)
 def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
     """On a line a lagged value is known, and y repeats it: another one is off by a fixed part of the motion."""
     assert exactness_violation(WrongLag(0.5, reading)).partition(" on ")[2].startswith(WHERE[reading])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "equation"),
     [

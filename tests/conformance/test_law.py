@@ -150,6 +150,7 @@ def test_delay_equations_have_a_law_as_well() -> None:
     assert "the covariance after many steps is off by 0.01" in exactness_violation(Delayed(0.5, factor=1.005))
 
 
+@pytest.mark.long
 def test_what_is_right_in_law_is_verified_and_what_is_wrong_refuted() -> None:
     """On the Ornstein-Uhlenbeck process its weak order is found by moments, its memory being part of the state."""
     verdicts = verify(

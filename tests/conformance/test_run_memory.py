@@ -96,6 +96,7 @@ def seen(scheme: Scheme, problem: Any) -> Any:
     return view
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", WRONG)
 def test_memory_that_goes_wrong_in_a_run_is_told(name: str) -> None:
     """What `enter` would set right and a run does not is found where pilot paths go, at all times."""
@@ -103,6 +104,7 @@ def test_memory_that_goes_wrong_in_a_run_is_told(name: str) -> None:
     assert "a run and a start by enter(problem, state, t, h) differ" in departure(scheme, seen(scheme, problem))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RIGHT)
 def test_memory_that_is_right_is_let_pass(name: str) -> None:
     """Old drifts, halves of increments and counters differ from what `enter` sets by what vanishes with h."""

@@ -24,6 +24,7 @@ def cases(*schemes, **options):
     return parametrize_with_hunts(schemes, **FAST, **options).args[1]
 
 
+@pytest.mark.long
 def test_a_wrong_scheme_fails_with_its_counterexample():
     """The message says which claim fails, and is the plugin file that shows it."""
     ((scheme, check),) = (case.values for case in cases(Pushed(), examples=40))
@@ -33,6 +34,7 @@ def test_a_wrong_scheme_fails_with_its_counterexample():
     assert "sdaeverify_problems" in str(caught.value)
 
 
+@pytest.mark.long
 def test_a_right_scheme_passes():
     """Nothing is raised where nothing is found."""
     ((scheme, check),) = (case.values for case in cases("milstein", examples=4))

@@ -116,6 +116,7 @@ def test_mala_is_verified_by_chains():
     assert set(invariant(MALA()).values()) == {"verified"}
 
 
+@pytest.mark.long
 def test_a_bound_is_refuted_where_chains_diverge():
     """Euler-Maruyama leaves the double well at h = 1/4: however wide a bound is, it has no mean there."""
     found = verify([Within(10.0)], "double-well", "invariant").verdicts

@@ -47,6 +47,7 @@ CELLS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("why", CELLS)
 def test_steps_that_are_too_coarse_refute_nothing(why):
     """The cell is left open: finer levels would decide."""
@@ -94,6 +95,7 @@ def test_a_view_resolves_what_its_problem_resolves():
     assert TamedEuler().view_of(fibre).fastest_time == fibre.fastest_time < np.inf
 
 
+@pytest.mark.long
 def test_the_rounding_of_an_algorithm_is_no_dependence_on_the_place():
     """The inverse of an ill-conditioned matrix depends on how sums are taken: by more than rounding of the state."""
     problem = orthogonal_group(eps=0.892, m=7, stiffness=0.728, horizon=0.794)

@@ -87,6 +87,7 @@ def verdicts(result):
     return {finding.verdict for finding in result.findings}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "family", "settings", "verdict"),
     [
@@ -125,6 +126,7 @@ def growing_mean():
     return replace(whole, observables={"x": whole.observables["x"]}, truths=whole.truths[:2])
 
 
+@pytest.mark.long
 def test_finer_levels_are_drawn_until_paths_and_one_step_agree():
     """The error of a tamed mean far below the true one falls too slowly on coarse levels, and not on finer ones."""
     few, more = (run(TamedEuler(), growing_mean, Weak(), Settings(paths=paths)) for paths in (1024, 8192))
@@ -268,6 +270,7 @@ def short_fibre():
     return fibre_linear(alpha=12.6, beta=0.138, Dr=0.0206, N=6, flow=2.56, horizon=0.0284)
 
 
+@pytest.mark.long
 def test_a_limit_that_only_coarse_steps_contradict_is_not_refuted():
     """Differences fall faster than errors on steps that are just short enough, and as fast on the finest ones."""
     assert verdicts(run(BalancedEuler(), short_fibre, settings=Settings(paths=1024))) == {Verdict.INCONCLUSIVE}
@@ -278,6 +281,7 @@ def fast_forcing():
     return delay_forced(a=-0.767, B=-3.81, q=0.388, amplitude=2.16, omega=9.47, sigma=1.06, tau=0.371, horizon=3.01)
 
 
+@pytest.mark.long
 def test_a_slope_of_mean_differences_refutes_nothing_that_one_step_verifies():
     """A difference that is small by accident spoils it: the claim is left open, and finer levels are asked for."""
     found = verdicts(run(StochasticTheta(), fast_forcing, Weak(), Settings(paths=1024)))

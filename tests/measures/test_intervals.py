@@ -81,6 +81,7 @@ class Still(StochasticTheta):
         return Step(state)
 
 
+@pytest.mark.long
 def test_exact_steps_are_verified_though_no_exact_solution_is_known() -> None:
     """Up to the first delay one step and paths are exact to round-off; who stands still agrees with itself alone."""
     found = verify([StochasticTheta(), Still()], "delay-martingale", "intervals", paths=64, block=64).verdicts

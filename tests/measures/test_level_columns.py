@@ -21,6 +21,7 @@ def fast():
     return pendulum(omega_0=5.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("measure", ["strong", "drift", "uniform"])
 def test_failures_truncation_and_iterations_are_columns(measure):
     """Each level row of a sampled measure has them; they are those of the step size, whatever the quantity."""
@@ -39,6 +40,7 @@ def test_failures_truncation_and_iterations_are_columns(measure):
     assert truncated["truncated_share"].max() > 0.5
 
 
+@pytest.mark.long
 def test_what_a_step_does_not_do_is_no_part_of_the_mean():
     """Of (B_n) every fourth step projects: its iterations are averaged over these, not over all."""
     schemes = [ExplicitProjectionEuler(skip=3), ExplicitProjectionEuler()]
@@ -48,6 +50,7 @@ def test_what_a_step_does_not_do_is_no_part_of_the_mean():
     assert (means >= 1.0).all()
 
 
+@pytest.mark.long
 def test_a_cost_that_no_step_has_is_no_number():
     """Where fewer steps are made than are skipped, nothing was counted."""
     levels = verify([ExplicitProjectionEuler(skip=20)], [pendulum], "drift", paths=40, levels=3, block=40).levels

@@ -53,6 +53,7 @@ class WrongRoot(StochasticTheta):
         return step._replace(state=step.state._replace(y=step.state.y * (1.0 + 1e-6)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tau", [0.0, 0.3])
 @pytest.mark.parametrize("scheme", [StochasticTheta(), LaggedAlgebraicTheta()])
 def test_a_lost_index_is_the_reason_and_refutes_nothing(scheme: Scheme, tau: float) -> None:
@@ -67,6 +68,7 @@ def test_a_lost_index_is_the_reason_and_refutes_nothing(scheme: Scheme, tau: flo
     assert found.reason.str.contains("du/dy is singular, on 40 paths at t = 0.719 in the mean").all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pull", [0.0, 0.1])
 def test_explicit_schemes_do_not_step_over_a_pole(pull: float) -> None:
     """Euler-Maruyama of the equation without y went on beyond t = 0.7 and was verified at T = 1."""
@@ -93,6 +95,7 @@ def test_explicit_schemes_are_verified_before_the_pole() -> None:
     assert set(found.verdict) == {"verified"}
 
 
+@pytest.mark.long
 def test_no_step_beyond_the_pole_refutes_a_right_scheme() -> None:
     """The local order of the theta scheme was 0, where its steps were probed at times without a solution."""
     found = verify([StochasticTheta()], [turning], "strong", paths=40, block=40, levels=3, max_looks=1).verdicts
@@ -111,6 +114,7 @@ def test_the_index_is_that_of_the_start() -> None:
     assert not EulerMaruyama().view_of(problem).without_index(0.71, x, x).any()
 
 
+@pytest.mark.long
 def test_a_wrong_root_is_refuted_before_the_index_is_lost() -> None:
     """What a path violates while it has a root counts."""
     found = verify([WrongRoot()], [turning], "drift", paths=40, block=40, levels=3, max_looks=1).verdicts

@@ -143,6 +143,7 @@ def test_one_step_says_nothing_of_an_observable_that_is_not_smooth(claim):
     assert verdicts["kink"].speaks_against
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("paths", [256, 4096])
 def test_a_jump_is_not_verified_by_the_order_of_smooth_functions(paths):
     """Weak 2.0 of 1(x > 1) by a scheme with three-point noise, whose order is 1/2, is never verified."""

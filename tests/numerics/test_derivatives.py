@@ -101,6 +101,7 @@ def test_a_single_state_without_path_axis_has_a_jacobian():
 SECOND_ERROR = 2e-12 + 12 * EPS * 0.02 / 1e-6
 
 
+@pytest.mark.long
 @given(x=small, y=small, z=small)
 def test_second_derivative_is_within_its_stated_error(x, y, z):
     """Truncation is of order s^4 and rounding of order eps/s, relative to the directions."""

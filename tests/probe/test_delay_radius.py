@@ -114,6 +114,7 @@ def test_a_step_at_a_pole_has_no_radius() -> None:
     assert is_stable(pole, Mesh(1, 0.0)) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_random_steps_have_a_radius(seed: int) -> None:
     """Coefficients of all sizes, some of them 0: gains that fall exactly like 1/r, of 1e16 and more, and of 0."""

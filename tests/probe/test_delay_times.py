@@ -66,6 +66,7 @@ def test_a_lag_that_is_lost_late_is_refuted() -> None:
     assert judge_weak(weak_order(local_weak(*pair)), 1.0).verdict is Verdict.REFUTED
 
 
+@pytest.mark.long
 def test_each_interval_is_judged_by_its_own_steps() -> None:
     """What is lost after the second delay leaves the orders on the first two intervals what they are."""
     wrong, problem = LateLag(), delay_test("II", horizon=4.0)
@@ -91,6 +92,7 @@ def test_a_scheme_may_know_the_history(scheme: Scheme, problem: DelaySDAE) -> No
     assert judge_weak(weak_order(local_weak(*remove_delay(scheme, problem))), 1.0).verdict is Verdict.VERIFIED
 
 
+@pytest.mark.long
 def test_moments_say_nothing_of_steps_that_change() -> None:
     """One matrix is not that of all steps where the lag is lost late, or where the history is read wrong."""
     problem, h = delay_test("II", horizon=4.0), 0.25

@@ -127,6 +127,7 @@ def on_ellipse() -> HolonomicSDAE:
     )
 
 
+@pytest.mark.long
 def test_an_error_that_a_later_step_takes_back_is_no_error_of_one_step() -> None:
     """Velocities that are off by O(h) until they are projected are memory, also where those of a run grow."""
     assert "steps of a run differ" in OneStep(WrongExplicit(3, coriolis=-1.0), on_ellipse()).why_not_entered()

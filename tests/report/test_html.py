@@ -77,6 +77,7 @@ def test_the_page_is_one_file_of_its_own():
     assert not re.search(r"@import|url\(", text)
 
 
+@pytest.mark.long
 def test_the_page_of_the_reference_run_is_small():
     """The default matrix fits into four megabytes."""
     assert len(reference().encode()) < 4 * MEGABYTE
@@ -128,6 +129,7 @@ def complaints_of(page):
     return [*page.complaints, *page.requests]
 
 
+@pytest.mark.long
 @needs_chromium
 def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown):
     """At two widths, light, dark and printed there is no console error, no request, nothing wider than the window."""
@@ -163,6 +165,7 @@ NOWHERE = [
 ]
 
 
+@pytest.mark.long
 @needs_chromium
 def test_an_unknown_address_leads_to_the_summary(shown):
     """Opened there, or sent there later, the page shows its first part, and nothing is wrong."""

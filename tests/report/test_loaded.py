@@ -130,6 +130,7 @@ def test_representations_are_short(made):
     assert "8 steps to t = 1" in told[2]
 
 
+@pytest.mark.long
 def test_results_and_paths_as_datasets(made):
     """Each level is beside the row of its quantity; a component has time, index and path."""
     pytest.importorskip("xarray", reason="needs the extra xarray")

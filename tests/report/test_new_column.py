@@ -66,6 +66,7 @@ def test_the_page_has_it(with_column):
     assert ["run_time", "took"] in data["labels"]
 
 
+@pytest.mark.long
 def test_show_tells_it(with_column):
     """It is read from the folder and told of each quantity."""
     run, folder = with_column

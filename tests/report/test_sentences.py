@@ -44,6 +44,7 @@ def test_the_default_run_ends_in_forty_lines(reference, width):
     assert lines[-1] == "exit code 0: no claim is refuted"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", WIDTHS)
 def test_no_word_is_broken(reference, width):
     """Names, numbers and intervals stand whole in a line: each word is one of those that are there at any width."""

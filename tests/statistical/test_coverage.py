@@ -7,6 +7,7 @@ from facade import Calibration, Processes, available_cores, calibration_plan, lo
 SEED = 2
 
 
+@pytest.mark.long
 def test_coverage_in_a_quick_sample():
     """On forty samples of 400 paths on gbm, no rate of the slope disagrees with what is promised for it."""
     calibration = Calibration(calibration_plan(load_registry(lab=True), SEED, 40, ["slope euler-maruyama on gbm"]))

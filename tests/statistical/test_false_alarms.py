@@ -61,6 +61,7 @@ def test_a_set_is_known_by_its_number():
     assert drawn(3 + len(sets)).problem.label != sets[3].problem.label
 
 
+@pytest.mark.long
 def test_factors_are_log_uniform_between_a_fifth_and_five():
     """The noise of one problem, in 300 sets: the factor's logarithm has mean 0 and variance 1/3 of log^2 5."""
     place = [family.__name__ for family in shipped()].index("ou")

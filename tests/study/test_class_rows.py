@@ -118,6 +118,7 @@ def test_a_result_is_asked_for_its_classes(result):
     assert classes.set_index("class").loc["scalar", "first"] == "b1(b1)"
 
 
+@pytest.mark.long
 def test_a_run_into_a_folder_has_the_same(result, tmp_path):
     """The table of a folder is that of the result."""
     saved = verify(Promising(), "gbm", "strong", paths=100, out=tmp_path)

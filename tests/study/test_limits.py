@@ -110,6 +110,7 @@ for limit, size in ((2**28, 2**27), (0, 2**29), (2**28, 2**29)):
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the address space is not limited in this way")
 def test_memory():
     """A process may have as much more as it is given, and no more than that; 0 is no limit."""

@@ -63,6 +63,7 @@ def test_processes_only_where_they_are_needed(jobs, limits, kind):
         assert type(executor) is kind
 
 
+@pytest.mark.long
 def test_modules_that_register(tmp_path, monkeypatch):
     """A worker imports the modules of plugins: one that registers a scheme may set what another module defines."""
     (tmp_path / "somebodys_scheme.py").write_text("weight = 1.0")

@@ -117,6 +117,7 @@ def test_what_an_author_gets_wrong(schemes, options, words):
         parametrize_with_claims(schemes, **options)
 
 
+@pytest.mark.long
 def test_a_cell_does_not_depend_on_the_others():
     """Run alone or with all others of its problem, a cell has the same outcomes, to the last bit."""
     policy = Policy(schemes=(Mine(), "milstein", "heun"), problems=("gbm",), tier="smoke")

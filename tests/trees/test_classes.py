@@ -102,6 +102,7 @@ def differentials_of_commuting_noise(trees, systems):
     return np.concatenate([elementary(commuting_fields(rng), trees, np.zeros(4)).T for _ in range(systems)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("top", "systems", "rank"), [(3, 10, 22), (4, 33, 82)])
 def test_commuting_systems_have_the_rank_of_their_conditions(top, systems, rank):
     """Fields that commute have 22 independent differentials up to weight 3, 82 up to 4; the relations vanish."""

@@ -101,6 +101,7 @@ def test_orders_of_the_invariant_measure(scheme, order, verdict):
     assert (row.measure, row.order, row.verdict) == ("invariant", order, verdict)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motions", [1, 2, 3])
 def test_a_scheme_of_weak_order_one_has_the_invariant_measure_to_order_two(motions):
     """A new scheme holds all conditions of the invariant measure, and not those of weak order 2."""
@@ -112,6 +113,7 @@ def test_a_scheme_of_weak_order_one_has_the_invariant_measure_to_order_two(motio
     assert "the trait overdamped-gradient is not stated" in orders(scheme, "additive", motions).premises["additive"]
 
 
+@pytest.mark.long
 def test_a_failing_condition_names_its_combination_of_trees():
     """For Euler's method A = B = C = 0, for the noise that is too strong its variance is off."""
     (euler,) = orders(AmbitiousEuler(), CLASS, 2).rows
