@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
 
@@ -59,7 +60,7 @@ class ProblemSpec:
     schemes: tuple[str, ...] = field(default=(), compare=False)
     measures: tuple[str, ...] = field(default=(), compare=False)
 
-    @property
+    @cached_property
     def label(self) -> str:
         """Canonical label, ``name[key=value,...]``."""
         return make_label(self.name, function_parameters(self.function), dict(self.parameters))

@@ -1,7 +1,6 @@
 """The numbers of a page: columns of its tables for JSON, each text once, each number with six digits."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
 from math import isinf, isnan
 from typing import Any
 
@@ -145,9 +144,7 @@ def _numbers(rows: Sequence[Mapping[str, object]], names: Iterable[str]) -> dict
     return {name: [_read_cell(str(row.get(name, ""))) for row in rows] for name in names}
 
 
-@lru_cache(maxsize=2**12)
 def _read_cell(told: str) -> float | str | None:
-    # Step sizes, numbers of steps and paths, truth values and zeros stand in most rows.
     return TRUTHS[told] if told in TRUTHS else to_json(parse(told))
 
 
