@@ -52,6 +52,35 @@ def test_shipped_schemes_have_the_orders_that_they_claim(scheme, kind, strong, w
     assert set(table.verdict[table.claim.notna()]) == {"verified"}
 
 
+@dataclass(frozen=True)
+class RationalFriction(Scheme):
+    """Gronbech-Jensen and Farago's scheme: friction by (1 - gamma h/2)/(1 + gamma h/2), which has a pole."""
+
+    stronger: float = 1.0
+
+    name: ClassVar[str] = "rational-friction"
+    form: ClassVar[type] = Langevin
+    claims: ClassVar = (
+        Claim(measure="strong", value=1.0, source="Gronbech-Jensen & Farago 2013"),
+        Claim(measure="weak", value=2.0, source="Gronbech-Jensen & Farago 2013"),
+    )
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        n, half, kick = problem.noise_dim, 0.5 * h * self.stronger * problem.friction, problem.strength * noise.dW
+        q, p = state[:n], state[n:]
+        b, F = 1.0 / (1.0 + half), problem.force(q)
+        a = b * (1.0 - half)
+        moved = q + b * h * (p + 0.5 * h * F + 0.5 * kick)
+        return Step(np.concatenate([moved, a * p + 0.5 * h * (a * F + problem.force(moved)) + b * kick]))
+
+
+@pytest.mark.parametrize(("stronger", "verdict"), [(1.0, "verified"), (1.0001, "refuted")])
+def test_friction_that_is_a_fraction_is_told_from_what_is_wrong(stronger, verdict):
+    """What the interpolation of a function with a pole leaves is no defect of a scheme; a wrong friction is one."""
+    assert set(orders(RationalFriction(stronger), "langevin", 2).table.verdict) == {verdict}
+
+
 class ScaledK(QUICSORT):
     """QUICSORT that is given 0.95 K."""
 

@@ -33,11 +33,12 @@ class PosedProbe(AffineProbe):
 
     @property
     def tolerance(self) -> float:
-        """What is rounding in a condition: that of weights, as large as interpolation makes it in a coefficient."""
+        """What is rounding in a condition: that of weights and errors of interpolation, as in a coefficient."""
         if not self.fixed:
             return SAME
-        powers = self.weighing.powers(1 + max(k for _, k in self._told_apart))
-        return max(SAME, float(np.abs(powers).sum(axis=1).max()) * max(self.homogeneity, self.remainder))
+        weighing, count = self.weighing, 1 + max(k for _, k in self._told_apart)
+        rounding = float(np.abs(weighing.powers(count)).sum(axis=1).max()) * max(self.homogeneity, self.remainder)
+        return max(SAME, rounding, float(weighing.growth(count).max()) * self.remainder)
 
     @property
     def relatives(self) -> Relatives:
