@@ -1,13 +1,16 @@
 """A guard has power: paths that could not show an error that a claim forbids guard nothing."""
 
 from dataclasses import replace
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from facade import MeanObserver, StochasticTheta, delay_test, mean_order, means_of, path_tests
-from sdaeverify import Moment, Settings
+from sdaeverify import SDE, Claim, Moment, Scheme, Settings, Step, verify
 from sdaeverify.measuring import Estimate, Evidence, Opinion, Reason, Snapshot, Tally, Verdict, decide, guard
+from sdaeverify.numerics import apply, second_directional
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local weak order 1.000"), 1)
 KNOWN, WRONG = 0.7503, 0.376
@@ -94,3 +97,30 @@ def test_paths_that_would_decide_are_rounded_up(growth, told):
     found = decide(path_tests.PathTests(1.0, 1.0, Reason(), growth), evidence)
 
     assert str(found.reason) == f"about {told} paths would decide"
+
+
+class ItoTaylor(Scheme):
+    """The step of strong order 3/2 that is the truth of `double-well`."""
+
+    name: ClassVar[str] = "ito-taylor"
+    form: ClassVar[type] = SDE
+    noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=1.5, source="Kloeden & Platen 1992, (10.4.5)"),
+    )
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step for a drift that does not depend on time."""
+        x, Df, Z = state, problem.derivative_of_drift(t, state), noise.time_integral(h)
+        f = problem.drift(t, x) + 0.0 * x
+        columns = (column + 0.0 * x for column in np.swapaxes(problem.diffusion(t, x), 0, 1))
+        bent = sum(second_directional(partial(problem.drift, t), x, b, b) for b in columns)
+        moved = x + h * f + problem.diffused(t, x, noise.dW) + apply(Df, problem.diffused(t, x, Z) + 0.0 * x)
+        return Step(moved + 0.5 * h * h * (apply(Df, f) + 0.5 * bent))
+
+
+def test_a_scheme_whose_step_is_that_of_the_truth_is_verified():
+    """There is no slope at half the resolution of the truth; the one at full resolution guards all the same."""
+    found = verify(ItoTaylor(), "double-well", "strong", paths=256, jobs=1).verdicts
+
+    assert set(found.verdict) == {"verified"}

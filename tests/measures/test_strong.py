@@ -261,6 +261,18 @@ def test_error_of_the_reference_widens_the_interval():
     assert finding.high - finding.low > 2.0 * finding.details["bias_bound"]
 
 
+def test_the_error_of_a_truth_that_makes_the_finest_steps_is_bounded():
+    """At half its resolution the truth is what the finest steps make: that bounds its error, no slope does."""
+    problem, levels = replace(gbm(), truths=(replace(gbm().pathwise, order=1.5),)), errors(2.0)
+
+    finding = judged(levels, problem=problem, blurred=levels[-1])
+
+    # A part 1/(2^1.5 - 1) of the finest error is the truth's own, and a quarter of that at each level before.
+    shares = 4.0 ** -np.arange(4.0)[::-1] / (2.0**1.5 - 1.0)
+    expected = float(np.array([0.3, 0.1, 0.1, 0.3]) @ -np.log2(1.0 - shares))
+    assert finding.details["bias_bound"] == pytest.approx(expected)
+
+
 def test_heavy_tails_do_not_refute_a_small_sample():
     """With heavy tails and fewer than 800 paths a deviation is inconclusive."""
     sizes = np.r_[np.full(399, 1e-3), 5.0]

@@ -55,6 +55,9 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
     that is its own reference shifts y_l by log2(1 - r_l^p)/2 or log2(1 - r_l^p), r_l = h_ref/h_l (independent or
     coherent errors).
 
+    A scheme whose step is the truth's, or nearly so, has hardly any error at half resolution, and D tells nothing.
+    Then the truth moves by little more than the scheme's error as its resolution doubles, which bounds its own error.
+
     Parameters
     ----------
     truth : Pathwise or None
@@ -72,8 +75,26 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
         return Bias(_own_bound(quantity, levels), f"own reference {OWN_REFERENCE} levels finer", False)
     if truth.exact:
         return Bias(0.0, "exact solution", True)
-    change = max(map(abs, quantity.blur(levels).interval(confidence)))
-    return Bias(change / (2.0**truth.order - 1.0), f"reference of order {truth.order} one level finer", True)
+    change, part = max(map(abs, quantity.blur(levels).interval(confidence))), 1.0 / (2.0**truth.order - 1.0)
+    # Without any error at half resolution the slope does not exist, nor does D.
+    bound = float(np.fmin(change * part, _near_bound(quantity, levels, part)))
+    return Bias(bound, f"reference of order {truth.order} one level finer", True)
+
+
+def _near_bound(quantity: Quantity, levels: Array, part: float) -> float:
+    """Return a bound for a scheme that is near the truth at half its resolution; infinite if it is not.
+
+    The truth moves by no more than the sum of its distances from the scheme at half and at full resolution, and its
+    error at full resolution is a part of that.
+    """
+    assert quantity.blurred is not None
+    errors, finest = quantity.means()[levels], levels[-1]
+    apart = float(quantity.blurred[:, finest].sum()) / quantity.paths + errors[-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = part * apart / errors
+        shifts = np.where(share < 1.0, -np.log2(1.0 - share), np.inf)
+        bound = float(np.abs(slope_weights(np.log2(quantity.h[levels]))) @ shifts)
+    return bound if np.isfinite(bound) else np.inf
 
 
 def _own_bound(quantity: Quantity, levels: Array) -> float:
