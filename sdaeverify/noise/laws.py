@@ -51,6 +51,14 @@ class Law(NamedTuple):
         of_dW, of_H = ((np.array(law.values), np.array(law.weights)) for law in (self, TWO_POINT))
         return [of_dW] * motions + [of_H] * (motions if areas else 0)
 
+    def most(self, *, paths: bool) -> float:
+        """Return the largest order that a clipped variable allows, along paths or in law; infinite for all others.
+
+        Its mean square distance from a normal one is about h^p, and so is what its variance lacks. The former adds up
+        to an error of size h^(p/2) on a path, the latter to one of size h^p in law.
+        """
+        return (0.5 * self.clip if paths else self.clip) if self.clip else np.inf
+
     def bound(self, h: float) -> float:
         """Return A_h for a clipped variable, but no less than at h = 1/e: long steps, too, have noise."""
         return float(np.sqrt(2.0 * self.clip * max(1.0, -np.log(h)))) if self.clip else np.inf

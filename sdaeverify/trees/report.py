@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import ceil, nan
+from math import ceil, inf, nan
 from pathlib import Path
 
 import pandas as pd
@@ -445,7 +445,7 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     falls_short = claim is not None and order < claim.floor and bool(of.breaking(row.measure))
     inexact = of.why_not_exact(row.measure) if falls_short else ""
-    premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim)
+    premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim) or _why_clipped(of, row, claim)
     premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.covers, of.probe.premises)
     return replace(
         row,
@@ -481,6 +481,12 @@ def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails:
 def needed(claim: Order) -> int:
     """Return the largest weight of the conditions of an order."""
     return ceil(2.0 * claim.least + 1.0)
+
+
+def _why_clipped(of: Examined, row: ClassRow, claim: Order | None) -> str:
+    """Return why increments that are clipped have no such order, or an empty text."""
+    most = of.probe.scheme.law.most(paths=row.measure == STRONG) if of.probe.motions else inf
+    return f"clipped increments allow no order above {most:g}" if claim is not None and claim.least > most else ""
 
 
 def _why_not_enough(of: Examined, claim: Order | None) -> str:

@@ -122,6 +122,30 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
     return local_doubt(f"{opinion.reason}, for smooth coefficients; here {rough} where solutions go")
 
 
+def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -> Opinion:
+    """Return what a local order says of a claim: nothing for it where increments are clipped too near for it.
+
+    One step is compared at nodes of the normal law, and paths hardly meet its tails.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    evidence : Evidence
+        Of its cell.
+    paths : bool
+        Whether the order is one along paths, or in law.
+    """
+    most = evidence.scheme.law.most(paths=paths)
+    if opinion.verdict is not Verdict.VERIFIED or claim <= most:
+        return opinion
+    return local_doubt(
+        f"{opinion.reason}, for normal increments; clipped as these are, {most:g} is the most", against=True
+    )
+
+
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
     found, doubted = Verdict.INCONCLUSIVE, tests.suspected <= SUSPECT

@@ -22,7 +22,7 @@ from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_o
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
-from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_smooth, too_coarse
+from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_law, of_smooth, too_coarse
 from ...verdicts.path_tests import SUSPECT, PathTests, unlike
 from ..path_errors.errors import STATE
 from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
@@ -205,6 +205,7 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
         return None
     least = claim.value.least
     found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.local_order_is_global)
+    found = of_law(found, least, evidence, paths=True)
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 

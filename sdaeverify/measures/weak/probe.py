@@ -40,7 +40,7 @@ from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step.states import cloud
 from ...verdicts.coverage import claim_for
-from ...verdicts.opinions import local_doubt, local_opinion, of_smooth, too_coarse
+from ...verdicts.opinions import local_doubt, local_opinion, of_law, of_smooth, too_coarse
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
@@ -169,7 +169,7 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
         return _judge_rough(evidence, least, observable, found), False
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.value.margin)
     opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance)
-    opinion = opinion and of_smooth(opinion, least, evidence)
+    opinion = opinion and of_smooth(of_law(opinion, least, evidence, paths=False), least, evidence)
     final = opinion is not None and opinion.final
     if claim.quantities and known and not final:
         return _judge_named(evidence, claim.value, observable, opinion)
