@@ -121,3 +121,28 @@ def waves() -> SDE:
         observables={"x": lambda t, s: s["x"][0]},
         source="planted",
     )
+
+
+def switched(at: float) -> SDE:
+    """Noise that doubles at a time, when the drift turns: dx = (-x + sign(t - at)) dt + (1 + [t > at])/2 dW."""
+    return SDE(
+        drift=lambda t, x: -x + (1.0 if t > at else -1.0),
+        diffusion=lambda t, x: np.full((1, 1, 1), 1.0 if t > at else 0.5),
+        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        traits=frozenset({"vanishing-milstein-term"}),
+        observables={"x": lambda t, s: s["x"][0]},
+        source="planted",
+    )
+
+
+def switched_late() -> SDE:
+    """Return it with a time that no mesh has."""
+    return switched(0.7)
+
+
+def switched_on_mesh() -> SDE:
+    """Return it with a time that all meshes have, and at which single steps are probed."""
+    return switched(0.5)

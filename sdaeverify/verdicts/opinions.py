@@ -13,9 +13,6 @@ from .coverage import Coverage
 from .fitted_levels import FEWEST
 from .path_tests import CALIBRATED_PATHS, SUSPECT, PathTests, unknown_value
 
-# For which no coefficient needs derivatives.
-LIPSCHITZ_ORDER = 0.5
-
 
 def judge_claim(
     covered: Coverage, judge: Callable[[Any], Opinion], words: Container[str] = (), tier: int = 3
@@ -100,7 +97,8 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
     """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
 
     Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1). Nor does the low order of steps that
-    begin on a kink say anything against a claim, where other steps have the order: hardly any step begins there.
+    begin on a kink say anything against a claim, where other steps have the order: hardly any step begins there. Nor
+    does any low order where a coefficient jumps in time: it may be that of the one step of a run across the jump.
 
     Parameters
     ----------
@@ -114,10 +112,10 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
         Whether what refutes the claim is the order at few states alone.
     """
     verified = opinion.verdict is Verdict.VERIFIED
-    if not (verified or (at_few and opinion.verdict is Verdict.REFUTED)):
+    if not (verified or opinion.verdict is Verdict.REFUTED):
         return opinion
     rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
-    if rough is None or (verified and rough.lipschitz and claim <= LIPSCHITZ_ORDER):
+    if rough is None or (claim <= rough.highest if verified else not (at_few or rough.in_time)):
         return opinion
     return local_doubt(f"{opinion.reason}, for smooth coefficients; here {rough} where solutions go")
 

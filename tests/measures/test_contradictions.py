@@ -15,6 +15,8 @@ from contradictions import (
     bent_drift,
     kinked,
     squared_motion,
+    switched_late,
+    switched_on_mesh,
     waves,
 )
 from facade import (
@@ -118,6 +120,18 @@ def test_a_law_that_drifts_away_late_is_not_verified():
     result = run(ScaledEuler("step", 131, of_drift=0.0), gbm, Weak(), Settings(paths=1024, levels=8, **EVERY))
 
     assert Verdict.VERIFIED not in verdicts(result)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "family", "measure", "excluded"),
+    [
+        (EulerMaruyama(), switched_late, Strong(), Verdict.VERIFIED),
+        (StochasticTheta(), switched_on_mesh, Weak(), Verdict.REFUTED),
+    ],
+)
+def test_a_jump_in_time_is_seen_between_the_steps_that_are_probed(scheme, family, measure, excluded):
+    """Noise that jumps between two mesh points costs half an order along paths, and none in law: one step is bad."""
+    assert excluded not in verdicts(run(scheme, family, measure))
 
 
 def growing_mean():

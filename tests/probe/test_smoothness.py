@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from contradictions import bent_drift, kinked, squared_motion, waves
+from contradictions import bent_drift, kinked, squared_motion, switched_late, switched_on_mesh, waves
 from facade import (
     EulerMaruyama,
     Roughness,
@@ -85,6 +85,10 @@ def test_what_solutions_do_not_reach_does_not_count():
         (waves(), None),
         (replace(waves(), drift=lambda t, x: -50.0 * x**3), None),
         (replace(bent_drift(), drift=lambda t, x: np.maximum(x - 50.0, 0.0)), None),
+        (switched_late(), Roughness("diffusion", lipschitz=True, in_time=True)),
+        (switched_on_mesh(), Roughness("diffusion", lipschitz=True, in_time=True)),
+        (replace(waves(), drift=lambda t, x: x * np.floor(3.0 * t)), Roughness("drift", True, in_time=True)),
+        (replace(waves(), drift=lambda t, x: x * np.sin(200.0 * t) + np.abs(t - 0.3)), None),
     ],
 )
 def test_coefficients_that_are_not_smooth_are_named(problem, rough):

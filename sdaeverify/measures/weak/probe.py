@@ -295,6 +295,8 @@ def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, Funct
 
 
 def _in_words(low: float, high: float) -> str:
+    if isfinite(low) and not isfinite(high):
+        return f"at least {low:.2f}"
     return f"at most {high:.2f}" if isfinite(high) and not isfinite(low) else f"{_middle(low, high):.2f}"
 
 

@@ -14,6 +14,9 @@ solutions move from there in a step. On intervals [a, b] that are halved towards
 Beyond its rounding alone: a coefficient that is itself made of differences, such as the curvature of a constraint
 without `jacobian`, has a thousand times that of one formula. How much it is, tiny differences on the line tell. To it
 comes the rounding of the points: on a line that is short beside its states they stand on a grid.
+
+Coefficients are followed in time as well, at some of the states: where one jumps between two times of a mesh, the one
+step across it is off by h in the mean, or by h^(1/2) where the diffusion jumps.
 """
 
 from collections.abc import Callable
@@ -34,6 +37,8 @@ LINES, CUTS = 64, 32
 # The same of lines through states, of which there are so many at each time. To either side they go as far as a
 # solution moves in a step of this size, in units of time: not far from a manifold that the states are on.
 AT_A_TIME, SHORT_CUTS, SHORT = 4, 8, 2.0**-6
+# Parts of the horizon that a coefficient is followed on, in intervals of so many, at some of the states.
+TIME_LINES, TIME_CUTS, AT_STATES = 8, 16, 4
 # Halvings towards a jump, and towards a kink, of which the last ones tell whether anything falls. A difference of
 # order l^2 is rounding after more of them.
 HALVINGS, LAST = {1: 36, 2: 14}, 6
@@ -46,6 +51,10 @@ SMALL, ROUNDINGS = 1e-6, 64.0
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 # Roundings of the points of a line that are tried.
 TRIALS = 4
+
+
+# For which no coefficient needs derivatives in the state.
+LIPSCHITZ_ORDER = 0.5
 
 
 class Smoothness(StrEnum):
@@ -84,20 +93,32 @@ class Roughness(NamedTuple):
     coefficient : str
         ``drift`` or ``diffusion``.
     lipschitz : bool
-        Whether it has a kink alone: then convergence follows from one step all the same, of no order above 1/2.
+        Whether it is Lipschitz continuous in the state: then convergence follows from one step all the same.
+    in_time : bool
+        Whether it is so in time; in the state otherwise, and Lipschitz means that it has a kink alone.
     """
 
     coefficient: str
     lipschitz: bool
+    in_time: bool = False
+
+    @property
+    def highest(self) -> float:
+        """The highest order that one step decides all the same, along paths."""
+        # Across its jump one step is off by h, which is an error of the order 1 in all.
+        if self.in_time and self.coefficient == "drift":
+            return 1.0
+        return LIPSCHITZ_ORDER if self.lipschitz else 0.0
 
     def __str__(self) -> str:
         """Return it in words."""
-        return f"the {self.coefficient} has {'a kink' if self.lipschitz else 'an infinite slope or a jump'}"
+        found = "a kink" if self.lipschitz and not self.in_time else "an infinite slope or a jump"
+        return f"the {self.coefficient} has {found}{' in time' if self.in_time else ''}"
 
 
 @lru_cache(maxsize=32)
 def rough_coefficient(view: Problem) -> Roughness | None:
-    """Return a coefficient of an equation that is not smooth near states that solutions reach; None if all are.
+    """Return a coefficient of an equation that is least smooth near states that solutions reach; None if all are.
 
     Solutions come near a kink before they cross it, and sqrt(max(x, 0)) is one for what comes near 0: each line goes
     through a state, in the direction in which a solution moves from it, as far as it moves in a step.
@@ -121,8 +142,42 @@ def rough_coefficient(view: Problem) -> Roughness | None:
             "diffusion": lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))),
         }
         found = {name: _follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
-    rough = [Roughness(name, not grows) for name, (persists, grows) in found.items() if persists]
-    return min(rough, key=lambda each: each.lipschitz, default=None)
+        rough = [Roughness(name, not grows) for name, (persists, grows) in found.items() if persists]
+        rough += _rough_in_time(equation, reached_states(view, equation).points, f, b)
+    return min(rough, key=lambda each: (each.highest, not each.in_time), default=None)
+
+
+def _rough_in_time(equation: Equation, points: Array, f: Array, b: Array) -> list[Roughness]:
+    """Return the coefficients with a jump or an infinite slope in time; a kink at one time costs no order up to 3/2.
+
+    Parameters
+    ----------
+    equation : Equation
+    points : ndarray, shape (d, N)
+        States that solutions reach.
+    f, b : ndarray, shapes (d, 1) and (d, l, 1)
+        Weights of the entries of drift and diffusion.
+    """
+    x = points[:, :: max(1, points.shape[1] // AT_STATES)]
+    weights = np.cos(1.0 + np.arange(x.shape[1]))
+    sums: dict[str, Callable[[float], float]] = {
+        "drift": lambda t: float((weights * f * equation.drift(t, x)).sum()),
+        "diffusion": lambda t: float((weights * (b * equation.diffusion(t, x)).sum(axis=(0, 1))).sum()),
+    }
+    # No whole parts of the horizon, where jumps are: at an end they could not be told from rounding of the time.
+    edges = equation.horizon * np.append((np.arange(TIME_LINES) + BESIDE) / TIME_LINES, 1.0)
+    edges[0] = 0.0
+    ends = np.stack([edges[:-1], edges[1:]])[None]
+
+    def rough(at: Callable[[float], float]) -> bool:
+        def values(t: Array) -> Array:
+            return np.array([at(s) for s in t.ravel().tolist()])
+
+        # Most equations do not depend on time, and are not followed.
+        changes = np.ptp(values(np.linspace(0.0, equation.horizon, TIME_LINES * TIME_CUTS + 1))) != 0.0
+        return bool(changes) and _follow(ends, TIME_CUTS, values, 2)[1]
+
+    return [Roughness(name, lipschitz=True, in_time=True) for name, at in sums.items() if rough(at)]
 
 
 def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Array:

@@ -152,6 +152,8 @@ class WeakOrder(NamedTuple):
         """Return in words the least order of some defects."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
         name = self.function or test_functions.names(self.dimension)[function]
+        if np.isneginf(self.orders[function, state]):
+            return f"no weak order from one step, whose error changes sign with h, of E[{name}]"
         return f"weak order {self.orders[function, state]:.2f} from one step, of E[{name}]"
 
 
