@@ -181,7 +181,7 @@ from sdaeverify.probe.step.nodes import (
     tensor_rule,
 )
 from sdaeverify.probe.step.one_step import TRUNCATED
-from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES
+from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES, follows_coefficients
 from sdaeverify.probe.step.states import STRATA as states_STRATA
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
 from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks

@@ -180,7 +180,7 @@ def unlike(claimed: Order, slope: Estimate, corrected: Estimate, bias: float = 0
 def hold_back(
     tests: PathTests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf
 ) -> PathTests:
-    """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
+    """Refute nothing by levels that are too coarse for the problem, see `why_not_resolved`; that stays suspicious.
 
     Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of. More
     paths on the same steps do not decide what is held back.
@@ -198,9 +198,11 @@ def hold_back(
     growth : float
         How many times as many paths would make sure of it.
     """
+    if tests.against == 1.0:
+        return tests
     finest = min(evidence.step_sizes[level] for level in levels)
     why = why_not_resolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
-    if not why or tests.against == 1.0:
+    if not why:
         return tests
     return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
 

@@ -1,5 +1,7 @@
 """Steps that are too coarse for an equation refute nothing: parameters at which they once did."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,13 +11,17 @@ from facade import (
     Drift,
     EulerMaruyama,
     HalfExplicitEuler,
+    Heun,
     Moments,
+    Strong,
     Study,
     TamedEuler,
     Weak,
     contract_violation,
     fibre_clamped,
     fibre_free,
+    follows_coefficients,
+    forced_ou,
     gbm,
     growing_algebraic,
     hold_back,
@@ -23,10 +29,25 @@ from facade import (
     plan,
     problem_spec,
 )
-from sdaeverify import Settings
+from sdaeverify import SDE, Settings
 from sdaeverify.measuring import Evidence, PathTests, Reason, Tally, Verdict
 from sdaeverify.numerics import norm
 from sdaeverify.probing import OneStep, cloud
+
+
+def fast_noise():
+    """Return an equation whose noise goes up and down by four radians within the finest step."""
+    return SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: np.full((1, 1, 1), 0.5 + 0.25 * np.sin(1000.0 * t)),
+        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        traits=frozenset({"vanishing-milstein-term"}),
+        source="planted",
+    )
+
 
 CELLS = {
     "residuals grow while the bending of a fibre is not resolved": (
@@ -44,6 +65,7 @@ CELLS = {
         problem_spec(orthogonal_group, {"eps": "0.693", "m": "4", "stiffness": "1.57", "horizon": "0.663"}),
         Weak(),
     ),
+    "noise goes up and down within a step": (Heun(), problem_spec(fast_noise), Strong()),
 }
 
 
@@ -74,6 +96,22 @@ def test_states_at_which_orders_are_probed_are_not_far_out():
     moved = step(x, step.time, h, nothing) - x
     assert norm(x - start).max() > 100.0
     np.testing.assert_allclose(moved, h * f, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("problem", "h", "follows"),
+    [
+        (gbm(), 0.5, True),
+        (forced_ou(omega=2.0), 0.125, True),
+        (forced_ou(omega=500.0), 2.0**-8, False),
+        (forced_ou(omega=500.0), 2.0**-10, True),
+        (replace(gbm(), drift=lambda t, x: x * np.floor(3.0 * t)), 2.0**-8, True),
+        (replace(gbm(), drift=lambda t, x: x * (1.0 + 1e-3 * np.sin(500.0 * t))), 2.0**-8, True),
+    ],
+)
+def test_coefficients_that_swing_within_a_step_are_not_followed(problem, h, follows):
+    """A single jump is, at all steps but one, and so is what hardly changes the coefficient."""
+    assert follows_coefficients(problem, h) is follows
 
 
 @pytest.mark.parametrize(("lost", "levels", "refuted"), [(2, 3, 1.0), (0, 3, 1e-9), (2, 4, 1e-9)])

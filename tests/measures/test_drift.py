@@ -34,6 +34,9 @@ class Prescribed:
     pathwise = None
     traits = frozenset()
 
+    def equation(self):
+        """Return that no Ito equation is known."""
+
     def residuals(self, parts):
         return {"g": Residual(parts["g"][None], np.ones_like(parts["g"]))}
 

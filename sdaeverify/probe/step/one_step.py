@@ -13,7 +13,7 @@ from ...forms import Equation, Problem
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .nodes import SEED, Nodes, law_nodes, step_nodes
-from .states import WHEN, cloud, time_unit
+from .states import WHEN, cloud, follows_coefficients, time_unit
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
@@ -25,14 +25,19 @@ FINER, VANISHING = 16, 1.2
 
 
 def why_not_resolved(view: Problem, shortest: float) -> str:
-    """Return why steps say nothing of the order of a stiff problem as h tends to 0, or an empty string.
+    """Return why steps say nothing of the order of a problem as h tends to 0, or an empty string.
 
-    A scheme that is uniformly accurate does not follow the equation step by step where steps are longer than its
-    stiffness parameter, and its errors go from one law to another across it, however accurate the scheme is.
+    They are longer than its fastest time, or its coefficients swing to and fro within a step. A scheme that is
+    uniformly accurate does not follow the equation step by step where steps are longer than its stiffness parameter,
+    and its errors go from one law to another across it, however accurate the scheme is.
     """
-    if view.fastest_time >= RESOLVED * shortest:
-        return ""
-    return f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest_time:.2g}"
+    if view.fastest_time < RESOLVED * shortest:
+        return (
+            f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest_time:.2g}"
+        )
+    if not follows_coefficients(view, shortest):
+        return f"the shortest step probed, h = {shortest:.2g}, does not follow the coefficients in time"
+    return ""
 
 
 @dataclass(frozen=True)

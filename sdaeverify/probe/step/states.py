@@ -30,6 +30,9 @@ SIZE = 1 + PILOT + SCATTERED
 WHEN = 0.2
 # A slow equation changes by less than this in the unit of time; its horizon is so many units long.
 SLOW, LONG = 2.0**-6, 64.0
+# A step does not follow a coefficient of which the mean second difference within it is more than the first part of
+# all its changes in time, or of the second part of its size if these are less: a sine by more than a radian.
+BENT, SMALL_PART = 0.1, 0.1
 # Differences of states by which rates are taken, as part of how far states are from each other; a coefficient whose
 # values at two times differ by no more than the second, relative, does not depend on time.
 NEARBY, SAME = 1e-4, 1e-12
@@ -89,6 +92,38 @@ def _rate_in_time(equation: Equation, x: Array, unit: float) -> float:
     moves = change > SAME * np.abs(now).max(axis=0)
     rates = change[moves] / (span[moves] * unit)
     return float(rates.max(initial=0.0)) if np.isfinite(rates).all() else np.inf
+
+
+@lru_cache(maxsize=64)
+def follows_coefficients(view: Problem, h: float) -> bool:
+    """Tell whether steps of a size follow the coefficients of an equation in time, at states that solutions reach.
+
+    Where a coefficient swings to and fro within a step, its value in the middle is far from the mean of those at the
+    ends, at most times. At a jump it is, too, which few steps meet.
+
+    Parameters
+    ----------
+    view : Problem
+    h : float
+        Less than the horizon.
+    """
+    equation = view.equation()
+    if equation is None or not h < equation.horizon:
+        return True
+    x = reached_states(view, equation).points[:, :: STRATA * A_STRATUM]
+    rng = np.random.Generator(np.random.Philox(key=SEED + 16))
+    begin = (equation.horizon - h) * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA
+
+    def at(part: float) -> Array:
+        return np.stack([np.concatenate(_coefficients(equation, t, x)) for t in (begin + part * h).tolist()])
+
+    with np.errstate(all="ignore"):
+        middle = at(0.5)
+        span = np.ptp(middle, axis=0)
+        if not span.any():
+            return True
+        bend = np.abs(at(0.0) - 2.0 * middle + at(1.0)).mean(axis=0)
+    return not bool((bend > BENT * np.maximum(span, SMALL_PART * np.abs(middle).mean(axis=0))).any())
 
 
 def _coefficients(equation: Equation, t: float, x: Array) -> tuple[Array, Array]:
