@@ -204,7 +204,9 @@ def hold_back(
     why = why_not_resolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
     if not why:
         return tests
-    return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
+    held = tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
+    # Steps that do not follow the equation are as far from its limit.
+    return held._replace(limit=1.0)
 
 
 def _beside_lost(evidence: Evidence, levels: Array) -> str:

@@ -126,6 +126,16 @@ def test_few_levels_beside_those_that_lose_paths_refute_nothing(lost, levels, re
     assert (found.refuted, found.against) == (refuted, 1e-9)
 
 
+def test_a_limit_is_held_back_with_the_order():
+    """Where one step verifies a weak order, only a mean far from its limit refutes it: not on steps that are too long."""
+    stiff = replace(gbm(), fastest_time=1e-3)
+    evidence = Evidence(EulerMaruyama(), stiff, stiff, Settings(paths=1024), Tally(), Tally())
+
+    found = hold_back(PathTests(1.0, 1e-9, Reason("far off"), limit=1e-9), evidence, np.arange(2, 6))
+
+    assert (found.refuted, found.limit, found.against) == (1.0, 1.0, 1e-9)
+
+
 def test_a_view_resolves_what_its_problem_resolves():
     """The equation without constraint of a fibre has the fibre's fastest time."""
     fibre = fibre_clamped()
