@@ -127,7 +127,7 @@ def test_few_levels_beside_those_that_lose_paths_refute_nothing(lost, levels, re
 
 
 def test_a_limit_is_held_back_with_the_order():
-    """Where one step verifies a weak order, only a mean far from its limit refutes it: not on steps that are too long."""
+    """Where one step verifies a weak order, only a mean far off refutes it: not on steps too long for it."""
     stiff = replace(gbm(), fastest_time=1e-3)
     evidence = Evidence(EulerMaruyama(), stiff, stiff, Settings(paths=1024), Tally(), Tally())
 
