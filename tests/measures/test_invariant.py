@@ -165,6 +165,18 @@ def test_an_order_that_still_rises_is_not_refuted():
     assert found.estimate < 0.6
 
 
+def test_an_order_that_rises_to_the_claim_is_not_refuted_where_the_rise_is_not_sure():
+    """SRA1 on a linear system that is far from normal: local orders 0.5, 1.6, and 2 at last, known roughly."""
+    bias, noise = np.array([-0.239, -0.122, -0.0383, -0.0105]), np.array([0.13, 0.035, 0.0075, 0.002])
+    rng = np.random.default_rng(2)
+    levels = EXACT + bias[:, None] + noise[:, None] * rng.normal(size=(1, GROUPS, 4, 3))
+    wide = EXACT + bias[0] + 0.5 * rng.normal(size=(1, GROUPS, 3))
+
+    found = findings(record(linear, levels=levels, wide=wide), Euler(order=2.0))
+
+    assert {finding.verdict for finding in found.values()} == {Verdict.INCONCLUSIVE}
+
+
 def test_a_bias_that_changes_its_sign_is_uninformative():
     """An observable whose differences have two signs is left out while others tell the order."""
     found = findings(record(linear, lambda h: 0.1 * (h - 4.0 * h**2), linear))
