@@ -220,7 +220,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
         few = f"{{paths}} paths are too few to exclude a violation, {CALIBRATED_PATHS} are needed"
         return Reason(few, Kind.GUARD, paths), True
     if tests.against <= 1.0 - evidence.settings.confidence:
-        unlike = Reason("paths contradict it at these step sizes", Kind.GUARD).then(tests.reason, ": ")
+        unlike = Reason("paths do not show what is claimed at these step sizes", Kind.GUARD).then(tests.reason, ": ")
         # What is sure and does not refute is held back: more paths leave it so.
         held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
         more = (
