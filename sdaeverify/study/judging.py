@@ -102,7 +102,8 @@ class ControlVerdicts:
         declared = {plan.control.order: plan for plan in plans}
         asked = [declared[known] for known in deciding(declared, order.least)]
         if not asked:
-            reason = f"no control of {claim.measure} order {order.least} or more is declared; declare one, or none"
+            beyond = f"no control of {claim.measure} order {order.least} or more is declared"
+            reason = f"{beyond} by the problem, whose controls are of lower orders: it verifies none above theirs"
             return Objection(reason) if declared else None
         if asked[0].missing:
             return Objection(asked[0].missing, Verdict.ERROR if asked[0].failed else Verdict.INCONCLUSIVE)

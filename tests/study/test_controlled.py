@@ -91,7 +91,7 @@ def test_what_controls_have_nothing_against(finding, scheme, controls):
         ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
         (
             (replace(plans()[0], control=replace(CONTROL, order=0.5)),),
-            "no control of strong order 1.0 or more is declared",
+            "no control of strong order 1.0 or more is declared by the problem, whose controls are of lower orders",
         ),
     ],
 )
