@@ -13,6 +13,7 @@ from facade import load_registry
 from sdaeverify.testing import checks
 
 SITE = Path(__file__).parents[1] / "docs" / "_site"
+pytestmark = pytest.mark.long
 BUILT = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="first: python -m sphinx -W docs docs/_site")
 PAGES = (
     "index",
