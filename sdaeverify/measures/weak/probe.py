@@ -51,6 +51,8 @@ TOLERANCE = 0.25
 FIRST, FURTHER = 4, 4
 # Of 2688 jumps and kinks at random places no order was found as far below the true one: `test_point_law`, slow.
 FAR_BELOW = 1.0
+# The weak order that interpolation between mesh points leaves.
+INTERPOLATED = 1.0
 # A failure at a smaller part of the states may be a tolerance or a singular state.
 MANY = 0.25
 
@@ -170,6 +172,7 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.value.margin)
     opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance)
     opinion = opinion and of_smooth(of_law(opinion, least, evidence, paths=False), least, evidence)
+    opinion = opinion and _of_mesh(opinion, least, evidence)
     final = opinion is not None and opinion.final
     if claim.quantities and known and not final:
         return _judge_named(evidence, claim.value, observable, opinion)
@@ -181,6 +184,30 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     if further is not None and (undecided or further.final or further.verdict is Verdict.REFUTED):
         return further, False
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
+
+
+def _of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+    """Return what a local order says of a claim: nothing for one above 1 where lagged values are interpolated.
+
+    One step has the older solution at its ends. Between the points x_k and x_{k+1} of a mesh, Brownian motion is a
+    bridge of variance delta (1 - delta) h about the line through them: whatever depends on a lagged value not only
+    linearly has a mean that is off by h.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    evidence : Evidence
+        Of its cell.
+    """
+    delayed = evidence.view.capability(Delayed)
+    if opinion.verdict is not Verdict.VERIFIED or claim <= INTERPOLATED or delayed is None:
+        return opinion
+    if not delayed.mesh(evidence.step_sizes[-1]).delta:
+        return opinion
+    return local_doubt(f"{opinion.reason}, for delays of whole steps; lagged values are interpolated here")
 
 
 def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoothness) -> Opinion:

@@ -111,6 +111,8 @@ def follows_coefficients(view: Problem, h: float) -> bool:
     if equation is None or not h < equation.horizon:
         return True
     x = reached_states(view, equation).points[:, :: STRATA * A_STRATUM]
+    if not x.shape[1]:
+        return True
     rng = np.random.Generator(np.random.Philox(key=SEED + 16))
     begin = (equation.horizon - h) * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA
 
