@@ -263,7 +263,7 @@ class Conditions:
         defect = abs(mean - float(exact)) / (1.0 + abs(float(exact)))
         return Condition(first[0], False, defect, mean, exact, tolerance=self.tolerance, others=rest)
 
-    @cached_property
+    @property
     def _is_plain(self) -> bool:
         return all(list(each.values()) == [1] for each in self.integrals)
 
