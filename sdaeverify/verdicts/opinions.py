@@ -120,28 +120,42 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
     return local_doubt(f"{opinion.reason}, for smooth coefficients; here {rough} where solutions go")
 
 
+def up_to(most: float, opinion: Opinion, claim: float, words: str, *, against: bool = False) -> Opinion:
+    """Return what a local order says of a claim: nothing for one above the order that steps in a row allow.
+
+    Parameters
+    ----------
+    most : float
+        That order.
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    words : str
+        For which steps it holds, and what others there are.
+    against : bool
+        Whether the claim is known to be wrong if it is of more.
+    """
+    if opinion.verdict is not Verdict.VERIFIED or claim <= most:
+        return opinion
+    return local_doubt(f"{opinion.reason}, {words}", against=against)
+
+
 def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -> Opinion:
-    """Return what a local order says of a claim: nothing for it where increments are clipped too near for it.
+    """Return what a local order says of a claim along paths, or in law: nothing above what clipped increments allow.
 
     One step is compared at nodes of the normal law, and paths hardly meet its tails.
 
     Parameters
     ----------
-    opinion : Opinion
-        Of one step.
-    claim : float
-        The order that is claimed.
-    evidence : Evidence
-        Of its cell.
+    opinion, claim, evidence
+        As of `of_smooth`.
     paths : bool
         Whether the order is one along paths, or in law.
     """
     most = evidence.scheme.law.most(paths=paths)
-    if opinion.verdict is not Verdict.VERIFIED or claim <= most:
-        return opinion
-    return local_doubt(
-        f"{opinion.reason}, for normal increments; clipped as these are, {most:g} is the most", against=True
-    )
+    words = f"for normal increments; clipped as these are, {most:g} is the most"
+    return up_to(most, opinion, claim, words, against=True)
 
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:

@@ -43,7 +43,8 @@ class PathTests(NamedTuple):
         By which factor the number of paths must grow until an error shows that is as large as the claim forbids; 1
         where it would show now, infinite if more paths do not help.
     limit : float
-        The part of `refuted` that a wrong limit has: what is held back of an order leaves it as it is.
+        The part of `refuted` that a wrong limit has. An order that is held back leaves it as it is; steps that are
+        too coarse do not.
     """
 
     verified: float

@@ -69,7 +69,7 @@ def test_order_two_is_verified_where_lagged_values_are_whole_steps_behind():
 
 @pytest.mark.parametrize("problem", [between, linear_between])
 def test_one_step_does_not_verify_order_two_between_mesh_points(problem):
-    """A drift that is not linear in the lagged value has a mean that is off by h: the order is 1."""
+    """The order is 1 where the drift is not linear in the lagged value, which one step does not tell from others."""
     assert verdicts(problem) == {"inconclusive"}
 
 

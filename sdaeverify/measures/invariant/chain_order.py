@@ -144,24 +144,24 @@ class BiasSample:
         signs = np.sign(self.signals)
         if len(signs) < 3 or not self.resolved or np.any(signs != signs[0]):
             return False
-        D = self.differences[:, -3:]
-        mean, weights = D.mean(axis=0), np.array([-1.0, 2.0, -1.0])
-        se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
-        rise = float(np.log2(np.abs(mean)) @ weights)
+        rise, se = self._of_last([-1.0, 2.0, -1.0])
         return bool(rise - scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence) * se <= RISING)
 
     def may_reach(self, claim: Order) -> bool:
         """Tell whether the local order, if it rises once more as it did last, may be what is claimed.
 
-        Unless a one-sided interval of it at 95 per cent says otherwise: few chains do not tell a rise from none.
+        It may unless its one-sided interval at 95 per cent is below: few chains do not tell a rise from none. There
+        are three differences at least, as `is_settled` wants them.
         """
-        D = self.differences[:, -3:]
-        if D.shape[1] < 3:
-            return False
-        mean, weights = D.mean(axis=0), np.array([-1.0, 3.0, -2.0])
-        se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
-        ahead = float(np.log2(np.abs(mean)) @ weights)
+        ahead, se = self._of_last([-1.0, 3.0, -2.0])
         return bool(ahead + scipy.special.stdtrit(GROUPS - 1, 0.95) * se >= claim.floor)
+
+    def _of_last(self, weights: list[float]) -> tuple[float, float]:
+        """Return a sum of log2 of the last three differences, with its standard error."""
+        D = self.differences[:, -3:]
+        mean = D.mean(axis=0)
+        se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
+        return float(np.log2(np.abs(mean)) @ weights), float(se)
 
     def p_wrong(self, order: float) -> float:
         """Return the p-value of the hypothesis that the mean tends to the exact one with an order."""

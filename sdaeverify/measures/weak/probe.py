@@ -40,7 +40,7 @@ from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step.states import cloud
 from ...verdicts.coverage import claim_for
-from ...verdicts.opinions import local_doubt, local_opinion, of_law, of_smooth, too_coarse
+from ...verdicts.opinions import local_doubt, local_opinion, of_law, of_smooth, too_coarse, up_to
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
@@ -192,22 +192,11 @@ def _of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
     One step has the older solution at its ends. Between the points x_k and x_{k+1} of a mesh, Brownian motion is a
     bridge of variance delta (1 - delta) h about the line through them: whatever depends on a lagged value not only
     linearly has a mean that is off by h.
-
-    Parameters
-    ----------
-    opinion : Opinion
-        Of one step.
-    claim : float
-        The order that is claimed.
-    evidence : Evidence
-        Of its cell.
     """
     delayed = evidence.view.capability(Delayed)
-    if opinion.verdict is not Verdict.VERIFIED or claim <= INTERPOLATED or delayed is None:
+    if delayed is None or not delayed.mesh(evidence.step_sizes[-1]).delta:
         return opinion
-    if not delayed.mesh(evidence.step_sizes[-1]).delta:
-        return opinion
-    return local_doubt(f"{opinion.reason}, for delays of whole steps; lagged values are interpolated here")
+    return up_to(INTERPOLATED, opinion, claim, "for delays of whole steps; lagged values are interpolated here")
 
 
 def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoothness) -> Opinion:

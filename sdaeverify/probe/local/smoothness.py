@@ -51,8 +51,6 @@ SMALL, ROUNDINGS = 1e-6, 64.0
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 # Roundings of the points of a line that are tried.
 TRIALS = 4
-
-
 # For which no coefficient needs derivatives in the state.
 LIPSCHITZ_ORDER = 0.5
 
@@ -95,7 +93,7 @@ class Roughness(NamedTuple):
     lipschitz : bool
         Whether it is Lipschitz continuous in the state: then convergence follows from one step all the same.
     in_time : bool
-        Whether it is so in time; in the state otherwise, and Lipschitz means that it has a kink alone.
+        Whether it jumps in time; otherwise it has a kink in the state, or worse if it is not Lipschitz.
     """
 
     coefficient: str

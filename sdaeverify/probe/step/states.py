@@ -82,12 +82,8 @@ def _rate_in_state(equation: Equation, x: Array) -> float:
 
 def _rate_in_time(equation: Equation, x: Array, unit: float) -> float:
     """Return how much f and B change in the unit of time, in parts of what they change in all, per unit of time."""
-    rng = np.random.Generator(np.random.Philox(key=SEED + 12))
-    times = (equation.horizon - unit) * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA
-    now, later = (
-        np.stack([np.concatenate(_coefficients(equation, t, x)) for t in (times + part).tolist()])
-        for part in (0.0, unit)
-    )
+    times = _spread_times(equation.horizon - unit, SEED + 12)
+    now, later = (_coefficients_at(equation, times + part, x) for part in (0.0, unit))
     change, span = np.abs(later - now).max(axis=0), np.ptp(now, axis=0)
     moves = change > SAME * np.abs(now).max(axis=0)
     rates = change[moves] / (span[moves] * unit)
@@ -113,19 +109,25 @@ def follows_coefficients(view: Problem, h: float) -> bool:
     x = reached_states(view, equation).points[:, :: STRATA * A_STRATUM]
     if not x.shape[1]:
         return True
-    rng = np.random.Generator(np.random.Philox(key=SEED + 16))
-    begin = (equation.horizon - h) * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA
-
-    def at(part: float) -> Array:
-        return np.stack([np.concatenate(_coefficients(equation, t, x)) for t in (begin + part * h).tolist()])
-
+    times = _spread_times(equation.horizon - h, SEED + 16)
     with np.errstate(all="ignore"):
-        middle = at(0.5)
+        begin, middle, end = (_coefficients_at(equation, times + part * h, x) for part in (0.0, 0.5, 1.0))
         span = np.ptp(middle, axis=0)
         if not span.any():
             return True
-        bend = np.abs(at(0.0) - 2.0 * middle + at(1.0)).mean(axis=0)
+        bend = np.abs(begin - 2.0 * middle + end).mean(axis=0)
     return not bool((bend > BENT * np.maximum(span, SMALL_PART * np.abs(middle).mean(axis=0))).any())
+
+
+def _spread_times(last: float, seed: int) -> Array:
+    """Return a random time in each part of those up to the last one."""
+    rng = np.random.Generator(np.random.Philox(key=seed))
+    return np.asarray(last * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA)
+
+
+def _coefficients_at(equation: Equation, times: Array, x: Array) -> Array:
+    """Return f and all entries of B, one below the other, at some times, shape (times, d + d l, S)."""
+    return np.stack([np.concatenate(_coefficients(equation, t, x)) for t in times.tolist()])
 
 
 def _coefficients(equation: Equation, t: float, x: Array) -> tuple[Array, Array]:
