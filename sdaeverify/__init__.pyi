@@ -52,7 +52,7 @@ from .noise.laws import (
 )
 from .testing.hunting.hunt import hunt as hunt
 from .registry.hookspecs import hookimpl as hookimpl
-from .trees.report import orders as orders
+from .study.order_report import orders as orders
 
 __version__: str
 __all__: list[str]

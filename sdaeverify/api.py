@@ -145,7 +145,7 @@ class Result:
             return self.tables[CLASSES]
         if not self.results:
             raise UsageError("the result was kept without its classes; sdaeverify.orders asks a scheme for them")
-        return classes_table(class_rows(self.results))
+        return classes_table(class_rows(self.results, seed=self.settings.seed))
 
     @property
     def plot(self) -> Plots:

@@ -25,7 +25,7 @@ from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
 from .study.class_results import class_results, is_of_class
 from .study.examination import Examination
 from .study.holm import holm
-from .trees.report import OrderReport
+from .study.order_report import OrderReport
 from .verdicts.path_tests import DEEP_PATHS, RESOLVED
 from .workers.pool import in_turn
 

@@ -235,10 +235,12 @@ from sdaeverify.study.class_results import class_cells, class_of, class_results,
 from sdaeverify.study.class_rows import HERE, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
+from sdaeverify.study.order_report import classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
+from sdaeverify.trees.class_row import ClassVerdict
 from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined
@@ -247,7 +249,7 @@ from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
-from sdaeverify.trees.report import ClassVerdict, classes_of, probe_of
+from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation

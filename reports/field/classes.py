@@ -20,8 +20,10 @@ import pandas as pd
 from sdaeverify import SDE, Langevin
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
+from sdaeverify.study.order_report import classes_named
+from sdaeverify.trees.class_row import ClassRow, ClassVerdict
 from sdaeverify.trees.classes import CLASSES, EquationClass
-from sdaeverify.trees.report import ClassRow, ClassVerdict, classes_named, rows_of
+from sdaeverify.trees.report import rows_of
 
 FOLDER = Path(__file__).parent
 SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,qutip*"

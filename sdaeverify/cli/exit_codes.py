@@ -8,7 +8,7 @@ from ..errors import PluginError, SdaeverifyError, UsageError
 from ..gate.outcomes import Outcome, Status, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
-from ..trees.report import ClassRow, ClassVerdict
+from ..trees.class_row import ClassRow, ClassVerdict
 
 
 class ExitCode(IntEnum):

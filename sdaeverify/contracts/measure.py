@@ -8,13 +8,13 @@ import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
-from .finding import Judgement
+from .finding import Finding, Judgement
 from .scheme import Claim, Scheme
 from .settings import Settings
 from .tally import Tally
 
 # What of a measure decides what is asked, makes findings of evidence, or words them: evidence does not depend on it.
-JUDGING = frozenset({"refuses", "judge", "detail_columns", "level_columns", "value_of"})
+JUDGING = frozenset({"refuses", "judge", "judge_member", "detail_columns", "level_columns", "value_of"})
 
 
 class Snapshot(NamedTuple):
@@ -184,6 +184,20 @@ class Measure:
     def judge(self, evidence: Evidence) -> Judgement:
         """Turn evidence into rows; a pure function."""
         raise NotImplementedError
+
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:  # noqa: ARG002
+        """Return the findings of one step on a random member of a form; nothing is sampled.
+
+        The coefficients of a member are smooth and of size 1, and nothing is known of its solution. A measure that
+        has no answer without sampling returns nothing.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        view : Problem
+            The member, in the form that the scheme solves.
+        """
+        return ()
 
 
 class Followed(NamedTuple):

@@ -16,6 +16,7 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
+from .generic import GenericClass
 from .names import article
 from .traits import ADDITIVE, COMMUTING, GENERAL, why_unknown
 from .tree_class import TreeClass
@@ -217,6 +218,11 @@ class Problem:
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:
         """Return the classes of equations of the form that order conditions are known of; none unless it says so."""
+        return ()
+
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the classes of equations of the form from which members are drawn; none unless the form has some."""
         return ()
 
     def ito(self) -> Equation | None:

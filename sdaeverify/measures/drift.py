@@ -25,7 +25,7 @@ The largest defects and their growth are taken at times evenly spaced in their l
 so that integrals over time have times of their own: one in each of 64 equal stretches.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -53,11 +53,12 @@ from ..numerics.statistics import (
 )
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
-from ..verdicts.coverage import Coverage, coverage
+from ..verdicts.coverage import Coverage, claim_for, coverage
 from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ..verdicts.opinions import finding, guard, no_fit
+from ..verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit
 from ..verdicts.path_tests import SUSPECT, PathTests, hold_back, order_tests, with_sample
 from .path_errors.errors import STATE
+from .residuals import rounding_ratios
 from .slopes import Slopes
 from .strong.findings import TOLERANCE, judge_order, local_orders, probe_strong
 
@@ -289,11 +290,28 @@ class Drift(Measure):
         findings = tuple(_finding(evidence, defect) for defect in defects)
         return Judgement(findings, tuple(row for defect in defects for row in _levels(defect)))
 
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
+        """Return a finding for each constraint that is claimed to hold up to round-off, by single steps."""
+        if not view.has_constraints:
+            return
+        ratios = rounding_ratios(scheme, view)
+        for name in ratios:
+            covered = claim_for(scheme, view.traits, self.name, name)
+            if covered.claim is not None and isinstance(covered.claim.value, Exact):
+                yield finding(covered, _of_ratio(ratios[name]), method=Method("residual of one step", 1))
+
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Drift()]
+
+
+def _of_ratio(ratio: float) -> Opinion:
+    if np.isnan(ratio):
+        return local_doubt("each step fails")
+    text = f"residual of one step {ratio:.1g} times the bound for round-off"
+    return local_opinion(Verdict.VERIFIED if ratio <= 1.0 else Verdict.REFUTED, text)
 
 
 def _defects(evidence: Evidence) -> tuple[Defect, ...]:

@@ -1,7 +1,8 @@
-"""What order conditions say of the schemes of a run, in words, from the rows of its table of classes."""
+"""Verdicts on claims about classes in words, from the table of classes of a run."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from math import isnan
 
 from rich.text import Text
 
@@ -20,7 +21,7 @@ LOOKS = {
 CLAIMED = ("refuted", "error", "premise fails", "verified")
 NOTED = {"premise fails": "without a verdict", "error": "in error"}
 HOLD = (
-    "the order conditions hold for every class that is claimed: look at stability, smoothness, step sizes, states, "
+    "the claim holds for every class that it is about: look at stability, smoothness, step sizes, states, "
     "and the problem's truth (sdaeverify check PROBLEM)"
 )
 
@@ -52,14 +53,14 @@ def _alike(row: Row) -> tuple[str, str, str]:
     verdict = text(row, "verdict")
     return (
         verdict,
-        f"{text(row, 'measure')} order {number(row, 'claim'):g}",
+        text(row, "measure") + ("" if isnan(order := number(row, "claim")) else f" order {order:g}"),
         "" if verdict == "verified" else why(row),
     )
 
 
 def why(row: Row) -> str:
     """Return which condition fails, or why none decides."""
-    if text(row, "verdict") == "refuted":
+    if text(row, "verdict") == "refuted" and text(row, "first"):
         return f"{text(row, 'first')}: found {text(row, 'found')}, wanted {text(row, 'wanted')}"
     return text(row, "premise")
 
@@ -68,13 +69,13 @@ def class_notes(rows: Sequence[Row]) -> Iterator[str]:
     """Yield how many claims have which verdict for a class, and what refutes the first of them."""
     found = Counter(text(row, "verdict") for row in rows)
     if claimed := [f"{found[verdict]} {NOTED.get(verdict, verdict)}" for verdict in CLAIMED[::-1] if found[verdict]]:
-        yield f"claims for classes of equations, by order conditions: {', '.join(claimed)}"
+        yield f"claims for classes of equations: {', '.join(claimed)}"
     for row in [row for row in rows if text(row, "verdict") == "refuted"][:1]:
         yield f"refuted: {text(row, 'scheme')}, {text(row, 'measure')} for the class {text(row, 'class')}: {why(row)}"
 
 
 def hint(rows: Iterable[Row], scheme: str, measure: str) -> str:
-    """Return what order conditions say to a claim that is refuted elsewhere; empty where they say nothing.
+    """Return the verdict for classes on a claim that is refuted elsewhere; empty where there is none.
 
     Parameters
     ----------
@@ -86,6 +87,6 @@ def hint(rows: Iterable[Row], scheme: str, measure: str) -> str:
     own = [row for row in rows if (text(row, "scheme"), text(row, "measure")) == (scheme, measure)]
     wrong = next((row for row in own if text(row, "verdict") == "refuted"), None)
     if wrong is not None:
-        return f"an order condition fails, too, for the class {text(wrong, 'class')}: {why(wrong)}"
+        return f"refuted for the class {text(wrong, 'class')}, too: {why(wrong)}"
     claimed = {text(row, "verdict") for row in own} & {*CLAIMED}
     return HOLD if claimed == {"verified"} else ""

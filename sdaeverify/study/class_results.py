@@ -9,17 +9,14 @@ from ..contracts.finding import CONDITIONS, Finding, Method, Reason, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
-from ..trees.report import (
-    MEASURES,
-    ClassRow,
-    ClassVerdict,
-    claimed_measures,
-    classes_named,
-    classes_of,
-    every_equation,
-    rows_of,
-)
+from ..simulate.ensemble import Entry
+from ..trees.class_row import ClassRow, ClassVerdict
+from ..trees.classes import tree_classes_of
+from ..trees.report import MEASURES, claimed_measures, every_equation
+from .class_rows import SEED, rows_on
 from .judging import CellResult
+from .members.classes import member_classes
+from .order_report import classes_named
 from .plan import Cell
 
 # Where a premise of the conditions fails, nothing is said of the claim: paths are asked alone.
@@ -28,7 +25,7 @@ GATED = {
     ClassVerdict.REFUTED: Verdict.REFUTED,
     ClassVerdict.ERROR: Verdict.ERROR,
 }
-NAME, QUANTITY = "every-equation", "order conditions"
+NAME = "every-equation"
 
 
 def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[CellResult]:
@@ -48,21 +45,42 @@ def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[C
             yield CellResult(_class_cell(scheme, row.kind, measures[row.measure]), (_finding(row),))
 
 
-def class_cells(cells: Iterable[Cell]) -> Iterator[Cell]:
-    """Yield a cell for each class about which a scheme claims an order, for the schemes and measures of some cells.
+def class_cells(cells: Iterable[Cell], seed: int = SEED) -> Iterator[Cell]:
+    """Yield a cell for each class that a scheme's claims are about, for the schemes and measures of some cells.
 
-    Nothing is run.
+    No step is made.
+
+    Parameters
+    ----------
+    cells : iterable of Cell
+    seed : int
+        Of the run.
     """
-    asked = dict.fromkeys((cell.scheme, cell.measure) for cell in cells if cell.measure.name in MEASURES)
-    for scheme, measure in asked:
-        for kind in classes_of(scheme).values():
+    for scheme, measure in dict.fromkeys((cell.scheme, cell.measure) for cell in cells):
+        for kind in tree_classes_of(scheme) if measure.name in MEASURES else ():
             if measure.name in claimed_measures(scheme, kind):
                 yield _class_cell(scheme, kind.name, measure)
+        for members, claims in member_classes(scheme, seed).items():
+            if answers(measure) and measure.name in {claim.measure for claim in claims}:
+                yield _class_cell(scheme, members.name, measure)
 
 
-def results_of_class(cell: Cell) -> list[CellResult]:
-    """Return what order conditions say of the claim of a cell about a class, asked in this process."""
-    return [*class_results(rows_of(cell.scheme, classes_named(cell.scheme, [class_of(cell)]), None), [cell])]
+def answers(measure: Measure) -> bool:
+    """Return whether a measure has an answer about random members."""
+    return type(measure).judge_member is not Measure.judge_member
+
+
+def results_of_class(cell: Cell, seed: int = SEED) -> list[CellResult]:
+    """Return the results on the claim of a cell about a class, found in this process.
+
+    Parameters
+    ----------
+    cell : Cell
+    seed : int
+        Of the run.
+    """
+    (kind,) = classes_named(cell.scheme, [class_of(cell)])
+    return [*class_results(rows_on(Entry(cell.scheme, (cell.measure,)), kind, seed), [cell])]
 
 
 def _class_cell(scheme: Scheme, kind: str, measure: Measure) -> Cell:
@@ -86,10 +104,10 @@ def _is_claimed(row: ClassRow, scheme: Scheme) -> bool:
 def _finding(row: ClassRow) -> Finding:
     verdict = GATED[row.verdict]
     return Finding(
-        quantity="" if verdict is Verdict.ERROR else QUANTITY,
+        quantity="" if verdict is Verdict.ERROR else row.conditions,
         verdict=verdict,
         reason=Reason(row.why),
         claim=row.promise,
-        method=Method("order conditions", CONDITIONS),
+        method=Method(row.conditions, CONDITIONS),
         tier=CONDITIONS,
     )

@@ -1,45 +1,57 @@
-"""Order conditions of the schemes of a run, found by its workers: all schemes are asked about a class at once.
+"""Claims of the schemes of a run about classes of equations, judged by its workers: by order conditions, on members.
 
-A worker makes the conditions of a class once, and a scheme that hangs or kills its worker costs its own rows only.
+A worker makes the conditions, or the members, of a class once, and a scheme that hangs or kills its worker costs its
+own rows only.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ..contracts.finding import UNMEASURED, Verdict
+from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, Marker
 from ..trees import TreeClass
-from ..trees.classes import EquationClass
-from ..trees.report import MEASURES, ClassRow, ClassVerdict, classes_of, measures_of, rows_of
+from ..trees.class_row import ClassRow, ClassVerdict
+from ..trees.classes import EquationClass, tree_classes_of
+from ..trees.report import MEASURES, measures_of, rows_of
 from ..workers.batches import Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.marks import StopError
 from .judging import CellResult
+from .members.classes import MemberClass, member_classes
+from .members.rows import member_rows
 
 HERE = Workers(None, 1)
 MEASURED = frozenset(Verdict) - UNMEASURED - {Verdict.NOT_APPLICABLE}
-LATE = "no order conditions within {:g} s (--timeout)"
+LATE = "no answer about a class within {:g} s (--timeout)"
+SEED = Settings().seed
+Kind = EquationClass | TreeClass | MemberClass
+Rows = tuple[ClassRow, ...]
 
 
 @dataclass(frozen=True)
 class ClassTask:
-    """A class of equations, and the schemes that are asked for its order conditions; it can be pickled.
+    """A class of equations, and the schemes whose claims about it are judged; it can be pickled.
 
     Attributes
     ----------
-    kind : EquationClass or TreeClass
+    kind : EquationClass, TreeClass or MemberClass
     entries : tuple of Entry
+    seed : int
+        Of the run.
     """
 
-    kind: EquationClass | TreeClass
+    kind: Kind
     entries: tuple[Entry, ...]
+    seed: int = SEED
 
     @property
     def label(self) -> str:
-        """What is asked, in words."""
+        """The class, in words."""
         return f"of the class {self.kind.name}"
 
     def only(self, entries: Sequence[Entry]) -> "ClassTask":
@@ -47,34 +59,50 @@ class ClassTask:
         return replace(self, entries=tuple(entries))
 
 
-Rows = tuple[ClassRow, ...]
+def class_rows(results: Sequence[CellResult], workers: Workers = HERE, seed: int = SEED) -> Rows:
+    """Return the verdicts on the claims of the schemes of some results about classes, scheme by scheme.
 
-
-def class_rows(results: Sequence[CellResult], workers: Workers = HERE) -> Rows:
-    """Return what order conditions say of the schemes of some results, scheme by scheme, where orders are measured.
-
-    Of whom nothing at all could be measured, because a step hangs or raises, nobody asks it again.
+    A scheme of which nothing could be measured, because a step hangs or raises, is not asked again.
 
     Parameters
     ----------
     results : sequence of CellResult
     workers : Workers
-        Who asks; this process if left out.
+        That ask; this process if left out.
+    seed : int
+        Of the run; it decides which members are drawn.
     """
-    failed = {each.cell.scheme for each in results if any(found.verdict in UNMEASURED for found in each.findings)}
-    measured = {each.cell.scheme for each in results if any(found.verdict in MEASURED for found in each.findings)}
-    asked = dict.fromkeys((each.cell.scheme, each.cell.measure.name) for each in results)
-    schemes = dict.fromkeys(of for of, name in asked if name in MEASURES and (of in measured or of not in failed))
-    kinds: dict[EquationClass | TreeClass, list[Entry]] = {}
-    for scheme in schemes:
-        for kind in classes_of(scheme).values():
-            kinds.setdefault(kind, []).append(Entry(scheme, ()))
-    sent = [(kind, Batch(workers, ClassTask(kind, tuple(entries)), ask, LATE)) for kind, entries in kinds.items()]
-    found: dict[Scheme, list[ClassRow]] = {scheme: [] for scheme in schemes}
+    entries = _entries(results)
+    kinds: dict[Kind, list[Entry]] = {}
+    for entry in entries:
+        for kind in _kinds_of(entry, seed):
+            kinds.setdefault(kind, []).append(entry)
+    sent = [(kind, Batch(workers, ClassTask(kind, tuple(own), seed), ask, LATE)) for kind, own in kinds.items()]
+    found: dict[Scheme, list[ClassRow]] = {entry.scheme: [] for entry in entries}
     for kind, batch in sent:
         for entry, answer in batch.answers():
-            found[entry.scheme] += _failed(entry.scheme, kind, answer.why) if isinstance(answer, Lost) else answer
+            found[entry.scheme] += _failed(entry, kind, answer.why) if isinstance(answer, Lost) else answer
+    asked = {(entry.scheme, measure.name) for entry in entries for measure in entry.measures}
     return tuple(row for scheme, rows in found.items() for row in rows if (scheme, row.measure) in asked)
+
+
+def _entries(results: Sequence[CellResult]) -> list[Entry]:
+    """Return the schemes that are asked, each with the measures of its cells."""
+    failed = {each.cell.scheme for each in results if any(found.verdict in UNMEASURED for found in each.findings)}
+    measured = {each.cell.scheme for each in results if any(found.verdict in MEASURED for found in each.findings)}
+    asked: dict[Scheme, dict[str, Measure]] = {}
+    for cell in (each.cell for each in results):
+        if cell.scheme in measured or cell.scheme not in failed:
+            asked.setdefault(cell.scheme, {})[cell.measure.name] = cell.measure
+    return [Entry(scheme, tuple(measures.values())) for scheme, measures in asked.items()]
+
+
+def _kinds_of(entry: Entry, seed: int) -> Iterator[Kind]:
+    if any(measure.name in MEASURES for measure in entry.measures):
+        yield from tree_classes_of(entry.scheme)
+    for kind, claims in member_classes(entry.scheme, seed).items():
+        if {claim.measure for claim in claims} & {measure.name for measure in entry.measures}:
+            yield kind
 
 
 def ask(task: ClassTask, marker: Marker) -> list[Rows]:
@@ -84,21 +112,41 @@ def ask(task: ClassTask, marker: Marker) -> list[Rows]:
     ----------
     task : ClassTask
     marker : Marker
-        Is told whose code runs.
+        Notes whose code runs.
     """
-    return [_ask(scheme, task.kind, marker, index) for index, scheme in enumerate(e.scheme for e in task.entries)]
+    return [_ask(entry, task, marker, index) for index, entry in enumerate(task.entries)]
 
 
-def _ask(scheme: Scheme, kind: EquationClass | TreeClass, marker: Marker, index: int) -> Rows:
+def _ask(entry: Entry, task: ClassTask, marker: Marker, index: int) -> Rows:
     try:
         with marker.of(index):
-            return tuple(rows_of(scheme, [kind], None))
+            return tuple(rows_on(entry, task.kind, task.seed))
     except (StopError, *FAULTS) as error:
-        return _failed(scheme, kind, one_line(error))
+        return _failed(entry, task.kind, one_line(error))
 
 
-def _failed(scheme: Scheme, kind: EquationClass | TreeClass, why: str) -> Rows:
+def rows_on(entry: Entry, kind: Kind, seed: int = SEED) -> Iterator[ClassRow]:
+    """Yield the verdicts on the claims of a scheme about a class.
+
+    Parameters
+    ----------
+    entry : Entry
+        The scheme, and the measures that members are asked about.
+    kind : EquationClass, TreeClass or MemberClass
+    seed : int
+        Of the run.
+    """
+    if isinstance(kind, MemberClass):
+        yield from member_rows(entry.scheme, kind, entry.measures, seed)
+    else:
+        yield from rows_of(entry.scheme, [kind], None)
+
+
+def _failed(entry: Entry, kind: Kind, why: str) -> Rows:
+    own = tuple(measure.name for measure in entry.measures)
+    measures = own if isinstance(kind, MemberClass) else measures_of(kind)
+    motions = 0 if isinstance(kind, MemberClass) else kind.motions or 0
     return tuple(
-        ClassRow(scheme.label, kind.name, kind.motions or 0, measure, ClassVerdict.ERROR, premise=why)
-        for measure in measures_of(kind)
+        ClassRow(entry.scheme.label, kind.name, motions, measure, ClassVerdict.ERROR, premise=why)
+        for measure in measures
     )

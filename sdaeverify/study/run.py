@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
 from ..store.store import Store
-from ..trees.report import ClassRow
+from ..trees.class_row import ClassRow
 from ..workers.executors import Workers
 from .blocks import Blocks, Job
 from .class_rows import class_rows
@@ -114,7 +114,7 @@ class Study:
         yield from self._look(waiting, blocks, window)
         if self.orders:
             results = [result for results in self.finished.values() for result in results]
-            self.class_rows = class_rows(results, blocks.workers)
+            self.class_rows = class_rows(results, blocks.workers, self.settings.seed)
 
     def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Find what needs no paths, of the problems with the most of it first."""

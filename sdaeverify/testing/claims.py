@@ -67,11 +67,14 @@ class ClaimRun:
     @property
     def cells(self) -> list[Cell]:
         """The claimed cells, those about classes of equations behind the others."""
-        return [*self.plan.cells, *(class_cells(self.plan.cells) if self.policy.asks_classes else ())]
+        return [
+            *self.plan.cells,
+            *(class_cells(self.plan.cells, self.settings.seed) if self.policy.asks_classes else ()),
+        ]
 
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
-        results = results_of_class(cell) if is_of_class(cell) else self._results(cell)
+        results = results_of_class(cell, self.settings.seed) if is_of_class(cell) else self._results(cell)
         return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
 
     def _results(self, cell: Cell) -> list[CellResult]:

@@ -13,6 +13,7 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
+from ..contracts.scheme import Scheme
 from ..forms import IndexOneSDAE, Langevin
 from . import TreeClass
 from .grow import DRIFT, TIME, TIME_LEAF, Tree, grow, multisets, root_weight, tree
@@ -273,3 +274,8 @@ def _number(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tupl
         elif kid.colour > DRIFT:
             _number(kid, numbers, clusters)
     return each.colour
+
+
+def tree_classes_of(scheme: Scheme) -> tuple["EquationClass | TreeClass", ...]:
+    """Return the classes whose order conditions a scheme can be asked for: of its own forms, and of SDEs."""
+    return (*(kind for form in scheme.forms for kind in form.tree_classes()), *CLASSES)

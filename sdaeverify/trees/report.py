@@ -1,42 +1,22 @@
 """Verdicts on the claims of a scheme, class by class, from order conditions."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from math import ceil, inf, nan
-from pathlib import Path
-
-import pandas as pd
 
 from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
-from ..contracts.settings import whole
-from ..contracts.spelling import did_you_mean
 from ..errors import UsageError
 from ..forms import SDE
-from ..registry.load import load_registry
-from ..registry.selection import select_schemes
 from . import TreeClass
-from .classes import CLASSES, OF_SDES, EquationClass
-from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
+from .class_row import ClassRow, ClassVerdict
+from .classes import OF_SDES, EquationClass
+from .conditions import INVARIANT, STRONG, WEAK, belongs
 from .examined import Examined
 from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
-from .problem_file import problem_file
 from .sdes.universal import Universal
 from .weights import NoStepError
-
-
-class ClassVerdict(StrEnum):
-    """What order conditions say of a claim for a class of equations."""
-
-    VERIFIED = "verified"
-    REFUTED = "refuted"
-    PREMISE = "premise fails"
-    NOT_CLAIMED = "not claimed"
-    ERROR = "error"
-    NOT_APPLICABLE = "not applicable"
-
 
 # Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
 # weight brings a multiple of those before.
@@ -50,228 +30,6 @@ FEW, MANY, QUICK, QUICK_TREES = 2, 3, 4, 200
 # A tamed drift f/(1 + h |f|) leaves the drift by a term of the weight 4.
 TAMED = 4
 MEASURES = (STRONG, WEAK, INVARIANT)
-MOST_MOTIONS, MOST_WEIGHT = 4, 8
-
-
-@dataclass(frozen=True)
-class ClassRow:
-    """What is found of one claim for one class.
-
-    Attributes
-    ----------
-    scheme, kind, measure : str
-        Label of the scheme, name of the class, ``strong``, ``weak`` or ``invariant``.
-    motions : int
-        Number of Brownian motions.
-    verdict : ClassVerdict
-    order : float
-        That conditions give, as far as they were looked at; NaN where none were.
-    claim : float
-        The order claimed; NaN without a claim.
-    held, of : int
-        How many of the conditions of the claimed order, without a claim of all that are looked at, hold, of how many.
-    first : Condition or None
-        The first one that does not hold.
-    premise : str
-        The premises, or why one fails, or why nothing applies.
-    promise : Claim or None
-        What is claimed.
-    """
-
-    scheme: str
-    kind: str
-    motions: int
-    measure: str
-    verdict: ClassVerdict
-    order: float = nan
-    claim: float = nan
-    held: int = 0
-    of: int = 0
-    first: Condition | None = None
-    premise: str = ""
-    promise: Claim | None = None
-
-    @property
-    def why(self) -> str:
-        """Why the verdict is what it is, in a sentence."""
-        if self.verdict is ClassVerdict.REFUTED and self.first:
-            found, wanted = self.first.texts
-            return f"order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
-        if self.verdict is ClassVerdict.VERIFIED:
-            return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
-        return self.premise
-
-    @property
-    def cells(self) -> dict[str, object]:
-        """The row of a table."""
-        found, wanted = self.first.texts if self.first else ("", "")
-        return {
-            "scheme": self.scheme,
-            "class": self.kind,
-            "motions": self.motions,
-            "measure": self.measure,
-            "order": self.order,
-            "claim": self.claim,
-            "verdict": self.verdict.value,
-            "held": self.held,
-            "of": self.of,
-            "first": self.first.name if self.first else "",
-            "found": found,
-            "wanted": wanted,
-            "premise": self.premise,
-        }
-
-
-@dataclass(frozen=True)
-class OrderReport:
-    """What order conditions say of a scheme, class by class.
-
-    Attributes
-    ----------
-    scheme : Scheme
-    rows : tuple of ClassRow
-        One for each class and measure.
-    """
-
-    scheme: Scheme
-    rows: tuple[ClassRow, ...]
-
-    @classmethod
-    def of(
-        cls, scheme: Scheme, classes: str | Sequence[str] | None = None, motions: int = 3, weight: int | None = None
-    ) -> "OrderReport":
-        """Return the report on a scheme.
-
-        Parameters
-        ----------
-        scheme : Scheme
-        classes : str or sequence of str, optional
-        motions : int
-        weight : int, optional
-            As `orders` takes them, which raises what this does.
-        """
-        check_numbers(motions, weight)
-        return cls(scheme, tuple(rows_of(scheme, classes_named(scheme, classes), motions, weight)))
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """One row for each claim and class: orders, conditions held of all, the first that fails, premises."""
-        return pd.DataFrame([row.cells for row in self.rows])
-
-    @property
-    def failing(self) -> tuple[Condition, ...]:
-        """The first failing condition of each claim that is refuted."""
-        refuted = (row.first for row in self.rows if row.verdict is ClassVerdict.REFUTED)
-        return tuple(dict.fromkeys(first for first in refuted if first))
-
-    @property
-    def premises(self) -> dict[str, str]:
-        """The premises of each class, or why it does not apply."""
-        return {row.kind: row.premise for row in self.rows}
-
-    def to_problem(self, condition: Condition) -> str:
-        """Return a plugin file with the problem of a condition, on which `matrix` refutes the scheme.
-
-        Parameters
-        ----------
-        condition : Condition
-            One of `failing`, or the first one of another row.
-
-        Raises
-        ------
-        UsageError
-            If it is none of these, or if no single tree shows it.
-        """
-        row = next((row for row in self.rows if row.first == condition), None)
-        if row is None:
-            raise UsageError(f"condition {condition.name!r:.200} is none of this report")
-        if row.measure == INVARIANT:
-            raise UsageError(
-                "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
-            )
-        return problem_file(condition, self.scheme, classes_of(self.scheme)[row.kind], max(1, row.motions))
-
-    def __repr__(self) -> str:
-        return self.table.to_string(index=False)
-
-
-def orders(
-    scheme: str | Scheme,
-    classes: str | Sequence[str] | None = None,
-    motions: int = 3,
-    weight: int | None = None,
-    *,
-    plugins: Sequence[str | Path] = (),
-) -> OrderReport:
-    """Ask a scheme for the order conditions of classes of equations, which hold for every smooth one of a class.
-
-    One step on an equation whose components are rooted trees tells every elementary weight to rounding.
-
-    Parameters
-    ----------
-    scheme : str or Scheme
-        A name with parameters, or a scheme itself, as `verify` takes it.
-    classes : str or sequence of str, optional
-        Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general,
-        overdamped-gradient for SDEs, langevin and langevin-gradient, index-1 and index-1-additive, and what another
-        form brings; all if left out.
-    motions : int
-        Number of Brownian motions where a class has no number of its own: what holds holds for as many.
-    weight : int, optional
-        Largest weight of trees and forests, noise nodes counting 1 and others 2; 2 p + 1 for a claimed order p, and
-        one more where that costs nothing.
-    plugins : sequence of str or Path, optional
-        Plugin files, beside the installed plugins.
-
-    Returns
-    -------
-    OrderReport
-
-    Raises
-    ------
-    UsageError
-        If a name is unknown, means several schemes, or a number is out of its range.
-    """
-    found = select_schemes(load_registry(plugins), scheme)
-    if len(found) != 1:
-        raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which means {len(found)}")
-    return OrderReport.of(found[0], classes, motions, weight)
-
-
-def check_numbers(motions: int, weight: int | None) -> None:
-    """Check the numbers that a user gives.
-
-    Raises
-    ------
-    UsageError
-        If one is out of its range.
-    """
-    if not 1 <= whole("motions", motions) <= MOST_MOTIONS:
-        raise UsageError(f"motions must be from 1 to {MOST_MOTIONS}, got {motions!r}")
-    if weight is not None and not 1 <= whole("weight", weight) <= MOST_WEIGHT:
-        raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
-
-
-def classes_of(scheme: Scheme) -> dict[str, EquationClass | TreeClass]:
-    """Return by name the classes that a scheme can be asked about: those of the framework, and of its own forms."""
-    own = (kind for form in scheme.forms for kind in form.tree_classes())
-    return {kind.name: kind for kind in (*own, *CLASSES)}
-
-
-def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[EquationClass | TreeClass]:
-    """Return the classes of some names, separated by commas if they are one text; all if there is none.
-
-    Raises
-    ------
-    UsageError
-        If a name is unknown.
-    """
-    known = classes_of(scheme)
-    wanted = known if names is None else names.split(",") if isinstance(names, str) else names
-    for name in wanted:
-        if name not in known:
-            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}{did_you_mean(name, known)}")
-    return [known[name] for name in wanted]
 
 
 def every_equation(of: str = "general") -> SDE:

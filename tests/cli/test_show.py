@@ -32,7 +32,7 @@ def test_a_scheme_is_shown_with_its_classes(finished, call):
     """What order conditions say of each claim stands below the cells, a line a verdict."""
     shown = " ".join(call("show", "out", "milstein").out.split())
     told = "strong order 1 verified for smooth equations of the class ode, scalar, diagonal"
-    assert f"milstein: order conditions {told}" in shown
+    assert f"milstein: classes of equations {told}" in shown
 
 
 def test_quiet_is_the_sentence_alone(quick):

@@ -5,7 +5,7 @@ Estimate (3.17) of Lindner & Stroot (2017) bounds kappa and lambda^re by h^2 and
 quantity that is rounding at every step size keeps a claim of any order, and the reason says so.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,6 +29,7 @@ from sdaeverify.measuring import (
     local_opinion,
     packed,
     unpacked,
+    why_not_claimed,
 )
 from sdaeverify.probing import Multiplied
 
@@ -69,6 +70,14 @@ class MultiplierExponents(Measure):
         given = np.flatnonzero(record.given).tolist()
         findings = tuple(_finding(evidence, record, index) for index in given)
         return Judgement(findings, tuple(row for index in given for row in _levels(record, index)))
+
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
+        """Return a finding for each multiplier that the scheme gives, as on any other problem."""
+        if self.refuses(scheme, view) or why_not_claimed(scheme, view, self.name):
+            return ()
+        settings = Settings()
+        tally = self.probe(scheme, view, settings)
+        return self.judge(Evidence(scheme, view, view, settings, tally, Tally())).findings
 
 
 @hookimpl

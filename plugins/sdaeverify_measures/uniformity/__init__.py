@@ -23,7 +23,7 @@ A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order,
 out.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -64,6 +64,8 @@ from .._members import member, why_not_family
 from .paired_findings import STRONG, WEAK, paired_findings
 from .paired_members import PairedErrors, paired_errors
 from .uniform_errors import (
+    MEMBER_LEVELS,
+    MEMBER_RATIOS,
     Supremum,
     UniformDefects,
     UniformErrors,
@@ -133,6 +135,17 @@ class Uniformity(Measure):
         names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
         levels = (*found.levels, *one_step_levels(record, names))
         return Judgement((*found.findings, one_step_finding(covered, record, names)), levels)
+
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
+        """Return the finding on the local weak error, uniformly in eps, along a random family of problems."""
+        evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
+        covered = one_step_coverage(evidence)
+        if covered.claim is None or why_not_family(scheme, view):
+            return ()
+        if reason := why_not_uniform_defects(scheme, view):
+            return (finding(covered, local_doubt(reason)),)
+        names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
+        return (one_step_finding(covered, uniform_defects(scheme, view, MEMBER_LEVELS, MEMBER_RATIOS), names),)
 
 
 @hookimpl

@@ -284,6 +284,10 @@ def _finer(steps: Sequence[int]) -> list[int]:
 # Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time where that is shorter; and eps in steps.
 LEVELS = 4.0 ** -np.arange(4.0, 9.0)
 RATIOS = 10.0 ** np.array([-6.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 6.0])
+# Of a random family: sizes at which a term of order 1 that is off by 1 per cent is larger than all of order 3/2, and
+# stiffness parameters near the step size.
+MEMBER_LEVELS = 4.0 ** -np.arange(7.0, 12.0)
+MEMBER_RATIOS = np.array([0.125, 0.5, 2.0, 1e6])
 # Every third point of the cloud, and how far to either side of the manifold, in standard deviations of the noise.
 EVERY, SIDES = 3, (-1.0, 0.0, 1.0)
 # Pairs of nodes at most.
@@ -331,17 +335,27 @@ def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
     return OneStep(scheme, member(view)).why_not_probed()
 
 
-def uniform_defects(scheme: Scheme, view: Any) -> UniformDefects:
-    """Return the defects of a pair that `why_not_uniform_defects` has nothing against."""
-    sizes = LEVELS * min(1.0, view.horizon)
+def uniform_defects(scheme: Scheme, view: Any, levels: Array = LEVELS, ratios: Array = RATIOS) -> UniformDefects:
+    """Return the defects of a pair that `why_not_uniform_defects` has nothing against.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+    levels : ndarray
+        Step sizes in units of time, from coarse to fine.
+    ratios : ndarray, ascending
+        eps/h; the last one stands for infinity.
+    """
+    sizes = levels * min(1.0, view.horizon)
     with np.errstate(all="ignore"):
-        levels = [_level(scheme, view, float(h)) for h in sizes]
-    return UniformDefects(sizes, *(np.stack(parts, axis=-1) for parts in zip(*levels, strict=True)))
+        found = [_level(scheme, view, float(h), ratios) for h in sizes]
+    return UniformDefects(sizes, *(np.stack(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 
-def _level(scheme: Scheme, view: Any, h: float) -> tuple[Array, ...]:
+def _level(scheme: Scheme, view: Any, h: float, ratios: Array) -> tuple[Array, ...]:
     x, sizes, failed = _states(view, h), [], 0.0
-    for ratio in RATIOS:
+    for ratio in ratios:
         one_step = OneStep(scheme, member(view, ratio * h))
         whole, halves = _combine_steps(one_step, x, h, 1), _combine_steps(one_step, x, 0.5 * h, 2)
         sizes.append(np.abs(whole.moments - halves.moments).max(axis=1))
@@ -350,8 +364,8 @@ def _level(scheme: Scheme, view: Any, h: float) -> tuple[Array, ...]:
     wide = np.repeat(x, len(nodes.weights), axis=1)
     plain = _moments(one_step.euler(wide, 0.0, h, nodes.increment(h, x.shape[1])) - wide, nodes.weights)
     table, euler = np.array(sizes), np.abs(whole.moments - plain).max(axis=1)
-    nearly = whole.floor + NEARLY / RATIOS[-1] * np.abs(plain).max()
-    return table.max(axis=0), RATIOS[table.argmax(axis=0)], euler, whole.floor, nearly, np.asarray(failed)
+    nearly = whole.floor + NEARLY / ratios[-1] * np.abs(plain).max()
+    return table.max(axis=0), ratios[table.argmax(axis=0)], euler, whole.floor, nearly, np.asarray(failed)
 
 
 def _states(view: Any, h: float) -> Array:

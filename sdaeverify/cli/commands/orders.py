@@ -9,13 +9,15 @@ import click
 from rich.text import Text
 
 from ...errors import UsageError
-from ...registry.selection import select_schemes
+from ...registry.selection import select_measures, select_schemes
 from ...report.cells import grouped
 from ...report.class_words import class_notes
 from ...report.files import write_text
 from ...report.plain import text_table, visible
+from ...study.order_report import MOST_MOTIONS, OrderReport
+from ...trees.class_row import ClassRow, ClassVerdict
+from ...trees.conditions import Condition
 from ...trees.grow import picture
-from ...trees.report import MOST_MOTIONS, ClassRow, ClassVerdict, OrderReport
 from .. import options
 from ..console import conclude, output, print_json, print_texts
 from ..exit_codes import WORDS, ExitCode, codes_in_words
@@ -26,29 +28,27 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 ABOUT = {code: WORDS[code] for code in CODES}
 
 
-@click.command(
-    epilog=codes_in_words(ABOUT), short_help="Ask schemes for the order conditions of classes of equations."
-)
+@click.command(epilog=codes_in_words(ABOUT), short_help="Put the claims of schemes to classes of equations.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once("--motions", type=click.IntRange(1, MOST_MOTIONS), default=3, help="Number of Brownian motions.")
 @options.once("--weight", type=int, help="Largest weight of trees.  [default: 2 p + 1 for a claimed order p]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
-@options.once(
-    "--problem", type=options.PLACE, metavar="OUT.py", help="Write the first failing condition as a problem."
-)
+@options.once("--problem", type=options.PLACE, metavar="OUT.py", help="Write a problem on which a claim is refuted.")
 @options.plugins
 def orders(
     schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **asked: Any
 ) -> ExitCode:
-    """Ask schemes for the order conditions that hold for every smooth equation of a class.
+    """Put the claims of schemes to classes of equations.
 
     One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
+    Of constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn.
     """
     registry = load_and_warn(plugins)
-    reports = [OrderReport.of(scheme, **asked) for scheme in select_schemes(registry, schemes)]
+    measures = select_measures(registry)
+    reports = [OrderReport.of(scheme, measures, **asked) for scheme in select_schemes(registry, schemes)]
     rows = [row for report in reports for row in report.rows]
     if problem is not None:
         _write_problem(reports, problem)
@@ -74,7 +74,7 @@ def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
-    """Write the problem of the first condition that refutes a claim.
+    """Write the problem of the first condition, or a random member, that refutes a claim.
 
     Raises
     ------
@@ -82,8 +82,9 @@ def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
         If no claim is refuted.
     """
     for report in reports:
-        if report.failing:
-            write_text(report.to_problem(report.failing[0]), file)
+        refuted: list[Condition | ClassRow] = [*report.failing, *report.refuted_members]
+        if refuted:
+            write_text(report.to_problem(refuted[0]), file)
             return
     raise UsageError(f"no claim is refuted: there is no problem to be written into {file}")
 

@@ -140,11 +140,11 @@ def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
 
 
 def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: int) -> Iterator[Text]:
-    """Yield what order conditions say of schemes, each by itself."""
+    """Yield the verdicts on claims about classes, scheme by scheme."""
     rows = [row for row in tables.classes if _fits({**row, "problem": ""}, scheme, "", measures)]
     for label, own in grouped(rows, lambda row: row["scheme"]).items():
         if lines := [*class_lines(own, width)]:
-            yield from (Text(), Text(visible(f"{label}: order conditions")), *lines)
+            yield from (Text(), Text(visible(f"{label}: classes of equations")), *lines)
 
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 import numpy as np
@@ -24,12 +24,14 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..generic import GenericClass
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
 from .checks import check_jacobians, check_regular, check_solved, size_of_terms, why_not_drift_partials
 from .delayed import Delayed
 from .dissipation import Dissipation
+from .generic import FEATURES, draw_delay
 from .mesh import Lag, Mesh, Recall
 from .partials import Partials, partials
 
@@ -268,6 +270,11 @@ class DelaySDAE(Delayed):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return trivial_delays(DelaySDAE)
+
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the class of all polynomial problems of the form."""
+        return (GenericClass("DelaySDAE", partial(draw_delay, DelaySDAE), FEATURES),)
 
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""

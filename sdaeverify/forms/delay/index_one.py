@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..checks import vector
+from ..generic import GenericClass
 from ..problem import briefly_signed
 from ..tree_class import TreeClass
 from .delay_sdae import DelaySDAE
+from .generic import INDEX_ONE_FEATURES, draw_index_one
 from .partials import Partials
 from .universal import IndexOneTrees
 
@@ -101,6 +103,11 @@ class IndexOneSDAE(DelaySDAE):
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "history", lambda _: start)
         super().__post_init__()
+
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the class of all polynomial problems of the form."""
+        return (GenericClass("IndexOneSDAE", partial(draw_index_one, IndexOneSDAE), INDEX_ONE_FEATURES),)
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:

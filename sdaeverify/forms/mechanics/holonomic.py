@@ -6,7 +6,7 @@ in R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, mu
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -29,10 +29,12 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE, zero_columns
 from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
+from .generic import FEATURES, draw_mechanics
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
 from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
@@ -244,6 +246,11 @@ class HolonomicSDAE(Mechanics):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_motions()
+
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the class of all polynomial problems of the form with a full mass matrix."""
+        return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES),)
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and mu."""

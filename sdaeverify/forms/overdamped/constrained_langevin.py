@@ -6,7 +6,7 @@ Pi = Id - g G^{-1} g^T, the projector onto the tangent space; H_k is the Hessian
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -27,11 +27,13 @@ from ..checks import (
     columns,
     vector,
 )
+from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
+from .generic import FEATURES, draw_family
 from .stiffness_family import StiffnessFamily
 
 K = TypeVar("K")
@@ -262,6 +264,14 @@ class ConstrainedLangevin(StiffnessFamily):
     def admissible(self, x: Array) -> Array:
         """Return points of the manifold near the columns of x, or x itself where it need not be kept."""
         return onto_manifold(self.constraint, self, x) if self.has_constraints else x
+
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the classes of polynomial problems whose constraints are kept, and penalised."""
+        return tuple(
+            GenericClass(f"ConstrainedLangevin at eps {sign} 0", partial(draw_family, cls, kept=kept), FEATURES)
+            for sign, kept in (("=", True), (">", False))
+        )
 
     def capability(self, kind: type[K]) -> K | None:
         """Return the problem itself for what it is; it is a `StiffnessFamily` only with its members."""

@@ -4,11 +4,11 @@ The local order (T1) needs no sampling; errors at T and their maximum over the c
 decide alone where the one-step map cannot be probed.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 from ...arrays import Parts
-from ...contracts.finding import Judgement
+from ...contracts.finding import Finding, Judgement
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import AT_T, Scheme
 from ...contracts.settings import Settings
@@ -22,6 +22,7 @@ from .findings import (
     Orders,
     judge_errors,
     local_orders,
+    member_findings,
     probe_strong,
     unknown_findings,
 )
@@ -62,6 +63,10 @@ class Strong(Measure):
         orders = local_orders(evidence)
         judged = [_judge(evidence, quantity, orders) for quantity in quantities_of(evidence)]
         return judge_together(judged, unknown_findings(evidence, self.name, orders), NORMS)
+
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
+        """Return a finding for each component, by the order of one step."""
+        return member_findings(scheme, view, self.name)
 
 
 @hookimpl

@@ -17,9 +17,10 @@ from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
-from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
+from ...probe.local.strong_defects import LocalStrong, local_strong, local_strong_from, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
+from ...probe.step.states import states_near_start
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
 from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_law, of_smooth, too_coarse
@@ -201,12 +202,57 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     order : StrongOrder or None
         Of one step, where it was probed.
     """
+    found = judge_smooth(evidence, claim, order)
+    if found is None or order is None or claim is None or not isinstance(claim.value, Order):
+        return None
+    least = claim.value.least
+    return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
+
+
+def judge_smooth(evidence: Evidence, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
+    """Return the opinion of `judge_order` for a problem whose coefficients are known to be smooth.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    claim : Claim or None
+    order : StrongOrder or None
+        As of `judge_order`.
+    """
     if order is None or claim is None or not isinstance(claim.value, Order):
         return None
     least = claim.value.least
     found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.local_order_is_global)
-    found = of_law(found, least, evidence, paths=True)
-    return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
+    return of_law(found, least, evidence, paths=True)
+
+
+def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Finding]:
+    """Yield a finding for each component of a random member: the order of one step near its start.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        The member, in the scheme's form.
+    measure : str
+        Under which name claims are looked up.
+    """
+    evidence, pair = Evidence(scheme, view, view, Settings(), Tally(), Tally()), remove_delay(scheme, view)
+    step = OneStep(*pair)
+    why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
+    why = why or step.why_not_probed(beside=True, run=False, levy=True)
+    orders = {} if why else _member_orders(step)
+    for name in orders or (STATE,):
+        covered = coverage(evidence, measure, name)
+        opinion = judge_smooth(evidence, covered.claim, orders.get(name))
+        if covered.claim is not None and isinstance(covered.claim.value, Order):
+            details = {} if why else {"local_order": orders[name].order}
+            yield finding(covered, opinion or local_doubt(why), method=UNFITTED_METHODS[1], details=details)
+
+
+def _member_orders(step: OneStep) -> Orders:
+    record = local_strong_from(step.scheme, step.view, states_near_start(step.view, step.equation))
+    return dict(zip((*step.names, STATE), strong_orders(record), strict=True))
 
 
 def judge_errors(evidence: Evidence, quantity: Quantity, measure: str, order: StrongOrder | None) -> JudgedQuantity:

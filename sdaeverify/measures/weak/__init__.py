@@ -9,7 +9,7 @@ sizes elsewhere. The latter do not see a wrong limit, so that the finest level i
 Their order is a slope of log2 |mean difference|.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
@@ -26,14 +26,14 @@ from ...contracts.tally import Tally
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ...verdicts.opinions import finding, guard, judge_claim, leave_open
 from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
-from .probe import WeakProbe, judge_probe, probe_weak, weak_probe
+from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_probe
 
 STATE = "state"
 LOST = "{lost:.0f} paths are not finite at the finest step size"
@@ -290,6 +290,12 @@ class Weak(Measure):
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
         return Judgement(tuple(findings), (row for found in means.values() for row in _levels(found)))
+
+    def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
+        """Return a finding for the state: the order of all test functions after one step."""
+        covered = claim_for(scheme, view.traits, self.name, STATE)
+        is_order = covered.claim is not None and isinstance(covered.claim.value, Order)
+        return (member_finding(scheme, view, covered),) if is_order else ()
 
 
 @hookimpl

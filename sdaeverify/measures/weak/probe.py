@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.claimed import Order, bar
-from ...contracts.finding import Kind, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -26,7 +26,7 @@ from ...probe.linear.moments import (
 from ...probe.local import weak_defects as local
 from ...probe.local.delay_links import remove_delay, why_not_algebraic
 from ...probe.local.smoothness import Smoothness, smoothness
-from ...probe.local.weak_defects import SemigroupReference, weak_reference
+from ...probe.local.weak_defects import SemigroupReference, reference_from, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from ...probe.operator.functional_orders import (
     FunctionalOrder,
@@ -38,9 +38,10 @@ from ...probe.operator.functional_orders import (
 from ...probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
 from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
-from ...probe.step.states import cloud
-from ...verdicts.coverage import claim_for
-from ...verdicts.opinions import local_doubt, local_opinion, of_law, of_smooth, too_coarse, up_to
+from ...probe.step.one_step import OneStep
+from ...probe.step.states import WHEN, cloud, states_near_start
+from ...verdicts.coverage import Coverage, claim_for
+from ...verdicts.opinions import finding, local_doubt, local_opinion, of_law, of_smooth, too_coarse, up_to
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
@@ -332,6 +333,39 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
 def _reference(view: Problem, steps: local.Steps) -> SemigroupReference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
     return weak_reference(view, steps)
+
+
+def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
+    """Return the finding on a claim of an order for a random member: the local weak order near its start.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        The member, in the scheme's form.
+    covered : Coverage
+        With a claim of an order.
+    """
+    pair, claim = remove_delay(scheme, view), covered.claim
+    nodes = local.why_not_nodes(scheme, pair[1])
+    step = OneStep(*pair)
+    why = why_not_algebraic(scheme, view) or nodes or step.why_not_probed(run=False) or step.why_not_memoryless()
+    if why or claim is None or not isinstance(claim.value, Order):
+        return finding(covered, local_doubt(why))
+    order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
+    opinion = judge_weak(order, value.least, max(TOLERANCE, value.margin))
+    evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
+    opinion = of_law(opinion, value.least, evidence, paths=False)
+    return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})
+
+
+@lru_cache(maxsize=8)
+def _reference_near_start(view: Problem) -> SemigroupReference:
+    # Paid once a member, not once a scheme: problems are compared by identity.
+    ito = view.ito()
+    assert ito is not None
+    steps = tuple((WHEN * view.horizon, size) for size in local.sizes(view).tolist())
+    return reference_from(view, states_near_start(view, ito), steps)
 
 
 def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opinion:

@@ -104,16 +104,55 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     """
     step = OneStep(scheme, view)
     x = step.usable_states(_last_but_one(view))
-    areas, levy = "H" in scheme.noise, "A" in scheme.noise
-    count = COUNTS.get(view.noise_dim * (4 if areas else 2), FEWEST)
-    nodes = half_steps(view.noise_dim, count, areas=areas, levy=levy)
+    nodes = _half_step_nodes(step)
     x = _affordable(x, len(nodes.whole.weights))
-    when, reached = times(step, x), reach(step, x)
-    degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
-    counts, unit = (np.array(degree), np.array(float(len(when)))), time_unit(view)
-    units = component_units(step, x, float(LEVELS[0]) * unit)[:, None, None]
+    probe = _Probe(step, nodes, x, times(step, x))
+    with np.errstate(all="ignore"):
+        if shortest:
+            return probe.at(SHORTEST * step.time_unit)
+        record = probe.at(LEVELS * step.time_unit)
+        return _join_levels(record, probe.at(FINER * step.time_unit)) if _slows_down(record) else record
 
-    def probe(h: Array) -> LocalStrong:
+
+def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
+    """Probe one step and two half steps of each size from given states, a fifth of the horizon after the start.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    x : ndarray, shape (d, S)
+
+    Returns
+    -------
+    LocalStrong
+    """
+    step = OneStep(scheme, view)
+    probe = _Probe(step, _half_step_nodes(step), x, (ProbeTime(step.time),))
+    with np.errstate(all="ignore"):
+        return probe.at(LEVELS * step.time_unit)
+
+
+def _half_step_nodes(step: OneStep) -> HalfSteps:
+    areas, motions = "H" in step.scheme.noise, step.view.noise_dim
+    count = COUNTS.get(motions * (4 if areas else 2), FEWEST)
+    return half_steps(motions, count, areas=areas, levy="A" in step.scheme.noise)
+
+
+class _Probe(NamedTuple):
+    # A step, the noise of its halves, and the states and times from which it is made.
+    step: OneStep
+    nodes: HalfSteps
+    x: Array
+    when: tuple[ProbeTime, ...]
+
+    def at(self, h: Array) -> LocalStrong:
+        """Return the defects of steps of all sizes h."""
+        step, nodes, x, when = self
+        degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
+        counts = np.array(degree), np.array(float(len(when)))
+        units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
@@ -122,13 +161,7 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
         begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
         truncated = np.concatenate([step.truncated(x, h, times) for times in begins])
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
-        return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
-
-    with np.errstate(all="ignore"):
-        if shortest:
-            return probe(SHORTEST * unit)
-        record = probe(LEVELS * unit)
-        return _join_levels(record, probe(FINER * unit)) if _slows_down(record) else record
+        return LocalStrong(h, rms, mean, turned, scale, reach(step, x), *counts)
 
 
 def _affordable(x: Array, nodes: int) -> Array:

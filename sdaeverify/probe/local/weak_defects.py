@@ -110,12 +110,17 @@ class SemigroupReference(NamedTuple):
 
 def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local weak order, or an empty string."""
-    nodes = _nodes(scheme, view.noise_dim)
-    if not nodes.exact or len(nodes.weights) > LARGEST:
-        return f"noise in {view.noise_dim} dimensions has too many nodes"
     shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
-    return why_not_resolved(view, shortest) or step.why_not_probed() or step.all_truncated(float(sizes(view)[-LEAST]))
+    why = why_not_nodes(scheme, view) or why_not_resolved(view, shortest) or step.why_not_probed()
+    return why or step.all_truncated(float(sizes(view)[-LEAST]))
+
+
+def why_not_nodes(scheme: Scheme, view: Problem) -> str:
+    """Return why the noise of a step has no cubature rule that resolves means, or an empty string."""
+    nodes = _nodes(scheme, view.noise_dim)
+    few = nodes.exact and len(nodes.weights) <= LARGEST
+    return "" if few else f"noise in {view.noise_dim} dimensions has too many nodes"
 
 
 def sizes(view: Problem, *, shortest: bool = False) -> Array:
@@ -145,7 +150,33 @@ def weak_reference(view: Problem, steps: Steps) -> SemigroupReference:
     """
     ito = view.ito()
     assert ito is not None
-    x, (t, h) = cloud(view, ito), zip(*steps, strict=True)
+    return reference_from(view, cloud(view, ito), steps)
+
+
+def reference_from(view: Problem, x: Array, steps: Steps) -> SemigroupReference:
+    """Return the expectations of test functions after steps from given states.
+
+    Parameters
+    ----------
+    view : Problem
+        With an Ito equation.
+    x : ndarray, shape (d, S)
+    steps : tuple of pairs of float
+        When each step begins, and its size.
+
+    Returns
+    -------
+    SemigroupReference
+        States at which the equation is not finite are left out.
+
+    Raises
+    ------
+    ProblemError
+        If there is no other.
+    """
+    ito = view.ito()
+    assert ito is not None
+    t, h = zip(*steps, strict=True)
     frame = frame_of(x)
 
     def functions(y: Array) -> Array:
@@ -203,11 +234,34 @@ def local_weak(
     -------
     LocalWeak
     """
-    step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
+    step = OneStep(scheme, view)
     h = sizes(view, shortest=shortest).tolist()
     first = reference(view, tuple((WHEN * view.horizon, size) for size in h))
     moments = times(step, first.states)[1:]
     known = [first, *(reference(view, tuple((each.of_size(step, size), size) for size in h)) for each in moments)]
+    return _record_defects(step, known)
+
+
+def local_weak_from(scheme: Scheme, view: Problem, known: SemigroupReference) -> LocalWeak:
+    """Probe one step of each size from the states of a reference.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    known : SemigroupReference
+        Of `reference_from`.
+
+    Returns
+    -------
+    LocalWeak
+    """
+    return _record_defects(OneStep(scheme, view), [known])
+
+
+def _record_defects(step: OneStep, known: list[SemigroupReference]) -> LocalWeak:
+    nodes, first = _nodes(step.scheme, step.view.noise_dim), known[0]
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
-from ...forms import Equation, Problem
+from ...forms import Equation, Problem, components
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .nodes import SEED, Nodes, law_nodes, step_nodes
@@ -143,6 +143,11 @@ class OneStep:
         if run and len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
+
+    def why_not_memoryless(self) -> str:
+        """Return that the scheme has memory beyond the components of the problem, or an empty string."""
+        memory = len(flatten(self.scheme.start(self.view, 1, self.view.horizon))) - components(self.view)
+        return f"the scheme has {memory} rows of memory beyond the problem's components" if memory > 0 else ""
 
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks components that are compared, or an empty string."""

@@ -10,6 +10,8 @@ from ...forms import Equation, Problem
 from ...numerics import all_finite, norm, solve
 from .nodes import BATCH, SEED
 
+# Points near the start of a random problem, whose coefficients have the size 1, and how far from it they are.
+POINTS_NEAR_START, NEAR_START = 2, 0.25
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
 PILOT_H = 2.0**-6
@@ -263,6 +265,29 @@ def _extremes(x: Array, place: int, rng: np.random.Generator) -> Array:
     """Return the paths of a largest and of a smallest component, by place, and further ones at random."""
     row = np.nan_to_num(x[place % len(x)])
     return np.append(rng.choice(x.shape[1], PROBED - 2, replace=False), [row.argmax(), row.argmin()])
+
+
+def states_near_start(view: Problem, equation: Equation) -> Array:
+    """Return the initial state and points near it, on the manifold of a problem with constraints.
+
+    Parameters
+    ----------
+    view : Problem
+    equation : Equation
+        Of its comparable components.
+
+    Returns
+    -------
+    ndarray, shape (d, 3)
+        A point where the manifold is missed is replaced by the initial state.
+    """
+    start = equation.initial(1)
+    rng = np.random.Generator(np.random.Philox(key=SEED + 17))
+    points = start + NEAR_START * rng.uniform(-1.0, 1.0, (len(start), POINTS_NEAR_START))
+    with np.errstate(all="ignore"):
+        if view.has_constraints:
+            points = view.admissible(points)
+        return np.concatenate([start, np.where(is_allowed(view, equation, points), points, start)], axis=1)
 
 
 def in_batches(x: Array, nodes: int) -> list[Array]:

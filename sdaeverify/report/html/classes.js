@@ -1,4 +1,4 @@
-// Order conditions of a scheme for classes of SDEs, and the trees of conditions that fail.
+// Verdicts on claims about classes of equations, and the trees of conditions that fail.
 
 const CLASS_ROWS = records(DATA.classes || {});
 const classBadge = (row) => el("span", { class: `v ${row.look}` }, `${VERDICTS[row.look][0]} ${row.verdict}`);
@@ -8,10 +8,10 @@ const LEAF = 34, STOREY = 40, RADIUS = 13;
 function classesOf(name) {
   const own = CLASS_ROWS.filter((row) => row.scheme === name);
   if (!own.length) return [];
-  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", classBadge(row), row.verdict === "refuted" ? conditionText(row) : row.premise]);
+  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", classBadge(row), row.verdict === "refuted" && row.first ? conditionText(row) : row.premise]);
   const failing = [...grouped(own.filter((row) => row.verdict === "refuted" && row.first), (row) => row.first).values()];
-  return [heading(2, "Classes of equations"), el("p", { class: "soft" }, "One step on an equation whose components are rooted trees: what is said holds for every smooth equation of a class, with as many Brownian motions as stand here or fewer."),
-    table(["class", "motions", "measure", "claim", "order", "conditions held", "", "why"], rows),
+  return [heading(2, "Classes of equations"), el("p", { class: "soft" }, "Order conditions come from one step on an equation whose components are rooted trees, and hold for every smooth equation of a class with at most as many Brownian motions as given here. Classes named after a form are tested on random members."),
+    table(["class", "motions", "measure", "claim", "order", "conditions or members held", "", "why"], rows),
     el("div", { class: "cards" }, failing.map((same) => el("article", { class: "card" }, el("h3", {}, conditionText(same[0])), forestPicture(same[0].first), el("p", { class: "soft" }, `${same[0].measure}; classes ${same.map((row) => row.class).join(", ")}`), command(same[0]))))];
 }
 

@@ -42,7 +42,11 @@ CLASS_COLUMNS = (
     number_column("order", "largest order whose conditions hold, as far as they were looked at"),
     number_column("claim", "least order that is claimed for the class; empty where none is"),
     Column("verdict", "verified, refuted, premise fails, not claimed or error"),
-    Column("held", "order conditions of the claim that hold; without a claim of all that were looked at", WHOLE),
+    Column(
+        "held",
+        "order conditions or random members on which the claim holds; without a claim of all conditions",
+        WHOLE,
+    ),
     Column("of", "number of these conditions", WHOLE),
     Column("first", "first condition that does not hold, as a formula of trees"),
     Column("found", "what the scheme has in the place of the integral or mean of the condition"),

@@ -14,7 +14,7 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
-from ...trees.report import ClassRow
+from ...trees.class_row import ClassRow
 from .. import folders
 from ..cells import WHOLE, Column, names
 from ..sentences import SYMBOLS

@@ -1,0 +1,100 @@
+"""The classes of equations of a form that a scheme's claims are put to, and their random members."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+from typing import Any
+
+from ...contracts.matching import match
+from ...contracts.scheme import Claim, Scheme
+from ...errors import FAULTS
+from ...forms.generic import GenericClass
+
+# A class is narrowed by up to so many features, or by all of them.
+FEATURES = 2
+
+
+@dataclass(frozen=True)
+class MemberClass:
+    """A class of equations of a form from which members are drawn.
+
+    Attributes
+    ----------
+    of : GenericClass
+        The widest class.
+    without : frozenset of str
+        Names of the features that no member has.
+    """
+
+    of: GenericClass
+    without: frozenset[str] = frozenset()
+
+    @property
+    def name(self) -> str:
+        """The name of the class, with the features that are left out."""
+        left_out = [feature for feature in self.of.features if feature in self.without]
+        return f"{self.of.name} without {' and '.join(left_out)}" if left_out else self.of.name
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Names of the features that members have."""
+        return tuple(feature for feature in self.of.features if feature not in self.without)
+
+    def narrowed(self, feature: str) -> "MemberClass":
+        """Return the class without one more feature."""
+        return MemberClass(self.of, self.without | {feature})
+
+
+# All schemes of a run are asked about the same members, whose reference is computed once.
+@lru_cache(maxsize=64)
+def member_of(kind: MemberClass, seed: int, index: int) -> Any:
+    """Return a member of a class, the same for the same seed and index.
+
+    Parameters
+    ----------
+    kind : MemberClass
+    seed : int
+        Of the run.
+    index : int
+    """
+    return kind.of.member(seed, index, kind.without)
+
+
+def member_classes(scheme: Scheme, seed: int) -> dict[MemberClass, tuple[Claim, ...]]:
+    """Return the classes that a scheme's claims are put to, each with its claims.
+
+    A claim is put to the widest class whose members have the claim's traits and are not refused by the scheme.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    seed : int
+        Of the run.
+    """
+    found: dict[MemberClass, tuple[Claim, ...]] = {}
+    for generic in (kind for form in scheme.forms for kind in form.generic_classes()):
+        for claim in scheme.promises:
+            kind = next((each for each in _narrowings(generic) if _fits(scheme, claim, each, seed)), None)
+            if kind is not None:
+                found[kind] = (*found.get(kind, ()), claim)
+    return found
+
+
+def _narrowings(generic: GenericClass) -> Iterator[MemberClass]:
+    """Yield the class and narrower ones, the widest first; features that are named last are left out first."""
+    names = [*generic.features][::-1]
+    for count in range(min(FEATURES, len(names)) + 1):
+        for some in combinations(names, count):
+            yield MemberClass(generic, frozenset(some))
+    if len(names) > FEATURES:
+        yield MemberClass(generic, frozenset(names))
+
+
+def _fits(scheme: Scheme, claim: Claim, kind: MemberClass, seed: int) -> bool:
+    try:
+        member = member_of(kind, seed, 0)
+        return claim.when <= member.traits and match(scheme, member).problem is member
+    except FAULTS:
+        # A form or a scheme that raises here is in error wherever else it is asked.
+        return False

@@ -1,0 +1,144 @@
+"""Verdicts on the claims of a scheme about random members of its forms."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contracts.claimed import Order
+from ...contracts.finding import Finding, Verdict
+from ...contracts.measure import Measure
+from ...contracts.scheme import Claim, Scheme
+from ...trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from .classes import MemberClass, member_classes, member_of
+
+# Members that each claim is put to: one shows every wrong coefficient with probability one, and a second one keeps
+# the defect away from rounding. A refutation needs as many, since one draw may be near a degenerate equation.
+MEMBERS = 2
+
+
+class Answer(NamedTuple):
+    """The findings on the claims of one measure on some members.
+
+    Attributes
+    ----------
+    findings : tuple of tuple of Finding
+        Of each member, those with a claim.
+    """
+
+    findings: tuple[tuple[Finding, ...], ...]
+
+    @property
+    def refuting(self) -> tuple[Finding, ...]:
+        """The first refuted finding of each member that refutes a claim."""
+        first = (next((each for each in own if each.verdict is Verdict.REFUTED), None) for own in self.findings)
+        return tuple(each for each in first if each is not None)
+
+    @property
+    def open(self) -> Finding | None:
+        """The first finding that is neither verified nor refuted."""
+        flat = (each for own in self.findings for each in own)
+        return next((each for each in flat if each.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}), None)
+
+    @property
+    def held(self) -> int:
+        """Number of members on which all claims are verified."""
+        return sum(all(each.verdict is Verdict.VERIFIED for each in own) for own in self.findings)
+
+    @property
+    def order(self) -> float:
+        """The order that exceeds its claim by least; NaN if no claim is about an order."""
+        found = ((each, claim.value) for own in self.findings for each in own if (claim := each.claim))
+        orders = ((float(str(each.details.get("local_order", each.estimate))), value) for each, value in found)
+        excess = [(order - value.least, order) for order, value in orders if isinstance(value, Order)]
+        return min(excess, default=(nan, nan))[1]
+
+
+def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], seed: int) -> Iterator[ClassRow]:
+    """Yield the verdict on the claims of each measure about a class.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+    measures : iterable of Measure
+        Those without an answer to a claim about a member yield nothing.
+    seed : int
+        Of the run; it decides which members are drawn.
+    """
+    claims = member_classes(scheme, seed).get(kind, ())
+    for measure in measures:
+        own = [claim for claim in claims if claim.measure == measure.name]
+        with np.errstate(all="ignore"):
+            answer = _ask(scheme, kind, measure, seed, range(MEMBERS)) if own else Answer(())
+            if any(answer.findings):
+                row = _row(scheme, kind, own, answer, _judge(scheme, kind, measure, seed, answer))
+                yield replace(row, motions=member_of(kind, seed, 0).noise_dim)
+
+
+def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> MemberClass:
+    """Return a class with as few features as refute a claim: without any one of them the claim is not refuted.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+        A class on whose members a claim is refuted.
+    measure : Measure
+        Of the claim.
+    seed : int
+    """
+    with np.errstate(all="ignore"):
+        for feature in kind.features:
+            narrower = kind.narrowed(feature)
+            if _ask(scheme, narrower, measure, seed, [0]).refuting:
+                kind = narrower
+    return kind
+
+
+def _ask(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, indices: Sequence[int]) -> Answer:
+    members = (member_of(kind, seed, index) for index in indices)
+    found = (measure.judge_member(scheme, member) for member in members)
+    return Answer(tuple(tuple(each for each in own if each.claim is not None) for own in found))
+
+
+def _judge(
+    scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answer: Answer
+) -> tuple[ClassVerdict, str]:
+    """Return the verdict on the claims of a measure, and its reason."""
+    refuting, asked = answer.refuting, len(answer.findings)
+    if 0 < len(refuting) < MEMBERS:
+        refuting, asked = (*refuting, *_ask(scheme, kind, measure, seed, [MEMBERS]).refuting), asked + 1
+    if len(refuting) >= MEMBERS:
+        needed = [kind.of.features[each] for each in refuting_class(scheme, kind, measure, seed).features]
+        only = f"; only with {' and '.join(needed)}" if needed else ""
+        return ClassVerdict.REFUTED, f"{refuting[0].reason}{only}"
+    if refuting:
+        return ClassVerdict.PREMISE, f"1 of {asked} random members refutes it, which may be degenerate"
+    if answer.open is not None:
+        return ClassVerdict.PREMISE, str(answer.open.reason)
+    return ClassVerdict.VERIFIED, f"{answer.held} of {asked} random members"
+
+
+def _row(
+    scheme: Scheme, kind: MemberClass, claims: Sequence[Claim], answer: Answer, judged: tuple[ClassVerdict, str]
+) -> ClassRow:
+    verdict, reason = judged
+    orders = {claim: claim.value.least for claim in claims if isinstance(claim.value, Order)}
+    promise = max(orders, key=lambda claim: orders[claim], default=claims[0])
+    return ClassRow(
+        scheme.label,
+        kind.name,
+        0,
+        promise.measure,
+        verdict,
+        order=answer.order,
+        claim=orders.get(promise, nan),
+        held=answer.held,
+        of=len(answer.findings),
+        premise=reason,
+        promise=promise,
+        conditions=RANDOM_MEMBERS,
+    )

@@ -1,0 +1,270 @@
+"""Verdicts on the claims of a scheme, class by class: from order conditions, and from random members of its forms."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from ..contracts.measure import Measure
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings, whole
+from ..contracts.spelling import did_you_mean
+from ..errors import UsageError
+from ..registry.load import load_registry
+from ..registry.selection import select_measures, select_schemes
+from ..trees import TreeClass
+from ..trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from ..trees.classes import EquationClass, tree_classes_of
+from ..trees.conditions import INVARIANT, Condition
+from ..trees.problem_file import problem_file
+from ..trees.report import rows_of
+from .members.classes import MemberClass, member_classes, member_of
+from .members.rows import member_rows, refuting_class
+
+MOST_MOTIONS, MOST_WEIGHT = 4, 8
+SEED = Settings().seed
+MEMBER = '''"""A random member of the class {name} on which {measure} of {scheme} is refuted.
+
+Written by sdaeverify orders. The member has: {features}.
+"""
+
+{imports}
+
+
+def counterexample() -> {form}:
+    """Return the member.
+
+    Source
+    ------
+    Drawn at random.
+    """
+    (kind,) = (kind for kind in {form}.generic_classes() if kind.name == "{kind}")
+    return kind.member(seed={seed}, index=0, without={without})
+
+
+@hookimpl
+def sdaeverify_problems():
+    """Register the problem."""
+    return [counterexample]
+'''
+
+
+@dataclass(frozen=True)
+class OrderReport:
+    """Verdicts on the claims of a scheme, class by class.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    rows : tuple of ClassRow
+        One for each class and measure.
+    measures : tuple of Measure
+        That random members are asked about.
+    """
+
+    scheme: Scheme
+    rows: tuple[ClassRow, ...]
+    measures: tuple[Measure, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        scheme: Scheme,
+        measures: Iterable[Measure] = (),
+        classes: str | Sequence[str] | None = None,
+        motions: int = 3,
+        weight: int | None = None,
+    ) -> "OrderReport":
+        """Return the report on a scheme.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        measures : iterable of Measure
+            That random members are asked about; without any, order conditions are asked alone.
+        classes : str or sequence of str, optional
+        motions : int
+        weight : int, optional
+            As `orders` takes them, which raises the same errors.
+        """
+        check_numbers(motions, weight)
+        kinds, own = classes_named(scheme, classes), tuple(measures)
+        trees = (kind for kind in kinds if not isinstance(kind, MemberClass))
+        members = (kind for kind in kinds if isinstance(kind, MemberClass))
+        rows = [*rows_of(scheme, trees, motions, weight)]
+        rows += [row for kind in members for row in member_rows(scheme, kind, own, SEED)]
+        return cls(scheme, tuple(rows), own)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row for each claim and class: orders, conditions held of all, the first that fails, premises."""
+        return pd.DataFrame([row.cells for row in self.rows])
+
+    @property
+    def failing(self) -> tuple[Condition, ...]:
+        """The first failing condition of each claim that is refuted."""
+        refuted = (row.first for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        return tuple(dict.fromkeys(first for first in refuted if first))
+
+    @property
+    def refuted_members(self) -> tuple[ClassRow, ...]:
+        """The rows of the claims that random members refute."""
+        refuted = (row for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        return tuple(row for row in refuted if row.conditions == RANDOM_MEMBERS)
+
+    @property
+    def premises(self) -> dict[str, str]:
+        """The premises of each class, or why it does not apply."""
+        return {row.kind: row.premise for row in self.rows}
+
+    def to_problem(self, condition: Condition | ClassRow) -> str:
+        """Return a plugin file with a problem on which a claim is refuted: of a condition, or a random member.
+
+        Parameters
+        ----------
+        condition : Condition or ClassRow
+            One of `failing`, or the first one of another row; or one of `refuted_members`.
+
+        Raises
+        ------
+        UsageError
+            If it is none of these, or if no single tree shows it.
+        """
+        if isinstance(condition, ClassRow):
+            return self._member_file(condition)
+        row = next((row for row in self.rows if row.first == condition), None)
+        if row is None:
+            raise UsageError(f"condition {condition.name!r:.200} is none of this report")
+        if row.measure == INVARIANT:
+            raise UsageError(
+                "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
+            )
+        kind = classes_of(self.scheme)[row.kind]
+        assert not isinstance(kind, MemberClass)
+        return problem_file(condition, self.scheme, kind, max(1, row.motions))
+
+    def _member_file(self, row: ClassRow) -> str:
+        kind, measures = classes_of(self.scheme).get(row.kind), {each.name: each for each in self.measures}
+        if not isinstance(kind, MemberClass) or row not in self.refuted_members:
+            raise UsageError(f"no random member of {row.kind!r:.200} refutes a claim of this report")
+        return member_file(self.scheme, kind, measures[row.measure], SEED)
+
+    def __repr__(self) -> str:
+        return self.table.to_string(index=False)
+
+
+def orders(
+    scheme: str | Scheme,
+    classes: str | Sequence[str] | None = None,
+    motions: int = 3,
+    weight: int | None = None,
+    *,
+    plugins: Sequence[str | Path] = (),
+) -> OrderReport:
+    """Put the claims of a scheme to classes of equations, for every smooth equation of a class.
+
+    One step on an equation whose components are rooted trees has every elementary weight, up to rounding. Of forms
+    without trees, one step is made on random members.
+
+    Parameters
+    ----------
+    scheme : str or Scheme
+        A name with parameters, or a scheme itself, as `verify` takes it.
+    classes : str or sequence of str, optional
+        Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general,
+        overdamped-gradient for SDEs, langevin and langevin-gradient, index-1 and index-1-additive, HolonomicSDAE and
+        other forms with random members, and classes of third-party forms; all if left out.
+    motions : int
+        Number of Brownian motions where a class has no number of its own: what holds holds for as many.
+    weight : int, optional
+        Largest weight of trees and forests, noise nodes counting 1 and others 2; 2 p + 1 for a claimed order p, and
+        one more where that costs nothing.
+    plugins : sequence of str or Path, optional
+        Plugin files, beside the installed plugins.
+
+    Returns
+    -------
+    OrderReport
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, means several schemes, or a number is out of its range.
+    """
+    registry = load_registry(plugins)
+    found = select_schemes(registry, scheme)
+    if len(found) != 1:
+        raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which means {len(found)}")
+    return OrderReport.of(found[0], select_measures(registry), classes, motions, weight)
+
+
+def check_numbers(motions: int, weight: int | None) -> None:
+    """Check the numbers that a user gives.
+
+    Raises
+    ------
+    UsageError
+        If one is out of its range.
+    """
+    if not 1 <= whole("motions", motions) <= MOST_MOTIONS:
+        raise UsageError(f"motions must be from 1 to {MOST_MOTIONS}, got {motions!r}")
+    if weight is not None and not 1 <= whole("weight", weight) <= MOST_WEIGHT:
+        raise UsageError(f"weight must be from 1 to {MOST_WEIGHT}, got {weight!r}")
+
+
+def classes_of(scheme: Scheme) -> dict[str, EquationClass | TreeClass | MemberClass]:
+    """Return by name the classes that a scheme can be asked about: with trees, and with random members."""
+    return {kind.name: kind for kind in (*tree_classes_of(scheme), *member_classes(scheme, SEED))}
+
+
+def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[EquationClass | TreeClass | MemberClass]:
+    """Return the classes of some names, separated by commas if they are one text; all if there is none.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown.
+    """
+    known = classes_of(scheme)
+    wanted = known if names is None else names.split(",") if isinstance(names, str) else names
+    for name in wanted:
+        if name not in known:
+            raise UsageError(f"unknown class {name!r:.200}; known are {', '.join(known)}{did_you_mean(name, known)}")
+    return [known[name] for name in wanted]
+
+
+def member_file(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> str:
+    """Return the text of a plugin file with a member that has only the features which refute a claim.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+        A class on whose members a claim is refuted.
+    measure : Measure
+        Of the claim.
+    seed : int
+        Of the run.
+    """
+    narrowest = refuting_class(scheme, kind, measure, seed)
+    form = type(member_of(narrowest, seed, 0))
+    words = [kind.of.features[feature] for feature in narrowest.features]
+    return MEMBER.format(
+        name=kind.name,
+        measure=measure.name,
+        scheme=scheme.label,
+        features=", ".join(words) or "none of the features of the class",
+        imports=_imports(form),
+        form=form.__name__,
+        kind=kind.of.name,
+        seed=seed,
+        without=[feature for feature in kind.of.features if feature in narrowest.without],
+    )
+
+
+def _imports(form: type) -> str:
+    module = form.__module__
+    if module.startswith("sdaeverify."):
+        return f"from sdaeverify import {form.__name__}, hookimpl"
+    return f"from {module} import {form.__name__}\nfrom sdaeverify import hookimpl"
