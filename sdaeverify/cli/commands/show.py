@@ -124,9 +124,9 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
         yield Text(visible(f"{scheme} on {problem}, {measure}"))
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
-            told = hint(tables.classes, scheme, measure) if row.verdict == "refuted" else ""
-            yield from lines_of(f"    {told}", width, INDENT) if told else ()
             yield from _traceback(row, tables.details) if row.verdict == "error" else ()
+        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in found)
+        yield from (line for each in hints if each for line in lines_of(f"    {each}", width, INDENT))
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()
