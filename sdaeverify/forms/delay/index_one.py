@@ -12,8 +12,10 @@ from ...arrays import Array
 from ..checks import vector
 from ..problem import briefly_signed
 from ..tree_class import TreeClass
+from ..trivial import Trivials
 from .delay_sdae import DelaySDAE
 from .partials import Partials
+from .trivial_delays import trivial_index_one
 from .universal import IndexOneTrees
 
 
@@ -101,6 +103,11 @@ class IndexOneSDAE(DelaySDAE):
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "history", lambda _: start)
         super().__post_init__()
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly: none has a delay."""
+        return trivial_index_one(IndexOneSDAE)
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:

@@ -32,7 +32,9 @@ from ..mechanics.jacobian import ConstraintJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
+from ..trivial import Trivials
 from .stiffness_family import StiffnessFamily
+from .trivial_dynamics import trivial_dynamics
 
 K = TypeVar("K")
 
@@ -281,6 +283,11 @@ class ConstrainedLangevin(StiffnessFamily):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its Ito equation where an `SDE` is asked for."""
         return self._sde if form is SDE else super().view(form)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly, or to first order."""
+        return trivial_dynamics(ConstrainedLangevin)
 
     def ito(self) -> SDE:
         """Return the penalised equation (1.4), or that of the limit (1.2) in Ito's form."""
