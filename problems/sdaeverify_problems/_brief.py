@@ -13,7 +13,14 @@ PROJECTED = (
 # Variants of these for one further problem with a mass matrix and two constraints.
 VARIANTS = ("explicit-projection-euler[skip=3]", "semi-implicit-projection-euler[noise_projector=new]")
 # The schemes for overdamped dynamics with eps > 0, and in the limit.
-PENALISED, LIMIT = ("penalised-euler", "uniform-expansion", "uniformly-accurate"), ("constrained-euler",)
+PENALISED = ("penalised-euler", "uniform-expansion", "uniformly-accurate")
+LIMIT = (
+    "constrained-euler",
+    "constrained-euler[direction=new]",
+    "uniformly-accurate",
+    "uniformly-accurate[xi=three-point]",
+    "uniformly-accurate[theta=1]",
+)
 # The scheme for delay equations that claims a weak order.
 DELAYED = ("stochastic-theta",)
 BRIEF = ("drift", "strong", "weak")

@@ -22,8 +22,8 @@ NOISES = np.array([[[0.4, 0.1], [0.0, 0.2]], [[0.2, -0.2], [0.3, 0.1]]])
 def delay_pair(sigma: float = 0.5, tau: float = 0.37, omega: float = 3.0, horizon: float = 1.0) -> DelaySDAE:
     """Delayed pair: dx = (A x + B sin(v) + y) dt + sigma (G_j x + e_j) dW_j, 0 = C y - D x - E v - s(t).
 
-    v = x(t - tau). All matrices are full, G_1 and G_2 do not commute, and s(t) = (sin(omega t), cos(omega t))/2. The delay is no
-    multiple of a step, and x = (1 + t, 1/2 - t^2) for t <= 0.
+    v = x(t - tau). All matrices are full, G_1 and G_2 do not commute, and s(t) = (sin(omega t), cos(omega t))/2. The
+    delay is no multiple of a step, and x = (1 + t, 1/2 - t^2) for t <= 0.
 
     Parameters
     ----------

@@ -18,8 +18,9 @@ def driven_double_pendulum(
 ) -> HolonomicSDAE:
     """Double pendulum: M dv = (-c - gamma v + drive cos(omega t) e_1) dt + B(r, v) dw + grad g dmu, dr = v dt.
 
-    The rods have the length 1. The mass matrix M is full, the constraints are curved and share the position of the upper body, and the noise of
-    both motions depends on the state: B = sigma [e_1 + v/2, (1 + sin(r_1)/2) e_3]. c is the weight.
+    The rods have the length 1. The mass matrix M is full, the constraints are curved and share the position of the
+    upper body, and the noise of both motions depends on the state: B = sigma [e_1 + v/2, (1 + sin(r_1)/2) e_3].
+    c is the weight.
 
     Parameters
     ----------

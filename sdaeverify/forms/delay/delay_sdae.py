@@ -24,10 +24,12 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..features import Feature
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import Trivials
 from .checks import check_jacobians, check_regular, check_solved, size_of_terms, why_not_drift_partials
+from .delay_features import delay_features
 from .delayed import Delayed
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh, Recall
@@ -263,6 +265,11 @@ class DelaySDAE(Delayed):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return trivial_delays(DelaySDAE)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return several components and motions, features of the noise, and of the delay."""
+        return delay_features()
 
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""

@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..checks import vector
+from ..features import Feature
 from ..problem import briefly_signed
 from ..tree_class import TreeClass
 from ..trivial import Trivials
+from .delay_features import undelayed_features
 from .delay_sdae import DelaySDAE
 from .partials import Partials
 from .trivial_delays import trivial_index_one
@@ -108,6 +110,11 @@ class IndexOneSDAE(DelaySDAE):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly: none has a delay."""
         return trivial_index_one(IndexOneSDAE)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return those of delay equations that need no delay."""
+        return undelayed_features()
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:

@@ -29,11 +29,13 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..features import Feature
 from ..manifold import onto_manifold
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE, zero_columns
 from ..trivial import Trivials
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
+from .motion_features import motion_features
 from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
 from .trivial_motions import trivial_motions
@@ -245,6 +247,11 @@ class HolonomicSDAE(Mechanics):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return trivial_motions(HolonomicSDAE)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return masses, several and curved constraints, and features of force and noise."""
+        return motion_features()
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and mu."""
