@@ -24,6 +24,15 @@ from ..checks import (
     columns,
     vector,
 )
+from ..features import (
+    Feature,
+    differ,
+    has_several_motions,
+    noises_do_not_commute,
+    pilot_states,
+    times_of,
+    vary,
+)
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual, briefly_signed
@@ -130,6 +139,11 @@ class SDE(Problem):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_equations()
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return several motions, multiplicative and non-commuting noise, and coefficients that depend on time."""
+        return EQUATION_FEATURES
 
     def ito(self) -> "SDE":
         """Return the equation itself."""
@@ -313,6 +327,27 @@ def zero_columns(blocks: Array, above: int) -> Array:
 EVEN = 0.8 * np.eye(2)
 # For schemes that ask for an invariant: x_2 = 0.
 ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
+
+
+def _is_multiplicative(problem: SDE) -> bool:
+    return vary(problem.diffusion(0.0, pilot_states(problem)))
+
+
+def _do_not_commute(problem: SDE) -> bool:
+    return noises_do_not_commute(partial(problem.diffusion, 0.0), pilot_states(problem))
+
+
+def _depends_on_time(problem: SDE) -> bool:
+    x, times = pilot_states(problem), [*times_of(problem)]
+    return any(differ([f(t, x) for t in times]) for f in (problem.drift, problem.diffusion))
+
+
+EQUATION_FEATURES = (
+    Feature("several Brownian motions", has_several_motions),
+    Feature("multiplicative noise", _is_multiplicative),
+    Feature("noises that do not commute", _do_not_commute),
+    Feature("coefficients that depend on time", _depends_on_time),
+)
 
 
 def _trivial_equations() -> Trivials:
