@@ -199,6 +199,17 @@ class Ambitious(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.5, source="nowhere"),)
 
 
+@dataclass(frozen=True)
+class Wide(EulerMaruyama):
+    """Euler-Maruyama that claims orders above its own by less than their margins."""
+
+    name: ClassVar[str] = "wide"
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.9, margin=0.45, source="nowhere"),
+        Claim(measure="weak", value=1.1, margin=0.2, source="nowhere"),
+    )
+
+
 class Scant(HeunAdditive):
     """Heun's scheme for additive noise that claims strong order 3/2."""
 
@@ -221,6 +232,12 @@ class Raising(EulerMaruyama):
     def step(self, problem: SDE, state, t, h, noise):
         """Raise."""
         raise ZeroDivisionError("too bad")
+
+
+def test_conditions_are_compared_with_the_order_and_not_with_its_margin():
+    """An order within the margin of a claim is below the claim at any step size."""
+    assert list(orders(Wide(), "scalar").table.verdict) == ["refuted", "refuted"]
+    assert list(orders(EulerMaruyama(), "scalar").table.verdict) == ["verified", "verified"]
 
 
 def test_a_record_that_cannot_give_an_order_is_told_before_the_scheme_is_blamed():
