@@ -19,7 +19,7 @@ from ..registry.selection import select_schemes
 from . import TreeClass
 from .classes import CLASSES, OF_SDES, EquationClass
 from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
-from .examined import HALF, Examined
+from .examined import Examined
 from .posed.probe import PosedProbe
 from .probes import DiagonalProbe, Probe, UniversalProbe
 from .problem_file import problem_file
@@ -443,7 +443,7 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
     order = of.order(row.measure)
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
-    falls_short = claim is not None and order < min(_least_accepted(of, claim), 0.5 * (of.probe.top - 1))
+    falls_short = claim is not None and of.is_below(row.measure, least)
     inexact = of.why_not_exact(row.measure) if falls_short else ""
     premise_fails = of.probe.why_not_every or inexact or _why_not_enough(of, claim) or _why_clipped(of, row, claim)
     premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.covers, of.probe.premises)
@@ -457,20 +457,6 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         first=next(iter(of.breaking(row.measure)), None),
         premise=premise_fails or ", ".join(filter(None, premises)),
     )
-
-
-def _least_accepted(of: Examined, claim: Order) -> float:
-    """Return below which order conditions speak against a claim.
-
-    Conditions hold or do not, whatever the step size: the margin of a claim, which is for coarse steps of paths, is
-    not theirs. Orders by rates, where weights depend on h, are known to `HALF`.
-
-    Parameters
-    ----------
-    of : Examined
-    claim : Order
-    """
-    return claim.least if of.probe.fixed else claim.least - HALF
 
 
 def _impossible(of: Examined, measure: str, claim: Order | None) -> str:

@@ -121,8 +121,16 @@ def test_too_few_trees_neither_verify_nor_refute():
 
 def test_their_right_counterparts_are_verified():
     """The same schemes with what is right."""
-    for scheme, kind in ((PlatenWeak2General(), "general"), (SignedHeun(), "additive"), (FewSigns(), "general")):
+    for scheme, kind in ((PlatenWeak2General(), "general"), (SignedHeun(), "additive")):
         assert list(orders(scheme, kind, 2).table.verdict) == ["verified"]
+
+
+def test_signs_that_serve_three_motions_are_not_verified_for_two():
+    """A class has any number of motions: two of five are treated otherwise than two alone."""
+    (row,) = orders(FewSigns(), "general", 2).rows
+
+    assert (row.verdict, row.held) == ("premise fails", row.of)
+    assert row.premise.startswith("a step is another one far out, late or with further motions")
 
 
 @pytest.mark.parametrize(("scheme", "kind"), FORTY, ids=[scheme.name for scheme, _ in FORTY])
