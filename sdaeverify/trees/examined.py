@@ -72,6 +72,20 @@ class Examined:
             return order_of(self.found, self.probe.top, measure)
         return order_left(self.rates, measure, self.probe.top) if self.rates else nan
 
+    def is_below(self, measure: str, p: float) -> bool:
+        """Return whether conditions that were looked at speak against an order.
+
+        Conditions hold or do not at every step size: the margin of a claim, which is for coarse steps along paths,
+        does not lower p. Orders by rates, where weights depend on h, are known to `HALF`.
+
+        Parameters
+        ----------
+        measure : str
+        p : float
+        """
+        least = p if self.probe.fixed else p - HALF
+        return self.order(measure) < min(least, 0.5 * (self.probe.top - 1))
+
     def held_of(self, measure: str, p: float) -> tuple[int, int]:
         """Return how many of the conditions of an order hold, or have a rate that is enough for it, and how many are.
 

@@ -1,5 +1,6 @@
 """Where the weights of a class that a form poses are found."""
 
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -14,15 +15,22 @@ from ..grow import Tree
 from ..moments import Combination, ExactMoments
 from ..nodes import random_points
 from ..probes import SAME, SHARED, AffineProbe
+from ..relatives import distance
 from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
-from .weighing import PosedWeighing, distance
+from .weighing import PosedWeighing
 
 
 @lru_cache(maxsize=SHARED)
 def relatives_of(kind: TreeClass, motions: int) -> Relatives:
     """Return related equations of a class, which all schemes share: most are asked for their form alone."""
     return kind.relatives(motions)
+
+
+@lru_cache(maxsize=SHARED)
+def distant_of(kind: TreeClass, motions: int) -> tuple[Relatives, ...]:
+    """Return related equations of a class far out and late, which all schemes share."""
+    return tuple(kind.distant(motions))
 
 
 class PosedProbe(AffineProbe):
@@ -44,6 +52,11 @@ class PosedProbe(AffineProbe):
     def relatives(self) -> Relatives:
         """Equations of the class that an affine map relates."""
         return relatives_of(self.kind, self.motions)
+
+    @property
+    def distant(self) -> Sequence[Relatives]:
+        """Related equations of the class, one of them far out and one late."""
+        return distant_of(self.kind, self.motions)
 
     @property
     def problem(self) -> Problem:
