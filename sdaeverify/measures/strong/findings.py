@@ -202,28 +202,27 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     order : StrongOrder or None
         Of one step, where it was probed.
     """
-    found = judge_smooth(evidence, claim, order)
-    if found is None or order is None or claim is None or not isinstance(claim.value, Order):
+    if order is None or claim is None or not isinstance(claim.value, Order):
         return None
     least = claim.value.least
+    found = judge_smooth(evidence, least, order, claim.value.margin)
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 
-def judge_smooth(evidence: Evidence, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
+def judge_smooth(evidence: Evidence, claim: float, order: StrongOrder, margin: float = 0.0) -> Opinion:
     """Return the opinion of `judge_order` for a problem whose coefficients are known to be smooth.
 
     Parameters
     ----------
     evidence : Evidence
-    claim : Claim or None
-    order : StrongOrder or None
-        As of `judge_order`.
+    claim : float
+        Least order.
+    order : StrongOrder
+    margin : float
+        Of the claim; 0 where no coarse steps count.
     """
-    if order is None or claim is None or not isinstance(claim.value, Order):
-        return None
-    least = claim.value.least
-    found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.local_order_is_global)
-    return of_law(found, least, evidence, paths=True)
+    found = judge_strong(order, claim, margin=margin, sharp=evidence.scheme.local_order_is_global)
+    return of_law(found, claim, evidence, paths=True)
 
 
 def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Finding]:
@@ -244,10 +243,13 @@ def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Fin
     orders = {} if why else _member_orders(step)
     for name in orders or (STATE,):
         covered = coverage(evidence, measure, name)
-        opinion = judge_smooth(evidence, covered.claim, orders.get(name))
-        if covered.claim is not None and isinstance(covered.claim.value, Order):
-            details = {} if why else {"local_order": orders[name].order}
-            yield finding(covered, opinion or local_doubt(why), method=UNFITTED_METHODS[1], details=details)
+        if covered.claim is None or not isinstance(covered.claim.value, Order):
+            continue
+        if why:
+            yield finding(covered, local_doubt(why))
+            continue
+        opinion = judge_smooth(evidence, covered.claim.value.least, orders[name])
+        yield finding(covered, opinion, method=UNFITTED_METHODS[1], details={"local_order": orders[name].order})
 
 
 def _member_orders(step: OneStep) -> Orders:

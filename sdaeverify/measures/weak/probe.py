@@ -353,7 +353,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
-    opinion = judge_weak(order, value.least, max(TOLERANCE, value.margin))
+    opinion = judge_weak(order, value.least, TOLERANCE)
     evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})
