@@ -238,6 +238,7 @@ from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.order_report import classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
+from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
@@ -398,6 +399,7 @@ from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
 from sdaeverify_problems.ou import exponential_integral, ou
 from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.driven_double_pendulum import driven_double_pendulum
 from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise

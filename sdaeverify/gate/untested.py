@@ -11,7 +11,7 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
-from ..study.plan import Cell, claims_of
+from ..study.plan import cells_of_claims
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
 
@@ -50,7 +50,7 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
     results : sequence of CellResult
         Of all its cells.
     """
-    by_cell, tested = {result.cell: result for result in results}, _cells_of_claims(made)
+    by_cell, tested = {result.cell: result for result in results}, cells_of_claims(made)
     return [
         each
         for scheme in gated_schemes(registry, policy)
@@ -59,41 +59,6 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
             registry, policy, (scheme, claim), [by_cell[cell] for cell in tested.get((scheme, claim), [])]
         )
     ]
-
-
-def find_untested_in_run(made: Plan) -> list[Untested]:
-    """Return the claims about measures of a run that hold on none of its problems.
-
-    Parameters
-    ----------
-    made : Plan
-    """
-    tested, measures = _cells_of_claims(made), {cell.measure.name for cell in made.cells}
-    return [
-        Untested(scheme, claim, _absent_traits(claim))
-        for scheme in dict.fromkeys(cell.scheme for cell in made.cells)
-        for claim in dict.fromkeys(scheme.promises)
-        if claim.measure in measures and (scheme, claim) not in tested
-    ]
-
-
-def _absent_traits(claim: Claim) -> str:
-    *others, last = sorted(claim.when) or [""]
-    traits = f"{', '.join(others)} and {last}" if others else last
-    return (
-        f"no problem of the run that it applies to has {'both ' if len(others) == 1 else ''}{traits}"
-        if last
-        else ("it applies to no problem of the run")
-    )
-
-
-def _cells_of_claims(made: Plan) -> dict[tuple[Scheme, Claim], list[Cell]]:
-    """Return the cells that put each claim of a scheme to the test."""
-    tested: dict[tuple[Scheme, Claim], list[Cell]] = {}
-    for cell in made.cells:
-        for claim in claims_of(cell):
-            tested.setdefault((cell.scheme, claim), []).append(cell)
-    return tested
 
 
 def known_quantities(results: Iterable[CellResult]) -> set[str]:

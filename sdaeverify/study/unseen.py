@@ -1,13 +1,26 @@
-"""Features of forms that no problem of a run has: nothing in the run can show how schemes treat them."""
+"""What a run cannot show: features of forms that none of its problems has, and claims that hold on none of them."""
 
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from ..contracts.scheme import Claim
+from ..contracts.spelling import counted
 from ..errors import FAULTS
 from ..forms import Problem
-from .plan import Plan
+from .plan import Plan, cells_of_claims
+
+
+def unseen(plan: Plan) -> tuple[str, ...]:
+    """Return a line for each form with features that no problem of a run has, and one for claims tested nowhere.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
+    untested = _describe_untested(plan)
+    return (*unseen_features(plan), *([untested] if untested else []))
 
 
 def unseen_features(plan: Plan) -> tuple[str, ...]:
@@ -53,3 +66,25 @@ def _has(found: Any, problem: Problem) -> bool:
     except FAULTS:
         # A problem with a fault is reported where it is run.
         return False
+
+
+def _describe_untested(plan: Plan) -> str:
+    """Return how many claims about measures of a run no cell tests, with the first of them, or an empty string."""
+    tested, measures = cells_of_claims(plan), {cell.measure.name for cell in plan.cells}
+    schemes = dict.fromkeys(cell.scheme for cell in plan.cells)
+    promises = dict.fromkeys((scheme, claim) for scheme in schemes for claim in scheme.promises)
+    missed = [each for each in promises if each[1].measure in measures and each not in tested]
+    if not missed:
+        return ""
+    scheme, claim = missed[0]
+    verb, more = ("was", "") if len(missed) == 1 else ("were", f"; {len(missed) - 1} more")
+    counts = f"{counted(len(missed), 'claim')} {verb} tested nowhere"
+    return f"{counts}: {scheme.label}, {claim.measure} {claim}: {_why_untested(claim)}{more}"
+
+
+def _why_untested(claim: Claim) -> str:
+    if not claim.when:
+        return "it applies to no problem here"
+    *others, last = sorted(claim.when)
+    traits = f"{', '.join(others)} and {last}" if others else last
+    return f"no problem here has {'both ' if len(others) == 1 else ''}{traits}"

@@ -25,6 +25,25 @@ DEEP_PATHS = 800
 SHALLOW = 0.001
 
 
+def why_vacuous(most: float, size: float) -> Reason:
+    """Return why a claimed bound says nothing, or an empty reason.
+
+    An error as large as the quantity itself is granted by a bound that is no less than the size of the quantity: no
+    evidence could speak against such a claim.
+
+    Parameters
+    ----------
+    most : float
+        The claimed bound.
+    size : float
+        Of the quantity; NaN or 0 if it is not known.
+    """
+    if not (size > 0.0 and most >= size):
+        return Reason()
+    text = "the claimed bound {most:g} is no less than the size of the quantity, {size:.2g}, so that it says nothing"
+    return Reason(text, numbers={"most": most, "size": size})
+
+
 class PathTests(NamedTuple):
     """What the paths say of a claim.
 
@@ -64,6 +83,19 @@ class PathTests(NamedTuple):
         """Return tests that refute nothing, for a reason; what they show stays suspicious."""
         reason = reduce(Reason.then, why, self.reason)
         return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason)
+
+    def unless_vacuous(self, most: float, size: float) -> "PathTests":
+        """Return tests that verify nothing if a claimed bound is no less than the size of what it bounds.
+
+        Parameters
+        ----------
+        most : float
+            The claimed bound.
+        size : float
+            Of the quantity; NaN or 0 if it is not known.
+        """
+        reason = why_vacuous(most, size)
+        return self._replace(verified=1.0, growth=inf, reason=reason.then(self.reason)) if reason else self
 
     @classmethod
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":

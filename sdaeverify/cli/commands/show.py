@@ -61,9 +61,8 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_texts(console, _classes(tables, scheme, measures, width))
         print_texts(console, _absent([] if rows else absent, width))
     else:
-        print_texts(
-            console, ending(sentence, rows, [*class_notes(tables.classes), *_notes(folder)], width, plain=plain)
-        )
+        notes = [*class_notes(tables.classes), *tables.run.get("unseen", ()), *_notes(folder)]
+        print_texts(console, ending(sentence, rows, notes, width, plain=plain))
     return ExitCode.OK
 
 

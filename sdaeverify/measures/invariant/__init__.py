@@ -44,7 +44,7 @@ from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
-from .bias import bias_bound, bias_of_operator, with_bias
+from .bias import bias_bound, bias_of_operator, with_bias, withhold_vacuous
 from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
@@ -226,7 +226,7 @@ class Invariant(Measure):
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
                 findings |= {name: sampled[name] for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
-        return Judgement(tuple(findings.values()), tuple(levels))
+        return Judgement(tuple(withhold_vacuous(found, evidence) for found in findings.values()), tuple(levels))
 
 
 @hookimpl
@@ -291,7 +291,9 @@ def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
 
 
 def _open_quantities(findings: Mapping[str, Finding]) -> list[str]:
-    return [name for name, found in findings.items() if found.verdict is Verdict.INCONCLUSIVE]
+    # Chains do not decide what no evidence may verify.
+    open_ = (found for found in findings.items() if found[1].verdict is Verdict.INCONCLUSIVE)
+    return [name for name, found in open_ if Verdict.VERIFIED not in found.excluded]
 
 
 def _truths(view: Problem) -> list[InvariantMean]:
