@@ -469,10 +469,16 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
     text = f"{text}; {bar(claim, bound)}"
     if not sharp:
         return local_doubt(f"{text}; by the scheme's word, one step does not bound its order")
-    rises = order.ahead > order.order + RISING and order.typical >= bound
     if order.turns and order.p2 - 0.5 >= bound:
         return local_doubt(f"{text}; the mean changes its sign")
-    if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
-        falls = order.ahead < order.order
-        return local_doubt(f"{text}; still changing, to {order.ahead:.2f}", _kind(order), against=falls)
+    low = [pair for pair in order.each or ((order.order, order.ahead),) if pair[0] < bound]
+    if all(_is_changing(now, ahead, bound, typical=order.typical) for now, ahead in low):
+        now, ahead = min(low)
+        return local_doubt(f"{text}; still changing, to {ahead:.2f}", _kind(order), against=ahead < now)
     return local_opinion(Verdict.REFUTED, text)
+
+
+def _is_changing(now: float, ahead: float, bound: float, *, typical: float) -> bool:
+    """Return whether an order below its bound may still reach it: it moves, or rises while most states have it."""
+    rises = ahead > now + RISING and typical >= bound
+    return ahead >= bound or abs(ahead - now) > SETTLED or rises

@@ -329,10 +329,10 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     return [judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict for value in orders]
 
 
-@lru_cache(maxsize=8)
-def _reference(view: Problem, steps: local.Steps) -> SemigroupReference:
+@lru_cache(maxsize=16)
+def _reference(view: Problem, steps: local.Steps, *, further: bool = False) -> SemigroupReference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
-    return weak_reference(view, steps)
+    return weak_reference(view, steps, further=further)
 
 
 def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:

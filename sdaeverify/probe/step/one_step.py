@@ -211,9 +211,9 @@ class OneStep:
         nodes = step_nodes(l, 2, areas="H" in noise, law=law)
         return law_nodes(l, noise, law)[0] if "A" in noise or not nodes.exact else nodes
 
-    def usable_states(self, h: float) -> Array:
-        """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
-        x = cloud(self.view, self.equation)
+    def usable_states(self, h: float, x: Array | None = None) -> Array:
+        """Return the states, those of the cloud if left out, at which steps of this size are not truncated."""
+        x = cloud(self.view, self.equation) if x is None else x
         with np.errstate(all="ignore"):
             truncated = self.truncated(x, np.array([h]), [self.time])[:, 0]
         return x[:, ~truncated] if truncated.any() else x
