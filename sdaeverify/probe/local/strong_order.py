@@ -7,7 +7,7 @@ telescoping X^h - X^{h/2}, with the order
     p = min(p2 - 1/2, p1 - 1).
 """
 
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +53,8 @@ class StrongOrder(NamedTuple):
     too_coarse : float
         The shortest of the step sizes at which one step does not follow the equation, where it does at much shorter
         ones; 0 for none.
+    memory : float
+        Order of what the memory of a run changes; infinite without memory.
     """
 
     order: float
@@ -69,6 +71,7 @@ class StrongOrder(NamedTuple):
     consistent_later: bool
     turns: bool = False
     too_coarse: float = 0.0
+    memory: float = inf
 
 
 def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> tuple[StrongOrder, ...]:
