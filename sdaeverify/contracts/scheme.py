@@ -247,8 +247,8 @@ class Scheme(_Frozen):
         """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
 
         A scheme with further memory adds it here. Of the past nothing is known: memory of steps before is what a step
-        of lower order would have left. What that changes has to vanish with h as the error of one step does, or the
-        scheme is judged by its paths alone.
+        of lower order would have left. Orders above that by which memory changes a run, and all orders if the
+        change does not vanish with h, are judged by paths alone.
 
         Parameters
         ----------

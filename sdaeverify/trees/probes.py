@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import inf
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme
@@ -12,7 +13,7 @@ from ..probing import Nodes, OneStep
 from . import Relatives, TreeClass
 from .asymptotic import largest_change
 from .classes import EquationClass
-from .conditions import Conditions, Weighed
+from .conditions import STRONG, Conditions, Weighed
 from .grow import Tree
 from .moments import ExactMoments
 from .nodes import COUNT, FEWEST, random_points, rule_nodes
@@ -103,13 +104,34 @@ class Probe:
     def why_not_weighed(self) -> str:
         """Why a step has no weights though the scheme solves the class, or an empty text."""
         step = OneStep(self.scheme, self.problem)
-        if reason := step.why_not_comparable() or step.why_not_entered(run=self.asks_for_runs):
+        if (
+            reason := step.why_not_comparable()
+            or step.why_not_entered(run=False)
+            or self.steps_of_runs.why_not_entered()
+        ):
             return reason
         try:
             self.at_points  # noqa: B018 - it makes the first steps
         except NoStepError as error:
             return str(error)
         return ""
+
+    @property
+    def steps_of_runs(self) -> OneStep:
+        """The scheme on an equation of the class, on which runs tell what memory changes."""
+        return OneStep(self.scheme, self.problem)
+
+    def memory_order(self, measure: str) -> float:
+        """Return the order of what memory changes in a run on an equation of the class; infinite without memory.
+
+        Parameters
+        ----------
+        measure : str
+        """
+        found = self.steps_of_runs.memory
+        if found is None:
+            return inf
+        return float(found.strong.min() if measure == STRONG else found.weak)
 
     @cached_property
     def fault(self) -> str:
@@ -157,11 +179,6 @@ class Probe:
     def fixed(self) -> bool:
         """Whether weights do not depend on the step size, so that each condition holds or does not."""
         raise NotImplementedError
-
-    @property
-    def asks_for_runs(self) -> bool:
-        """Whether a run tells if further memory counts: not of forms whose states are always longer than x."""
-        return True
 
     @property
     def all_sizes(self) -> bool:

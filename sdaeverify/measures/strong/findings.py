@@ -1,7 +1,7 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
-from math import isfinite, isinf, isnan
+from math import inf, isfinite, isinf, isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -19,11 +19,22 @@ from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects
 from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
 from ...probe.local.strong_defects import LocalStrong, local_strong, local_strong_from, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
+from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
 from ...probe.step.states import states_near_start
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
-from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_law, of_smooth, too_coarse
+from ...verdicts.opinions import (
+    finding,
+    guard,
+    local_doubt,
+    local_opinion,
+    no_fit,
+    of_law,
+    of_memory,
+    of_smooth,
+    too_coarse,
+)
 from ...verdicts.path_tests import SUSPECT, PathTests, unlike
 from ..path_errors.errors import STATE
 from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
@@ -142,6 +153,8 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
         return Tally()
     record = local_strong(*pair)
     found = packed(span.name, record)
+    if (memory := OneStep(*pair).memory) is not None:
+        found = found.merge(packed(_of_memory(span), memory))
     if not all(order.consistent for order in strong_orders(record)):
         found = found.merge(packed(_at_shortest(span), local_strong(*pair, shortest=True)))
     delta = _delta(view, settings) if span.links > 1 else 0.0
@@ -161,6 +174,10 @@ def _of_y(span: Span) -> str:
     return f"{span.name} of y"
 
 
+def _of_memory(span: Span) -> str:
+    return f"{span.name}, memory"
+
+
 def _at_shortest(span: Span) -> str:
     return f"{span.name} at the shortest steps"
 
@@ -178,7 +195,10 @@ def _read_orders(tally: Tally, scheme: Scheme, view: Problem, span: Span) -> Ord
     if record is None:
         return {}
     names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
-    orders = dict(zip((*names, STATE), strong_orders(record, shortest), strict=True))
+    memory = unpacked(_of_memory(span), MemoryOrders, tally)
+    most = [inf] * (len(names) + 1) if memory is None else [*memory.strong.tolist(), float(memory.strong.min())]
+    found = zip((*names, STATE), strong_orders(record, shortest), most, strict=True)
+    orders = {name: order._replace(memory=limit) for name, order, limit in found}
     if not keeps_constraint(scheme, view):
         return orders
     own = unpacked(_of_y(span), AlgebraicDefects, tally)
@@ -206,6 +226,7 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
         return None
     least = claim.value.least
     found = judge_smooth(evidence, least, order, claim.value.margin)
+    found = of_memory(found, least - TOLERANCE, order.memory, order.order)
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 

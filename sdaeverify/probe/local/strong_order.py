@@ -7,7 +7,7 @@ telescoping X^h - X^{h/2}, with the order
     p = min(p2 - 1/2, p1 - 1).
 """
 
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +55,8 @@ class StrongOrder(NamedTuple):
         ones; 0 for none.
     each : tuple of (float, float)
         `order` and `ahead` of each kind of defect and group of states by itself.
+    memory : float
+        Order of what the memory of a run changes; infinite without memory.
     """
 
     order: float
@@ -72,6 +74,7 @@ class StrongOrder(NamedTuple):
     turns: bool = False
     too_coarse: float = 0.0
     each: tuple[tuple[float, float], ...] = ()
+    memory: float = inf
 
 
 def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> tuple[StrongOrder, ...]:

@@ -1,13 +1,14 @@
 """Where the weights of a class that a form poses are found."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ...arrays import Array
 from ...forms import Problem
-from ...probing import Nodes
+from ...probing import Nodes, OneStep
 from .. import Relatives, TreeClass
 from ..asymptotic import largest_change
 from ..conditions import Conditions
@@ -19,6 +20,9 @@ from ..relatives import distance
 from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
 from .weighing import PosedWeighing
+
+# Part of the horizon of runs: a random algebraic equation has several roots, and longer runs go from one to another.
+RUN = 0.0625
 
 
 @lru_cache(maxsize=SHARED)
@@ -37,7 +41,6 @@ class PosedProbe(AffineProbe):
     """A scheme on the problems that a form poses."""
 
     kind: TreeClass
-    asks_for_runs = False
 
     @property
     def tolerance(self) -> float:
@@ -47,6 +50,11 @@ class PosedProbe(AffineProbe):
         weighing, count = self.weighing, 1 + max(k for _, k in self._told_apart)
         rounding = float(np.abs(weighing.powers(count)).sum(axis=1).max()) * max(self.homogeneity, self.remainder)
         return max(SAME, rounding, float(weighing.growth(count).max()) * self.remainder)
+
+    @cached_property
+    def steps_of_runs(self) -> OneStep:
+        """The scheme on a random equation of the class, on which runs tell what memory changes."""
+        return OneStep(self.scheme, replace(self.problem, horizon=RUN * self.problem.horizon))
 
     @property
     def relatives(self) -> Relatives:
