@@ -17,7 +17,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme
