@@ -114,8 +114,9 @@ from sdaeverify.probe.local.consistency import (
     delay_consistency,
 )
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay, why_not_algebraic
+from sdaeverify.probe.local.far_noise import noise_departure
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
-from sdaeverify.probe.local.step_law import LawResolution, step_law
+from sdaeverify.probe.local.step_law import LawResolution, law_departure, step_law
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_orders
