@@ -27,6 +27,7 @@ from sdaeverify import (
     Claim,
     ConstrainedLangevin,
     DelaySDAE,
+    Feature,
     HolonomicSDAE,
     IndexOneSDAE,
     Langevin,
@@ -174,3 +175,37 @@ def test_a_problem_that_cannot_be_evaluated_has_no_feature() -> None:
 
     euler, weak = select_schemes(REGISTRY, "euler-maruyama"), select_measures(REGISTRY, "weak")
     assert "coefficients that depend on time" in unseen_features(plan(euler, [problem_spec(broken)], weak))[0]
+
+
+class Tagged(SDE):
+    """A form of another author with a feature of its own."""
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return one feature."""
+        return (Feature("a long horizon", lambda problem: problem.horizon > 1.0),)
+
+
+class TaggedEuler(Scheme):
+    """A scheme for it."""
+
+    name: ClassVar[str] = "tagged-euler"
+    form: ClassVar[type[SDE]] = Tagged
+
+
+@pytest.mark.parametrize(("horizon", "lines"), [(1.0, ["Tagged: no problem here has a long horizon"]), (2.0, [])])
+def test_a_form_of_another_author_brings_its_own_features(horizon: float, lines: Sequence[str]) -> None:
+    """Nothing in the framework knows the form or its feature by name."""
+
+    def tagged() -> Tagged:
+        return Tagged(
+            drift=lambda _t, x: -x,
+            diffusion=lambda _t, x: 0.0 * x[:, None],
+            start=[1.0],
+            noise_dim=1,
+            horizon=horizon,
+            source="made up",
+        )
+
+    made_by_hand = plan([TaggedEuler()], [problem_spec(tagged)], select_measures(REGISTRY, "weak"))
+    assert list(unseen_features(made_by_hand)) == lines
