@@ -133,6 +133,7 @@ from sdaeverify.probe.operator.functional_orders import (
     functional_orders,
     least_order,
     order_of,
+    slowest_fall,
     widen,
 )
 from sdaeverify.probe.operator.transition import stationary, transition
