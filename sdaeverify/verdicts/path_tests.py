@@ -116,7 +116,17 @@ def order_tests(
 
 
 def order_resolution(share: Estimate, confidence: float, bias: float = 0.0) -> float:
-    """Return the largest share of a lower term that is not excluded, between 0 and 1; infinite if it is not known."""
+    """Return the largest share of a lower term that is not excluded, between 0 and 1; infinite if it is not known.
+
+    Parameters
+    ----------
+    share : Estimate
+        Of the error at the finest step.
+    confidence : float
+        Of the one-sided interval whose upper end is taken.
+    bias : float, optional
+        Bound of the bias of the share.
+    """
     bound = share.upper_bound(confidence, bias)
     return min(max(bound, 0.0), 1.0) if isfinite(bound) else inf
 

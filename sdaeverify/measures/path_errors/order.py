@@ -273,7 +273,16 @@ def lower_share(fitted: Fit, claimed: Order) -> LowerShare:
 
 
 def resolve_lower_order(tests: PathTests, fitted: Fit, claimed: Order) -> PathTests:
-    """Return the tests of a claimed order that paths alone decide; see `resolve_order`."""
+    """Return the tests of a claimed order that paths alone decide; see `resolve_order`.
+
+    Parameters
+    ----------
+    tests : PathTests
+        Of the claim, see `path_tests`.
+    fitted : Fit
+        The errors that they are of.
+    claimed : Order
+    """
     share, bias = lower_share(fitted, claimed)
     return resolve_order(tests, claimed, share, fitted.evidence, bias)
 
