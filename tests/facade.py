@@ -81,7 +81,14 @@ from sdaeverify.measures.weak.probe import judge_probe, judge_weak, probe_weak
 from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
 from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine
 from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, significant
-from sdaeverify.numerics.statistics import EPS, chernoff_interval, corrected_slope_weights, leave_out, log_functional
+from sdaeverify.numerics.statistics import (
+    EPS,
+    chernoff_interval,
+    corrected_slope_weights,
+    leave_out,
+    log_functional,
+    lower_term_weights,
+)
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
@@ -135,6 +142,7 @@ from sdaeverify.probe.operator.functional_orders import (
     functional_orders,
     least_order,
     order_of,
+    slowest_fall,
     widen,
 )
 from sdaeverify.probe.operator.transition import stationary, transition
@@ -262,7 +270,7 @@ from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.coverage import claim_for
 from sdaeverify.verdicts.opinions import beside, of_smooth
-from sdaeverify.verdicts.path_tests import hold_back, unlike
+from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike
 from sdaeverify.verdicts.rules import FINER as way_FINER
 from sdaeverify.verdicts.rules import Objection, forbid, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
@@ -387,6 +395,7 @@ from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.growing_algebraic import growing_algebraic
+from sdaeverify_problems.growing_volatility import growing_volatility
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_problems.levy_area import levy_area

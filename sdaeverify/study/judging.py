@@ -137,7 +137,7 @@ class ControlVerdicts:
             return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
         found = _findings(cell, claim, replace(known, tally=known.along_paths, probed=None) if by_paths else known)
         # An order is one of smooth functions: what becomes of a jump tells nothing of others.
-        return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
+        return {_of_known_order(finding) for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
     def _p_values(self, plan: ControlPlan) -> dict[str, float]:
         """Return the p-values against the order of a positive control, by quantity."""
@@ -146,6 +146,11 @@ class ControlVerdicts:
         known = self.evidence[plan.positive]
         found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
         return {each.quantity: _p_against(each) for each in found}
+
+
+def _of_known_order(finding: Finding) -> Verdict:
+    """Return the verdict on a control: that it has no lower order is known, and need not be resolved."""
+    return Verdict.VERIFIED if finding.reason.has(Kind.LOWER_ORDER) else finding.verdict
 
 
 def _p_against(finding: Finding) -> float:

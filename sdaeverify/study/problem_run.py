@@ -245,10 +245,12 @@ def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> b
     """Tell whether a finding needs finer levels.
 
     Those of guards are enough where one step or each of them decides it, or nothing is claimed; all levels and finer
-    ones, unless paths contradict what one step says.
+    ones, unless paths contradict what one step says, or alone leave too much to a term of a lower order.
     """
     if _contradicts(finding):
         return last or look >= GUARD_LOOKS or finding.reason.has(Kind.FINER)
+    if stage >= 0 and finding.reason.has(Kind.FINER) and not finding.settled:
+        return last or look >= GUARD_LOOKS
     if finding.reason.has(Kind.GUARD) and not (finding.settled or last):
         return False
     return stage < 0 and _needs_all_levels(finding)

@@ -194,7 +194,8 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth) and evidence.paths > 0
     paths = tests.growth * evidence.paths
     needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
-    settled = not more or _beyond_budget(evidence, paths)
+    finer = found is Verdict.INCONCLUSIVE and tests.reason.has(Kind.FINER)
+    settled = _beyond_budget(evidence, paths) if more else not finer
     opinion = Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
     return opinion._replace(p_verified=1.0, excluded=frozenset({Verdict.VERIFIED})) if doubted else opinion
 

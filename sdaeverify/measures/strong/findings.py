@@ -1,7 +1,7 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
-from math import inf, isfinite, isinf, isnan
+from math import inf, isfinite, isinf, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -35,9 +35,18 @@ from ...verdicts.opinions import (
     of_smooth,
     too_coarse,
 )
-from ...verdicts.path_tests import SUSPECT, PathTests, unlike
+from ...verdicts.path_tests import PathTests, order_resolution, unlike
 from ..path_errors.errors import STATE
-from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
+from ..path_errors.order import (
+    Fit,
+    asymptotic_order,
+    fit,
+    judge_exact,
+    lower_share,
+    path_tests,
+    resolve_lower_order,
+    usable_levels,
+)
 from ..path_errors.quantity import JudgedQuantity, Quantity, unknown_components
 from ..resolution import strong_resolution
 
@@ -314,9 +323,12 @@ def _finding(
         opinion = _opinion_without_fit(evidence, local, covered, left_out)
         return finding(covered, opinion, method=UNFITTED_METHODS[opinion.tier], details=local.details)
     fitted = fit(evidence, quantity, levels, left_out)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+    opinion, order_seen = Opinion(Verdict.OUT_OF_SCOPE, covered.gap), nan
     if covered.claim is not None:
         opinion = guard(local.opinion, _tests(fitted, covered.claim, local), evidence)
+        if isinstance(covered.claim.value, Order) and not local.decides:
+            share, bias = lower_share(fitted, covered.claim.value)
+            order_seen = order_resolution(share, evidence.settings.confidence, bias)
     low, high = fitted.interval
     return finding(
         covered,
@@ -325,6 +337,7 @@ def _finding(
         low=low,
         high=high,
         resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
+        order_resolution=order_seen,
         method=METHODS[opinion.tier]._replace(reference=fitted.bias.reference),
         details={**local.details, **_details(fitted)},
     )
@@ -336,18 +349,9 @@ def _tests(fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     if not isinstance(claimed, Order):
         return tests
     if not local.decides:
-        return _put_to_lower(tests, claimed, fitted)
+        return resolve_lower_order(tests, fitted, claimed)
     blind = fitted.slope.growth_to_see(claimed.floor, fitted.evidence.settings.confidence, fitted.bias.bound)
     return _as_guard(fitted, claimed, tests._replace(blind=blind))
-
-
-def _put_to_lower(tests: PathTests, claim: Order, fitted: Fit) -> PathTests:
-    """Return what paths alone say: the margin is for coarse steps, and no room for an order below the claim."""
-    further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
-    if further > SUSPECT:
-        return tests
-    reason = tests.reason.then("nearer to a lower order than to the claim")
-    return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
 def _as_guard(fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
