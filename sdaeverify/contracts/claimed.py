@@ -11,6 +11,10 @@ from ..errors import SchemeError
 # How users write what is exact, and what has no bias beyond a bound.
 ROUND_OFF, UNBIASED = "round-off", "unbiased"
 MARGIN = 0.2
+# In which sense an order holds. Orders in mean square need moments of the scheme that stay bounded as h falls; orders
+# in probability, which are those along almost every path, need local conditions only (Gyongy 1998).
+IN_MEAN_SQUARE, IN_PROBABILITY = "in mean square", "in probability"
+SENSES = (IN_MEAN_SQUARE, IN_PROBABILITY)
 
 
 @dataclass(frozen=True)
