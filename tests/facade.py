@@ -36,6 +36,7 @@ from sdaeverify.contracts.spelling import did_you_mean
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
+from sdaeverify.forms.sde.linear_growth import grows_linearly
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -81,6 +82,7 @@ from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
 from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine
 from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, significant
 from sdaeverify.numerics.statistics import EPS, chernoff_interval, corrected_slope_weights, leave_out, log_functional
+from sdaeverify.probe.explosion import explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT

@@ -26,7 +26,7 @@ from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
-from ..probe.growth import NAME, growth
+from ..probe.explosion import NAME, explosion
 from .reference import Reference
 from .tracks import SchemeTracks, follow
 
@@ -402,7 +402,7 @@ class _Run:
             with watch.catch_errors():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
                 if watch.measure.follows and any(c.measure == watch.measure.name for c in self.entry.scheme.promises):
-                    probed = probed.merge(packed(NAME, growth(self.entry.scheme, self.view)))
+                    probed = probed.merge(packed(NAME, explosion(self.entry.scheme, self.view)))
                 if watch.measure.resolved_by_steps:
                     probed = probed.merge(compared_steps(self.entry.scheme, self.view, self.followed))
         return probed

@@ -4,7 +4,7 @@ from ..contracts.claimed import IN_MEAN_SQUARE
 from ..contracts.measure import Measure
 from ..contracts.scheme import Claim
 from ..contracts.tally import Tally, unpacked
-from ..probe.growth import NAME, Growth
+from ..probe.explosion import NAME, Explosion
 
 STATIONARY = "stationary law"
 
@@ -20,8 +20,8 @@ def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
     probed : Tally
         Evidence of the cell without paths.
     """
-    found = unpacked(NAME, Growth, probed)
-    if claim is None or found is None or not found.runs_away:
+    found = unpacked(NAME, Explosion, probed)
+    if claim is None or found is None or not found.explodes:
         return ""
     step = f"a step of {float(found.h):.2g} leads from |x| = {float(found.before):.0e} to {float(found.after):.0e}"
     if measure.follows == STATIONARY:

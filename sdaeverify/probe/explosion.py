@@ -35,14 +35,14 @@ PARTS = 2.0**8, 2.0**10
 # Growth with the power 1.17 a step is 1.6 there. Exponents that grow by a constant a step, as those of v^2/r do, are
 # 9/6 after nine steps, which numbers of this size survive; their moments stay bounded.
 WINDOW, RISE = 3, 1.6
-NAME = "growth"
+NAME = "explosion"
 # The step that is shown is the first that takes a state so many decades outwards.
 SHOWN = 2.0
 # Share of the paths that must run away: a cone of directions is enough.
 SHARE = 0.25
 
 
-class Growth(NamedTuple):
+class Explosion(NamedTuple):
     """How the size of a state grows in the steps after rare noise.
 
     Attributes
@@ -61,13 +61,13 @@ class Growth(NamedTuple):
     after: Array
 
     @property
-    def runs_away(self) -> bool:
+    def explodes(self) -> bool:
         """Whether sizes grow doubly exponentially."""
         return float(self.power) > 1.0
 
 
 @lru_cache(maxsize=8)
-def growth(scheme: Scheme, view: Problem) -> Growth:
+def explosion(scheme: Scheme, view: Problem) -> Explosion:
     """Return how runs of a scheme grow after rare noise; not at all where steps far out raise or are not finite.
 
     Parameters
@@ -78,15 +78,16 @@ def growth(scheme: Scheme, view: Problem) -> Growth:
     """
     pair = remove_delay(scheme, view)
     unit = pair[1].time_unit
-    found = [_growth(*pair, unit / PARTS[0])]
-    if found[0].runs_away:
-        found.append(_growth(*pair, unit / PARTS[1]))
+    with np.errstate(all="ignore"):
+        found = [_exploded(*pair, unit / PARTS[0])]
+        if found[0].explodes:
+            found.append(_exploded(*pair, unit / PARTS[1]))
     return min(found, key=lambda one: float(one.power))
 
 
-def _growth(scheme: Scheme, view: Problem, h: float) -> Growth:
+def _exploded(scheme: Scheme, view: Problem, h: float) -> Explosion:
     sizes = np.log10(np.array(list(_sizes(scheme, view, h))))
-    steady = Growth(*map(np.array, (1.0, h, np.nan, np.nan)))
+    steady = Explosion(*map(np.array, (1.0, h, np.nan, np.nan)))
     if len(sizes) < 2:
         return steady
     # Exponents of the size in the noise, of each step, path and part of the ladder.
@@ -105,7 +106,7 @@ def _growth(scheme: Scheme, view: Problem, h: float) -> Growth:
     path, place = np.unravel_index(_first(power), power.shape)
     seen = sizes.reshape(len(sizes), PATHS, len(FAR))[: lasting[path, place], path, place + 1]
     step = int(np.argmax(np.append(np.diff(seen)[:-1] > SHOWN, True)))
-    return Growth(*map(np.array, (power[path, place], h, 10.0 ** seen[step], 10.0 ** seen[step + 1])))
+    return Explosion(*map(np.array, (power[path, place], h, 10.0 ** seen[step], 10.0 ** seen[step + 1])))
 
 
 def _first(power: Array) -> int:
@@ -118,26 +119,25 @@ def _sizes(scheme: Scheme, view: Problem, h: float) -> Iterator[Array]:
     rng = np.random.Generator(np.random.Philox(key=SEED + 17))
     far = np.tile(FAR, PATHS)
     alive, noted = np.arange(len(far)), []
-    with np.errstate(all="ignore"):
-        try:
-            state, make = scheme.start(view, len(far), h), scheme.prepare(view, h)
-            for n in range(BEFORE + 1 + MOST):
-                kick = far[alive] if n == BEFORE else 1.0
-                noise = scheme.law.increment(view.drawn(rng, h, len(alive), kick), h)
-                step = make(state, n * h, noise)
-                size = _size(scheme, view, step.state)
-                good = np.isfinite(size) & (size > 0.0)
-                if step.failed is not None:
-                    good &= ~step.failed
-                alive, state = alive[good], each(partial(np.compress, good, axis=-1), step.state)
-                if n >= BEFORE:
-                    noted.append(np.full(len(far), np.nan))
-                    noted[-1][alive] = size[good]
-                    yield noted[-1]
-                if not len(alive) or (len(noted) > FEWEST and _is_flat(noted)):
-                    return
-        except FAULTS:
-            return
+    try:
+        state, make = scheme.start(view, len(far), h), scheme.prepare(view, h)
+        for n in range(BEFORE + 1 + MOST):
+            kick = far[alive] if n == BEFORE else 1.0
+            noise = scheme.law.increment(view.drawn(rng, h, len(alive), kick), h)
+            step = make(state, n * h, noise)
+            size = _size(scheme, view, step.state)
+            good = np.isfinite(size) & (size > 0.0)
+            if step.failed is not None:
+                good &= ~step.failed
+            alive, state = alive[good], each(partial(np.compress, good, axis=-1), step.state)
+            if n >= BEFORE:
+                noted.append(np.full(len(far), np.nan))
+                noted[-1][alive] = size[good]
+                yield noted[-1]
+            if not len(alive) or (len(noted) > FEWEST and _is_flat(noted)):
+                return
+    except FAULTS:
+        return
 
 
 def _size(scheme: Scheme, view: Problem, state: State) -> Array:
