@@ -1,5 +1,8 @@
 """Moments that grow without bound as the step size falls, by a run after rare noise."""
 
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
 import numpy as np
 import pytest
 
@@ -26,7 +29,7 @@ from facade import (
     ou,
     pendulum,
 )
-from sdaeverify import SDE, DelaySDAE
+from sdaeverify import SDE, DelaySDAE, Step
 
 ONE = np.ones((1, 1, 1))
 
@@ -55,6 +58,40 @@ DUFFING = sde(lambda x: np.stack([x[1], x[0] - x[0] ** 3 - x[1]]), (0.5, 0.0), l
 def test_explicit_schemes_explode_where_coefficients_grow_faster_than_linearly(scheme, problem):
     """So Hutzenthaler, Jentzen & Kloeden (2011) prove, whatever the unit and whether noise is additive."""
     assert explosion(scheme, problem).explodes
+
+
+@dataclass(frozen=True)
+class Timed(Formula):
+    """A step that depends on time."""
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        return self.rule(problem, state, t, h, noise)
+
+
+class Counted(NamedTuple):
+    """A state with the number of its steps."""
+
+    x: np.ndarray
+    steps: np.ndarray
+
+
+class Alternating(EulerMaruyama):
+    """Euler's scheme in every second step, the tamed one in the others."""
+
+    name: ClassVar[str] = "alternating"
+
+    def enter(self, problem, state, t, h):
+        return Counted(state, np.zeros((1, state.shape[1])))
+
+    def parts(self, problem, state):
+        return {"x": state.x}
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        plain = super().step(problem, state.x, t, h, noise).state
+        tamed = TamedEuler().step(problem, state.x, t, h, noise).state
+        return Step(Counted(np.where(state.steps % 2 == 0, plain, tamed), state.steps + 1))
 
 
 @pytest.mark.parametrize(("degree", "power"), [(3, 3.0), (5, 5.0)])
@@ -124,6 +161,16 @@ def test_lagged_and_langevin_steps_of_linear_problems_do_not_explode():
     assert isinstance(delay_test("II"), DelaySDAE)
     assert not explosion(StochasticTheta(), delay_test("II")).explodes
     assert not explosion(BAOAB(), harmonic_langevin()).explodes
+
+
+def test_a_scheme_that_explodes_late_or_in_every_second_step_is_seen():
+    """Runs begin early and late, and exponents are compared over three steps."""
+
+    def late(problem, x, t, h, noise):
+        return (EulerMaruyama() if t > 0.5 else TamedEuler()).step(problem, x, t, h, noise)
+
+    assert explosion(Timed(late), CUBIC).explodes
+    assert explosion(Alternating(), CUBIC).explodes
 
 
 def test_steps_that_raise_far_out_show_no_growth():
