@@ -40,8 +40,8 @@ NAME = "explosion"
 LATE = 0.7
 # The step that is shown is the first that takes a state so many decades outwards.
 SHOWN = 2.0
-# Share of the paths that must run away: a cone of directions is enough.
-SHARE = 0.25
+# Share of the paths that must run away: one alone may owe its powers to the noise of the steps that follow.
+SHARE = 0.5
 
 
 class Explosion(NamedTuple):
