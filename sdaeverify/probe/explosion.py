@@ -24,8 +24,9 @@ from ..forms import Problem
 from .local.delay_links import remove_delay
 from .step.nodes import SEED
 
-# By which factors the noise of one step is larger than by law, and how many paths each of them has.
-FAR = 10.0 ** np.arange(1.0, 10.0)
+# By which factors the noise of one step is larger than by law, and how many paths each of them has. The first factors
+# are close, as states of steep coefficients overflow at once beyond them.
+FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
 PATHS = 6
 # Ordinary steps before the large one, so that no start is special; at most, and at least, so many after it.
 BEFORE, MOST, FEWEST = 2, 12, 5
@@ -50,7 +51,7 @@ class Explosion(NamedTuple):
     Attributes
     ----------
     power : ndarray, shape ()
-        Power with which it grows a step, at the last steps that are finite; 1 where it does not run away.
+        Power with which it grows a step in the mean of the last three that are finite; 1 where it does not explode.
     h : ndarray, shape ()
         Step size.
     before, after : ndarray, shape ()
@@ -161,5 +162,7 @@ def _size(scheme: Scheme, view: Problem, state: State) -> Array:
 
 def _is_flat(noted: list[Array]) -> bool:
     """Return whether the sizes depend on the noise by no higher power than after the first step."""
-    first, last = (np.diff(np.log10(size).reshape(PATHS, len(FAR))) for size in (noted[0], noted[-1]))
+    first, last = (
+        np.diff(np.log10(size).reshape(PATHS, len(FAR))) / np.diff(np.log10(FAR)) for size in (noted[0], noted[-1])
+    )
     return bool(np.nanmax(last, initial=-np.inf) <= 1.05 * max(np.nanmax(first, initial=0.0), 1.0))

@@ -50,10 +50,11 @@ def column(*values) -> np.ndarray:
 CUBIC, POWER_1_5 = sde(lambda x: x - x**3), sde(lambda x: -x * np.sqrt(np.abs(x)))
 SQUARED_NOISE = sde(lambda x: x - x**3, diffusion=lambda x: 0.5 * (x * x)[:, None])
 ODD_UNITS = sde(lambda x: -x - 1e24 * x**3, (1e-12,), lambda x: 1e-12 * ONE)
+POWER_9 = sde(lambda x: -(x**9))
 DUFFING = sde(lambda x: np.stack([x[1], x[0] - x[0] ** 3 - x[1]]), (0.5, 0.0), lambda x: column(0.0, 1.0))
 
 
-@pytest.mark.parametrize("problem", [CUBIC, POWER_1_5, SQUARED_NOISE, ODD_UNITS, DUFFING, double_well()])
+@pytest.mark.parametrize("problem", [CUBIC, POWER_1_5, POWER_9, SQUARED_NOISE, ODD_UNITS, DUFFING, double_well()])
 @pytest.mark.parametrize("scheme", [EulerMaruyama(), Heun()])
 def test_explicit_schemes_explode_where_coefficients_grow_faster_than_linearly(scheme, problem):
     """So Hutzenthaler, Jentzen & Kloeden (2011) prove, whatever the unit and whether noise is additive."""
@@ -94,13 +95,12 @@ class Alternating(EulerMaruyama):
         return Step(Counted(np.where(state.steps % 2 == 0, plain, tamed), state.steps + 1))
 
 
-@pytest.mark.parametrize(("degree", "power"), [(3, 3.0), (5, 5.0)])
-def test_the_power_is_that_of_the_drift(degree, power):
-    """From |x| a step of Euler's scheme leads to about h |x|^m."""
+@pytest.mark.parametrize("degree", [3, 5, 9])
+def test_the_step_that_is_shown_is_one_of_the_scheme(degree):
+    """From |x| far out a step of Euler's scheme leads to h |x|^m."""
     found = explosion(EulerMaruyama(), sde(lambda x: -(x**degree)))
 
-    assert found.power == pytest.approx(power, rel=0.25)
-    assert found.after == pytest.approx(found.h * found.before**degree, rel=0.5)
+    assert found.after == pytest.approx(found.h * found.before**degree, rel=0.05)
 
 
 @pytest.mark.parametrize("scheme", [TamedEuler(), DriftTruncatedEuler(), StochasticTheta()])
