@@ -36,6 +36,7 @@ from sdaeverify.contracts.spelling import did_you_mean
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
+from sdaeverify.forms.sde.linear_growth import grows_linearly
 from sdaeverify.forms.tree_class import placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
@@ -89,6 +90,7 @@ from sdaeverify.numerics.statistics import (
     log_functional,
     lower_term_weights,
 )
+from sdaeverify.probe.explosion import explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT

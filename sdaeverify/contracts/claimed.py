@@ -12,6 +12,10 @@ from ..errors import SchemeError
 ROUND_OFF, UNBIASED = "round-off", "unbiased"
 # Orders in h are multiples of 1/2: a margin of 1/2 would accept the order below the one that is claimed.
 MARGIN, HALF = 0.2, 0.5
+# In which sense an order holds. Orders in mean square need moments of the scheme that stay bounded as h falls; orders
+# in probability, which are those along almost every path, need local conditions only (Gyongy 1998).
+IN_MEAN_SQUARE, IN_PROBABILITY = "in mean square", "in probability"
+SENSES = (IN_MEAN_SQUARE, IN_PROBABILITY)
 
 
 @dataclass(frozen=True)

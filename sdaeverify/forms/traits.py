@@ -68,6 +68,11 @@ GENERAL: tuple[Trait, ...] = (
         "leave a manifold in the long run.",
     ),
     Trait("constrained", "It has constraints, eliminated or not (set by the form itself)."),
+    Trait(
+        "linear-growth",
+        "Drift and diffusion of an SDE grow at most linearly with the state, as globally Lipschitz ones do (set by "
+        "the form itself, which evaluates them along rays).",
+    ),
     Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
 )
 INDEX_ONE: tuple[Trait, ...] = (

@@ -32,6 +32,7 @@ from ..errors import FAULTS, with_traceback
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
+from ..verdicts.divergence import why_divergent
 from ..verdicts.fitted_levels import lost_index
 from ..verdicts.rules import Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of, promises_of
@@ -314,13 +315,20 @@ def judge_cell(
             levels = tuple(judgement.levels)
             end, looks = lost_index(known.health.sums), len(settings.ends)
             found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
-            findings = tuple(send(finding, case._replace(end=end, looks=looks)) for finding, case in found)
+            findings = tuple(
+                send(finding, case._replace(end=end, looks=looks, diverges=_diverges(cell, finding, known)))
+                for finding, case in found
+            )
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
     return CellResult(cell, findings, levels, known.health, known.paths, *times)
+
+
+def _diverges(cell: Cell, finding: Finding, known: CellEvidence) -> str:
+    return why_divergent(finding.claim, cell.measure, known.probed)
 
 
 def control_verdicts(

@@ -53,6 +53,8 @@ class Case(NamedTuple):
     half_width : float
         Distance from the estimate to the upper end of the narrowest interval that lay below the claim at an earlier
         look on the same levels; infinite if none did.
+    diverges : str
+        Why the claim cannot hold in its sense: moments of the scheme tend to infinity, or it has no invariant law.
     elsewhere : str
         What another finding of the run on the same scheme and problem has shown to be wrong.
     stopped : str
@@ -69,6 +71,7 @@ class Case(NamedTuple):
     looks: int = 1
     finer: bool = False
     half_width: float = inf
+    diverges: str = ""
     elsewhere: str = ""
     stopped: str = ""
     significant: frozenset[Verdict] | None = None
@@ -93,6 +96,15 @@ def heed_controls(finding: Finding, case: Case) -> Finding:
     known = verdict is Verdict.INCONCLUSIVE
     doubt = reason if known else f"not verified: {reason}"
     return withhold(finding, doubt, verdict=verdict, settled=not (known and finding.tier == SAMPLED))
+
+
+def require_moments(finding: Finding, case: Case) -> Finding:
+    """Verify no claim for which moments, or an invariant law, of the scheme would have to exist and do not."""
+    if not case.diverges:
+        return finding
+    if finding.verdict is Verdict.VERIFIED:
+        return withhold(finding, case.diverges)
+    return forbid(finding, Verdict.VERIFIED)
 
 
 def heed_end(finding: Finding, case: Case) -> Finding:
@@ -179,6 +191,7 @@ def ask_resolution(finding: Finding, case: Case) -> Finding:
 
 RULES: tuple[Rule, ...] = (
     heed_controls,
+    require_moments,
     heed_end,
     count_looks,
     keep_suspicion,

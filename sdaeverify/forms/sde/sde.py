@@ -38,6 +38,7 @@ from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual, briefly_signed
 from ..traits import COMMUTING
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
+from .linear_growth import grows_linearly
 
 
 @briefly_signed
@@ -111,6 +112,8 @@ class SDE(Problem):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
         self._check_constraint(x)
         self._check_traits(x)
+        others = self.traits - {"linear-growth"}
+        object.__setattr__(self, "traits", others | ({"linear-growth"} if self._grows_linearly() else set()))
         check_known(self, self.parts(x))
 
     @property
@@ -277,6 +280,9 @@ class SDE(Problem):
             raise ProblemError("trait commutative-noise: DB_j B_k and DB_k B_j differ")
         if "overdamped-gradient" in self.traits and (why := self._why_not_gradient(y)):
             raise ProblemError(f"trait overdamped-gradient: {why}")
+
+    def _grows_linearly(self) -> bool:
+        return grows_linearly(self)
 
     def _why_not_gradient(self, x: Array) -> str:
         B, d = self.diffusion(0.0, x), self.dimension
