@@ -13,7 +13,7 @@ from ...forms import Equation, Problem, components
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .nodes import SEED, Nodes, law_nodes, step_nodes
-from .states import WHEN, cloud, follows_coefficients, time_unit
+from .states import WHEN, cloud, follows_coefficients, states_near_start, time_unit
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
@@ -145,9 +145,16 @@ class OneStep:
         return ""
 
     def why_not_memoryless(self) -> str:
-        """Return that the scheme has memory beyond the components of the problem, or an empty string."""
+        """Return that steps near the start depend on more than the problem's components, or an empty string."""
         memory = len(flatten(self.scheme.start(self.view, 1, self.view.horizon))) - components(self.view)
-        return f"the scheme has {memory} rows of memory beyond the problem's components" if memory > 0 else ""
+        if memory <= 0:
+            return ""
+        if reason := self.why_not_entered(run=False):
+            return reason
+        with np.errstate(all="ignore"):
+            near = states_near_start(self.view, self.equation)
+            off = _distance_from_run(self, near, RUN_H * self.time_unit, RUN)[0]
+        return f"steps of a run depend on {memory} rows of memory beyond the problem's components" * any(off > MOVED)
 
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks components that are compared, or an empty string."""
