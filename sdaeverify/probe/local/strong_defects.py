@@ -26,6 +26,8 @@ from .reach import reach
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
+# From given states, steps of the coarsest sizes are left out: an order is taken from the finest.
+NOT_ASYMPTOTIC = 2
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
 # Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
@@ -131,7 +133,7 @@ def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
     step = OneStep(scheme, view)
     probe = _Probe(step, _half_step_nodes(step), x, (ProbeTime(step.time),))
     with np.errstate(all="ignore"):
-        return probe.at(LEVELS * step.time_unit)
+        return probe.at(LEVELS[NOT_ASYMPTOTIC:] * step.time_unit)
 
 
 def _half_step_nodes(step: OneStep) -> HalfSteps:
