@@ -83,9 +83,7 @@ class Diagonal(Wrong):
         pushed = [problem.inverse_mass(np.broadcast_to(row, r.shape)) for row in problem.dg(r)]
         gram = np.array([new.times(each)[place] for place, each in enumerate(pushed)])
         lam = -new.times(x) / gram
-        return Step(
-            HolonomicState(right.state.r, x + problem.push(problem.linearised(r), lam), mu + lam), right.failed
-        )
+        return Step(HolonomicState(right.state.r, x + problem.push(old, lam), mu + lam), right.failed)
 
 
 class FlatLimit(ConstrainedEuler):
