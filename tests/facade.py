@@ -36,6 +36,7 @@ from sdaeverify.contracts.spelling import did_you_mean
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
+from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
 from sdaeverify.forms.sde.linear_growth import grows_linearly
 from sdaeverify.forms.tree_class import placements
 from sdaeverify.forms.trivial import H
@@ -244,10 +245,12 @@ from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
 from sdaeverify.study.blocks import LATE, Blocks, simulate_block
 from sdaeverify.study.class_results import class_cells, class_of, class_results, results_of_class
-from sdaeverify.study.class_rows import HERE, class_rows
+from sdaeverify.study.class_rows import HERE, ClassTask, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
-from sdaeverify.study.order_report import classes_of
+from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
+from sdaeverify.study.members.rows import MEMBERS, member_rows, refuting_class
+from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits

@@ -12,9 +12,15 @@ A form of one's own has order conditions as soon as it offers a class of its equ
             return (MyTrees(),)                   # a TreeClass: kinds of nodes, a problem for given trees, relatives
 
 Where it has `written` too, a failing condition can be written as a plugin file. `Langevin` and `IndexOneSDAE` do the
-same; these are the names that such a class is written with.
+same; these are the names that such a class is written with. Where order conditions are not known, a form offers a
+class of its equations from which random members are drawn, a `GenericClass`, in the same way::
+
+        @classmethod
+        def generic_classes(cls):
+            return (GenericClass("Mine", draw, FEATURES),)    # draw(generator, without) returns a problem
 """
 
+from ..forms.generic import GenericClass
 from ..forms.tree_class import Grove, Grown, Node, Posed, Relatives, TreeClass, Written
 
-__all__ = ["Grove", "Grown", "Node", "Posed", "Relatives", "TreeClass", "Written"]
+__all__ = ["GenericClass", "Grove", "Grown", "Node", "Posed", "Relatives", "TreeClass", "Written"]

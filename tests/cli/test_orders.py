@@ -26,6 +26,27 @@ def sdaeverify_schemes():
     return [Odd(), Bold()]
 """
 
+MASSLESS = """
+from typing import ClassVar
+from sdaeverify import HolonomicState, Step, hookimpl
+from sdaeverify_schemes.projections.half_explicit_euler import HalfExplicitEuler
+
+class Massless(HalfExplicitEuler):
+    name: ClassVar[str] = "massless-half-explicit"
+
+    def step(self, problem, state, t, h, noise):
+        right = HalfExplicitEuler(truncation="none").step(problem, state, t, h, noise)
+        r, v, mu = state
+        old, new = problem.linearised(r), problem.linearised(right.state.r)
+        x = v + h * problem.force(t, r, v) + problem.diffused(t, r, v, noise.dW)
+        lam = -new.gram(old).solve(new.times(x))
+        return Step(HolonomicState(right.state.r, x + problem.push(old, lam), mu + lam), right.failed)
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Massless(truncation="none")]
+"""
+
 
 def test_a_verified_claim_is_a_row(call):
     """A row a claim and class; below the premises, and why a class does not apply; exit code 0."""
@@ -131,3 +152,16 @@ def test_what_cannot_be_asked_has_codes_of_its_own(call, tmp_path):
     assert call("orders", "mala", "--class", "general").code == 5
     assert call("orders", "milstein", "--class", "odd").code == 2
     assert call("orders", "milstein", "--problem", str(tmp_path / "p.py")).code == 2
+
+
+def test_the_problem_of_a_refuted_class_is_refuted_and_right_schemes_pass(call, tmp_path):
+    """`orders --problem` writes a member as a problem that `matrix` refutes; the right scheme is verified there."""
+    plugin, out = tmp_path / "massless.py", tmp_path / "counterexample.py"
+    plugin.write_text(MASSLESS, encoding="utf-8")
+    asked = ("--plugin", str(plugin), "--class", "HolonomicSDAE", "--problem", str(out))
+    assert call("orders", "massless-half-explicit", *asked).code == 1
+    words = ("-p", "counterexample", "-m", "weak", "--plugin", str(out), "--plugin", str(plugin), "--paths", "512")
+    assert call("matrix", "-s", "massless-half-explicit", *words, "--out", str(tmp_path / "wrong")).code == 1
+    ended = call("matrix", "-s", "half-explicit-euler[truncation=none]", *words, "--out", str(tmp_path / "right"))
+    assert ended.code == 0
+    assert "verified" in ended.out

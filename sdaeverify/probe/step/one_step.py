@@ -13,11 +13,14 @@ from ...forms import Equation, Problem, components
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .memory import MemoryOrders, memory_orders
-from .nodes import Nodes, law_nodes, step_nodes
-from .states import WHEN, cloud, follows_coefficients, time_unit
+from .nodes import SEED, Nodes, law_nodes, step_nodes
+from .states import WHEN, cloud, follows_coefficients, states_near_start, time_unit
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
+# Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and the bound
+# of round-off.
+FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 TRUNCATED = "steps are truncated at every state, however short they are"
 
 
@@ -143,9 +146,26 @@ class OneStep:
         return ""
 
     def why_not_memoryless(self) -> str:
-        """Return that the scheme has memory beyond the components of the problem, or an empty string."""
+        """Return that steps near the start depend on more than the problem's components, or an empty string."""
         memory = len(flatten(self.scheme.start(self.view, 1, self.view.horizon))) - components(self.view)
-        return "the scheme has memory, and a random member has no history" if memory > 0 else ""
+        if memory <= 0:
+            return ""
+        if reason := self.why_not_entered(run=False):
+            return reason
+        with np.errstate(all="ignore"):
+            return "" if self._keeps_entered() else "steps depend on memory, and a random member has no history"
+
+    def _keeps_entered(self) -> bool:
+        """Return whether the memory after each of a few steps is the one that `enter` sets at the same state."""
+        t, h = self.time, SHORT_STEP * self.time_unit
+        x, rng = states_near_start(self.view, self.equation), np.random.Generator(np.random.Philox(key=SEED + 9))
+        state = self.enter(x, t, h)
+        for _ in range(FEW_STEPS):
+            noise = self.scheme.law.increment(self.view.drawn(rng, h, x.shape[1]), h)
+            state, t = self.advance(state, t, h, noise), t + h
+            if not np.allclose(flatten(state), flatten(self.enter(self.read(state), t, h)), rtol=SAME, atol=SAME):
+                return False
+        return True
 
     def remembers(self, state: State) -> bool:
         """Return whether a state of the scheme has more rows than the equation."""

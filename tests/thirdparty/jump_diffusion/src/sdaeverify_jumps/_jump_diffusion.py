@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sdaeverify import Array, Increment, Parts, Problem, Trivial
 from sdaeverify.numerics import apply
+from sdaeverify.trees import GenericClass
 
 from ._compound_poisson import JUMPS, CompoundPoisson
 
@@ -82,6 +83,11 @@ class JumpDiffusion(Problem):
         """Return dx = c dt, dx = S dW and dx = c dJ."""
         return tuple((_trivial(*each),) for each in EQUATIONS)
 
+    @classmethod
+    def generic_classes(cls) -> tuple[GenericClass, ...]:
+        """Return the class of all polynomial equations with jumps."""
+        return (GenericClass("JumpDiffusion", _draw, FEATURES),)
+
 
 EQUATIONS = (("dx = c dt", 1, 0, 0), ("dx = S dW", 0, 1, 0), ("dx = c dJ", 0, 0, 1))
 RATE, FINER = 40.0, 2.0**20
@@ -107,3 +113,39 @@ def _trivial(name: str, drift: int, noise: int, jump: int, rate: float = RATE) -
     # As many jumps a step where steps are shorter.
     finer = None if rate > RATE else _trivial(name, drift, noise, jump, FINER * rate)
     return Trivial(name, problem, solution, finer)
+
+
+# Coefficients of random equations: linear in x with a sine, so that all their derivatives differ from 0.
+GROWING, CHANGING = "state-jumps", "state-noise"
+FEATURES = {CHANGING: "noise that depends on the state", GROWING: "jumps that depend on the state"}
+
+
+class _Drawn(NamedTuple):
+    # The function b + A sin(x + s), its values of some shape.
+    b: Array
+    A: Array
+    s: Array
+    shape: tuple[int, ...]
+
+    def __call__(self, _t: float, x: Array) -> Array:
+        return np.asarray(self.b[:, None] + self.A @ np.sin(x + self.s[:, None])).reshape(*self.shape, -1)
+
+
+def _draw(rng: np.random.Generator, without: frozenset[str]) -> JumpDiffusion:
+    """Draw an equation in two dimensions with two motions; see `GenericClass`."""
+
+    def drawn(shape: tuple[int, ...], *, constant: bool = False) -> _Drawn:
+        rows = int(np.prod(shape))
+        b, A, s = rng.uniform(0.5, 1.0, rows), rng.uniform(0.2, 0.5, (rows, 2)), rng.uniform(-1.0, 1.0, 2)
+        return _Drawn(b, 0.0 * A if constant else A, s, shape)
+
+    return JumpDiffusion(
+        drift=drawn((2,)),
+        diffusion=drawn((2, 2), constant=CHANGING in without),
+        jump=drawn((2,), constant=GROWING in without),
+        jumps=CompoundPoisson(float(rng.uniform(1.0, 3.0)), (0.5, -0.3), (0.6, 0.4)),
+        start=rng.uniform(-1.0, 1.0, 2),
+        noise_dim=2,
+        horizon=1.0,
+        source="drawn at random",
+    )

@@ -1,0 +1,212 @@
+"""Claims put to random members: right schemes are verified, wrong ones refuted, with the features that are needed."""
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from facade import (
+    ClassVerdict,
+    ConstrainedEuler,
+    Drift,
+    HalfExplicitEuler,
+    MemberClass,
+    SemiImplicitProjectionEuler,
+    Strong,
+    Weak,
+    WrongLag,
+    class_cells,
+    member_classes,
+    member_rows,
+)
+from sdaeverify import ConstrainedLangevin, DelaySDAE, HolonomicSDAE, HolonomicState, Step
+from sdaeverify.measuring import Finding, Measure, Reason, Verdict
+
+SEED = 11
+MEASURES = (Strong(), Weak(), Drift())
+(MECHANICS,), (KEPT, _), (DELAYS,) = (
+    [MemberClass(kind) for kind in form.generic_classes()] for form in (HolonomicSDAE, ConstrainedLangevin, DelaySDAE)
+)
+
+
+def verdicts(scheme, kind, measures=MEASURES):
+    """Return the rows on a class, by measure."""
+    return {row.measure: row for row in member_rows(scheme, kind, measures, SEED)}
+
+
+@dataclass(frozen=True)
+class Wrong(HalfExplicitEuler):
+    """The half-explicit scheme without truncation; projections are as before, its kick is not."""
+
+    truncation: str | float = "none"
+
+    name: ClassVar[str] = "wrong-half-explicit"
+
+    def kick(self, problem, r, v, t, h, dW):
+        """Return the change of v before its projection."""
+        return problem.inverse_mass(h * problem.force(t, r, v) + problem.diffused(t, r, v, dW))
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step: where the right one goes, then the velocity by another kick."""
+        right = HalfExplicitEuler(truncation="none").step(problem, state, t, h, noise)
+        r, v, mu = state
+        old, new = problem.linearised(r), problem.linearised(right.state.r)
+        x = v + self.kick(problem, r, v, t, h, noise.dW)
+        lam = -new.gram(old).solve(new.times(x))
+        return Step(HolonomicState(right.state.r, x + problem.push(old, lam), mu + lam), right.failed)
+
+
+class Massless(Wrong):
+    """The mass matrix is forgotten in force and noise."""
+
+    name: ClassVar[str] = "massless"
+
+    def kick(self, problem, r, v, t, h, dW):
+        """Return h a + B dW."""
+        return h * problem.force(t, r, v) + problem.diffused(t, r, v, dW)
+
+
+class Diagonal(Wrong):
+    """The impulse of each constraint is found as if it were alone."""
+
+    name: ClassVar[str] = "diagonal"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step with the diagonal of the Gram matrix."""
+        right = super().step(problem, state, t, h, noise)
+        r, v, mu = state
+        x = v + self.kick(problem, r, v, t, h, noise.dW)
+        old, new = problem.linearised(r), problem.linearised(right.state.r)
+        pushed = [problem.inverse_mass(np.broadcast_to(row, r.shape)) for row in problem.dg(r)]
+        gram = np.array([new.times(each)[place] for place, each in enumerate(pushed)])
+        lam = -new.times(x) / gram
+        return Step(HolonomicState(right.state.r, x + problem.push(old, lam), mu + lam), right.failed)
+
+
+class FlatLimit(ConstrainedEuler):
+    """Projects the increment onto the tangent plane, not the point onto the manifold."""
+
+    name: ClassVar[str] = "flat-limit"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step along the tangent plane."""
+        at = problem.near(state)
+        y = problem.strength * noise.dW + h * problem.drift(state)
+        return Step(state + y - at.normal(y))
+
+
+@pytest.mark.parametrize(
+    ("scheme", "kind"),
+    [
+        (HalfExplicitEuler(truncation="none"), MECHANICS),
+        (Wrong(), MECHANICS),
+        (SemiImplicitProjectionEuler(), MECHANICS),
+        (ConstrainedEuler(), KEPT),
+    ],
+    ids=lambda each: getattr(each, "name", ""),
+)
+def test_right_schemes_are_verified(scheme, kind):
+    """Orders and constraints of right schemes are verified on all members."""
+    found = verdicts(scheme, kind)
+    assert {*found} == {"strong", "weak", "drift"}
+    assert {row.verdict for row in found.values()} == {ClassVerdict.VERIFIED}
+
+
+def test_a_forgotten_mass_is_refuted_and_named():
+    """A scheme that forgets M^-1 is refuted, and the reason names the mass matrix."""
+    row = verdicts(Massless(), MECHANICS, [Weak()])["weak"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert row.why.endswith("only with a mass matrix that is not the identity")
+    assert row.order < 0.5
+
+
+def test_a_diagonal_gram_matrix_is_refuted_and_named():
+    """A scheme with the diagonal of the Gram matrix alone is refuted where there are several constraints."""
+    row = verdicts(Diagonal(), MECHANICS, [Drift()])["drift"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert row.why.endswith("only with several constraints")
+
+
+def test_a_tangent_step_is_refuted_where_constraints_are_curved():
+    """A scheme that stays in the tangent plane leaves the manifold where it is curved, and nowhere else."""
+    row = verdicts(FlatLimit(), KEPT, [Drift()])["drift"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert row.why.endswith("only with curved constraints")
+
+
+def test_a_forgotten_delay_is_refuted_and_named():
+    """A scheme that takes lagged values of now is refuted, and the reason names the delay."""
+    row = verdicts(WrongLag(reading="present"), DELAYS, [Drift()])["drift"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert row.why.endswith("only with algebraic components and a delay")
+
+
+class Noting(Measure):
+    """A measure that refutes the strong order on the members it is given the indices of."""
+
+    name = "strong"
+
+    def __init__(self, *refuting):
+        self.refuting, self.seen = refuting, []
+
+    def judge_member(self, scheme, view):
+        """Return a finding on the first claim."""
+        if view not in self.seen:
+            self.seen.append(view)
+        refuted = self.seen.index(view) in self.refuting
+        verdict = Verdict.REFUTED if refuted else Verdict.VERIFIED
+        claim = next(each for each in scheme.promises if each.measure == self.name)
+        return [Finding(quantity="state", verdict=verdict, reason=Reason("as it was noted"), claim=claim)]
+
+
+def test_a_lone_refuting_member_does_not_refute():
+    """One member of three that refutes leaves the claim open; a second one of a fresh draw refutes it."""
+    scheme = HalfExplicitEuler(truncation="none")
+    once, twice = Noting(1), Noting(1, 2)
+    (row,) = member_rows(scheme, MECHANICS, [once], SEED)
+    assert (row.verdict, len(once.seen)) == (ClassVerdict.PREMISE, 3)
+    assert "1 of 3" in row.premise
+    (row,) = member_rows(scheme, MECHANICS, [twice], SEED)
+    assert row.verdict is ClassVerdict.REFUTED
+
+
+def test_a_measure_without_an_answer_is_left_out():
+    """A measure that has no `judge_member` gives no row and no cell, though it is claimed."""
+
+    class Silent(Measure):
+        name = "strong"
+
+    scheme = HalfExplicitEuler(truncation="none")
+    assert [*member_rows(scheme, MECHANICS, [Silent()], SEED)] == []
+    assert any(claim.measure == "strong" for claim in member_classes(scheme, SEED)[MECHANICS])
+    cell = type("Cell", (), {"scheme": scheme, "measure": Silent()})()
+    assert [*class_cells([cell], SEED)] == []
+
+
+def test_a_claim_with_a_trait_is_put_to_members_with_it():
+    """Strong order 1 without Milstein's term is put to members whose noise does not depend on velocities."""
+    found = member_classes(HalfExplicitEuler(truncation="none"), SEED)
+    narrowed = {kind.name: [claim.value.least for claim in own] for kind, own in found.items() if kind != MECHANICS}
+    assert narrowed == {"HolonomicSDAE without velocity-noise": [1.0]}
+
+
+def test_a_form_of_others_brings_its_own_class(monkeypatch):
+    """A form with jumps offers a class: Euler's strong order is verified, a wrong jump is refuted and named."""
+    source = Path(__file__).parents[2] / "thirdparty" / "jump_diffusion" / "src"
+    monkeypatch.syspath_prepend(str(source))
+    schemes = importlib.import_module("sdaeverify_jumps.jump_euler")
+
+    for scheme, verdict in (
+        (schemes.JumpEuler(), ClassVerdict.VERIFIED),
+        (schemes.MarcusJumpEuler(), ClassVerdict.REFUTED),
+    ):
+        ((kind, _),) = member_classes(scheme, SEED).items()
+        assert kind.name == "JumpDiffusion"
+        row = verdicts(scheme, kind, [Strong()])["strong"]
+        assert row.verdict is verdict
+    assert row.why.endswith("only with jumps that depend on the state")
+    # Means of jumps have no quadrature: paths are asked alone.
+    assert verdicts(scheme, kind, [Weak()])["weak"].verdict is ClassVerdict.PREMISE
