@@ -18,8 +18,8 @@ from .states import WHEN, cloud, follows_coefficients, states_near_start, time_u
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
-# Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and the bound
-# of round-off.
+# Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and a bound
+# for round-off.
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 TRUNCATED = "steps are truncated at every state, however short they are"
 
