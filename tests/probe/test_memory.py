@@ -7,13 +7,22 @@ import pytest
 
 from averaged_noise import LeimkuhlerMatthews
 from conformance.test_run_memory import Tired
-from facade import ExplicitProjectionEuler, StochasticTheta, double_well, gbm, gbm_algebraic, ou, pendulum
+from facade import (
+    ClassVerdict,
+    ExplicitProjectionEuler,
+    OrderReport,
+    StochasticTheta,
+    double_well,
+    gbm,
+    gbm_algebraic,
+    ou,
+    pendulum,
+)
 from planted import memory_schemes as m
 from sdaeverify import Scheme
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.probe.step.memory import memory_orders
 from sdaeverify.probing import OneStep, moment_errors, why_not_moments
-from sdaeverify.trees.report import ClassVerdict, OrderReport
 from sdaeverify.verdicts.opinions import local_opinion, of_memory
 
 # Measured orders of both schemes and their theory: sizes are known to 5 per cent, and few of them are asymptotic.
@@ -79,21 +88,21 @@ def test_single_steps_decide_up_to_the_order_of_memory() -> None:
 @pytest.mark.parametrize("scheme", [m.EverySoMany(), m.EverySoMany(period=7), m.SetsIn(time=0.6), m.RunningMean()])
 def test_no_class_is_verified_above_the_order_of_memory(scheme: Scheme) -> None:
     """Weak order 2 of Heun's method is that of its step without a history."""
-    rows = {row.measure: row for row in OrderReport.of(scheme, "additive", motions=1).rows}
+    rows = {row.measure: row for row in OrderReport.of(scheme, classes="additive", motions=1).rows}
     assert rows["weak"].verdict is ClassVerdict.PREMISE
     assert "memory changes runs" in rows["weak"].why
 
 
 def test_langevin_dynamics_with_an_old_force_is_not_verified() -> None:
     """The same of a class that a form poses."""
-    rows = {row.measure: row for row in OrderReport.of(m.OldForce(), "langevin", motions=1).rows}
+    rows = {row.measure: row for row in OrderReport.of(m.OldForce(), classes="langevin", motions=1).rows}
     assert rows["weak"].verdict is ClassVerdict.PREMISE
     assert rows["strong"].verdict is ClassVerdict.VERIFIED
 
 
 def test_a_right_method_of_two_steps_is_verified_for_its_class() -> None:
     """Its older drift changes runs by no more than its order allows."""
-    rows = OrderReport.of(m.AdamsBashforth(), "additive", motions=1).rows
+    rows = OrderReport.of(m.AdamsBashforth(), classes="additive", motions=1).rows
     assert [row.verdict for row in rows if row.claim == row.claim] == [ClassVerdict.VERIFIED] * 2
 
 
