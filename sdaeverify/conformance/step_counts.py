@@ -15,6 +15,7 @@ from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..forms import Problem
 from ..numerics.statistics import EPS
+from ..probe.local.delay_links import remove_delay
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import cloud
 from .trial import Trial
@@ -30,7 +31,10 @@ ROUNDINGS = 1e4
 
 def why_not_counted(scheme: Scheme, view: Problem) -> str:
     """Return why steps of different sizes cannot be compared, or an empty string."""
-    return OneStep(scheme, view).why_not_probed(beside=True, run=False)
+    if scheme.discontinuous_in_noise:
+        return "a step jumps as a function of its noise, so that its size is no power series"
+    step = OneStep(*remove_delay(scheme, view))
+    return step.why_not_comparable() or step.why_not_entered(run=False)
 
 
 def depends_on_count(scheme: Scheme, view: Problem) -> str:
@@ -42,7 +46,7 @@ def depends_on_count(scheme: Scheme, view: Problem) -> str:
     view : Problem
         Of the scheme's form; `why_not_counted` has nothing against the pair.
     """
-    step = OneStep(scheme, view)
+    step = OneStep(*remove_delay(scheme, view))
     for count, others in COUNTS.items():
         off = unlike(step, count, others)
         if off > UNLIKE:
@@ -52,7 +56,16 @@ def depends_on_count(scheme: Scheme, view: Problem) -> str:
 
 
 def unlike(step: OneStep, count: int, others: tuple[int, ...]) -> float:
-    """Return how far a step is from the one that other step sizes tell, in parts of their distance from Euler's."""
+    """Return the distance of a step from an interpolation in h, as part of their distance from Euler's step.
+
+    Parameters
+    ----------
+    step : OneStep
+    count : int
+        Number of steps of the run that has steps of this size.
+    others : tuple of int
+        Those of the runs whose step sizes are interpolated.
+    """
     h = np.array([step.view.horizon / steps for steps in (count, *others)])
     beside, rounding = zip(*(_beside_euler(step, float(size)) for size in h), strict=True)
     powers = h[:, None] ** POWERS

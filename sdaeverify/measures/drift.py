@@ -55,7 +55,7 @@ from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
 from ..verdicts.coverage import Coverage, claim_for, coverage
 from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ..verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit
+from ..verdicts.opinions import finding, guard, no_fit
 from ..verdicts.path_tests import (
     SUSPECT,
     PathTests,
@@ -66,7 +66,7 @@ from ..verdicts.path_tests import (
     with_sample,
 )
 from .path_errors.errors import STATE
-from .residuals import rounding_ratios
+from .residuals import judge_ratio, rounding_ratios
 from .slopes import Slopes
 from .strong.findings import TOLERANCE, judge_order, local_orders, probe_strong
 
@@ -306,20 +306,13 @@ class Drift(Measure):
         for name in ratios:
             covered = claim_for(scheme, view.traits, self.name, name)
             if covered.claim is not None and isinstance(covered.claim.value, Exact):
-                yield finding(covered, _of_ratio(ratios[name]), method=Method("residual of one step", 1))
+                yield finding(covered, judge_ratio(ratios[name]), method=Method("residual of one step", 1))
 
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Drift()]
-
-
-def _of_ratio(ratio: float) -> Opinion:
-    if np.isnan(ratio):
-        return local_doubt("each step fails")
-    text = f"residual of one step {ratio:.1g} times the bound for round-off"
-    return local_opinion(Verdict.VERIFIED if ratio <= 1.0 else Verdict.REFUTED, text)
 
 
 def _defects(evidence: Evidence) -> tuple[Defect, ...]:

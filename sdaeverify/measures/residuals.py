@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contracts.finding import Opinion, Verdict
 from ..contracts.scheme import Scheme
 from ..numerics import norm
 from ..numerics.statistics import EPS
@@ -11,6 +12,7 @@ from ..probe.local.delay_links import keeps_constraint
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import states_near_start
+from ..verdicts.opinions import local_doubt, local_opinion
 
 # Sizes of steps in units of time, their paths from each state, and the bound of round-off for one step, in units of
 # EPS and of the terms that cancel.
@@ -43,3 +45,11 @@ def rounding_ratios(scheme: Scheme, view: Any) -> dict[str, float]:
             ratio = norm(residual.value) / (BOUND * EPS * residual.scale)
             found[name] = np.fmax(found.get(name, np.nan), np.fmax.reduce(ratio[kept], initial=np.nan))
     return found
+
+
+def judge_ratio(ratio: float) -> Opinion:
+    """Return the opinion on a claim that a constraint holds up to round-off, by one ratio."""
+    if np.isnan(ratio):
+        return local_doubt("each step fails")
+    text = f"residual of one step {ratio:.1g} times the bound for round-off"
+    return local_opinion(Verdict.VERIFIED if ratio <= 1.0 else Verdict.REFUTED, text)

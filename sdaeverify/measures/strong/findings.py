@@ -17,11 +17,10 @@ from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
-from ...probe.local.strong_defects import LocalStrong, local_strong, local_strong_from, why_not_local_order
+from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
-from ...probe.step.states import states_near_start
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
 from ...verdicts.opinions import (
@@ -253,38 +252,6 @@ def judge_smooth(evidence: Evidence, claim: float, order: StrongOrder, margin: f
     """
     found = judge_strong(order, claim, margin=margin, sharp=evidence.scheme.local_order_is_global)
     return of_law(found, claim, evidence, paths=True)
-
-
-def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Finding]:
-    """Yield a finding for each component of a random member: the order of one step near its start.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    view : Problem
-        The member, in the scheme's form.
-    measure : str
-        Under which name claims are looked up.
-    """
-    evidence, pair = Evidence(scheme, view, view, Settings(), Tally(), Tally()), remove_delay(scheme, view)
-    step = OneStep(*pair)
-    why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
-    why = why or step.why_not_probed(beside=True, run=False, levy=True)
-    orders = {} if why else _member_orders(step)
-    for name in orders or (STATE,):
-        covered = coverage(evidence, measure, name)
-        if covered.claim is None or not isinstance(covered.claim.value, Order):
-            continue
-        if why:
-            yield finding(covered, local_doubt(why))
-            continue
-        opinion = judge_smooth(evidence, covered.claim.value.least, orders[name])
-        yield finding(covered, opinion, method=UNFITTED_METHODS[1], details={"local_order": orders[name].order})
-
-
-def _member_orders(step: OneStep) -> Orders:
-    record = local_strong_from(step.scheme, step.view, states_near_start(step.view, step.equation))
-    return dict(zip((*step.names, STATE), strong_orders(record), strict=True))
 
 
 def judge_errors(evidence: Evidence, quantity: Quantity, measure: str, order: StrongOrder | None) -> JudgedQuantity:
