@@ -66,7 +66,7 @@ def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
 @pytest.mark.parametrize(
     ("wrong", "equation"),
     [
-        (KeptAlgebraic(), "dx = c dt, y = x(t - tau)"),
+        (KeptAlgebraic(), "dx = 0, y = x(t - tau) + s t"),
         (OldLagAlgebraic(), "dx = c dt, y = x(t - tau)"),
         (PresentDrift(), "dx = c dt, y = x(t - tau)"),
         (OldOnTheMesh(), "dx = c dt, y = x(t - tau)"),
