@@ -14,9 +14,9 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import states_near_start
 from ..verdicts.opinions import local_doubt, local_opinion
 
-# Sizes of steps in units of time, their paths from each state, and the bound of round-off for one step, in units of
-# EPS and of the terms that cancel.
-STEPS, PATHS, BOUND = 2.0 ** -np.array([6.0, 10.0]), 16, 64.0
+# Sizes of steps in units of time, at which solvers that converge linearly come near round-off, and paths from each
+# state. The bound of round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs, of 8 steps.
+STEPS, PATHS, BOUND = 2.0 ** -np.array([10.0, 14.0]), 16, 64.0 * np.sqrt(8.0)
 
 
 def rounding_ratios(scheme: Scheme, view: Any) -> dict[str, float]:
