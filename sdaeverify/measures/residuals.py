@@ -15,7 +15,7 @@ from ..probe.step.states import states_near_start
 from ..verdicts.opinions import local_doubt, local_opinion
 
 # Sizes of steps in units of time, at which solvers that converge linearly come near round-off, and paths from each
-# state. The bound of round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs, of 8 steps.
+# state. The bound of round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs: 8 steps.
 STEPS, PATHS, BOUND = 2.0 ** -np.array([10.0, 14.0]), 16, 64.0 * np.sqrt(8.0)
 
 
