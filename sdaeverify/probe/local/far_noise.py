@@ -12,7 +12,8 @@ because a right scheme may clip its increments at sqrt(2 p h ln(1/h)) (Milstein 
 allows no order of 1/2 where its p is less. What lies beyond Z = 4.6 has less than 2e-4 of the variance.
 """
 
-from functools import reduce
+from collections.abc import Sequence
+from functools import lru_cache, reduce
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -21,11 +22,12 @@ import scipy
 
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme
-from ...forms import Problem
+from ...forms import Equation, Problem
 from ...noise.brownian import PARTS, Increment, complete
 from ...numerics.statistics import EPS
 from ..step.nodes import SEED, Nodes
 from ..step.one_step import OneStep
+from ..step.states import time_unit
 from .step_law import FINER, ROUNDINGS, SETTLED, EquationRates, equation_rates, short_steps, state_words
 
 # Draws in all, and at how many times of the run; fewer draws of large systems, whose draws have more motions each.
@@ -79,7 +81,7 @@ def noise_departure(scheme: Scheme, view: Problem, *, paths: bool) -> str:
     if step is None or rates is None or not rates.rows or not step.view.noise_dim:
         return ""
     with np.errstate(all="ignore"):
-        draws = _drawn(step, rates)
+        draws = _drawn(step.view, step.equation)
         found = [_difference(step, rates, draw, FINER[-1]) for draw in draws]
         stays = [_stays(step, rates, draw, gap) for draw, gap in zip(draws, found, strict=True)]
         if not any(map(np.any, stays)) or not (paths or _changes_law(draws, found, stays)):
@@ -87,24 +89,26 @@ def noise_departure(scheme: Scheme, view: Problem, *, paths: bool) -> str:
     return _words(draws, [*map(_size, found)], stays)
 
 
-def _drawn(step: OneStep, rates: EquationRates) -> list[_Draw]:
-    """Return draws at a few times, so many at each of the states."""
-    rng = np.random.Generator(np.random.Philox(key=SEED + 17))
-    (n, d, S), l = rates.x.shape, step.view.noise_dim
+# The same for all schemes of a form.
+@lru_cache(maxsize=8)
+def _drawn(view: Problem, equation: Equation) -> tuple[_Draw, ...]:
+    """Return draws at a few times, the same number at each of the states."""
+    rng, rates = np.random.Generator(np.random.Philox(key=SEED + 17)), equation_rates(view, equation)
+    (n, d, S), l = rates.x.shape, view.noise_dim
     each = max(1, int(np.clip(WORK // (d * l), FEWEST, DRAWS)) // (TIMES * S))
     found = []
     for place in np.linspace(0, n - 1, TIMES).astype(int).tolist():
-        nodes = _random_nodes(rng, step, each * S)
+        nodes = _random_nodes(rng, view, each * S)
         x, size = rates.x[place], rates.size[1, :, place]
         wide, root = np.tile(x, each), np.tile(np.sqrt(size), each)
         found.append(_Draw(float(rates.t[place]), wide, np.where(np.isfinite(wide).all(axis=0), root, np.inf), nodes))
-    return found
+    return tuple(found)
 
 
-def _random_nodes(rng: np.random.Generator, step: OneStep, count: int) -> Nodes:
+def _random_nodes(rng: np.random.Generator, view: Problem, count: int) -> Nodes:
     """Return noise of a step of length 1 whose increments are normal or, one in 2 sqrt(l) of them, uniform."""
-    l, share = step.view.noise_dim, 0.5 / np.sqrt(step.view.noise_dim)
-    far = np.sqrt(2.0 * LEAST_CLIP * -np.log(FINER[-1] * step.time_unit))
+    l, share = view.noise_dim, 0.5 / np.sqrt(view.noise_dim)
+    far = np.sqrt(2.0 * LEAST_CLIP * -np.log(FINER[-1] * time_unit(view)))
     normal, uniform = rng.standard_normal((l, count)), rng.uniform(-far, far, (l, count))
     dW = np.where(rng.uniform(size=(l, count)) < share, uniform, normal)
     density = scipy.stats.norm.pdf(dW)
@@ -114,7 +118,7 @@ def _random_nodes(rng: np.random.Generator, step: OneStep, count: int) -> Nodes:
     weights = np.prod(density / drawn, axis=0) * (most >= 1.0)
     dW = dW * np.minimum(most, 1.0)
     H = rng.standard_normal((l, count)) / np.sqrt(PARTS["H"])
-    noise = complete(Increment(dW, H), 1.0, step.view.noise, rng)
+    noise = complete(Increment(dW, H), 1.0, view.noise, rng)
     return Nodes(dW, H, weights, exact=False, K=noise.K, A=noise.A)
 
 
@@ -150,7 +154,7 @@ def _stays(step: OneStep, rates: EquationRates, draw: _Draw, found: tuple[Array,
     return np.asarray(stays)
 
 
-def _changes_law(draws: list[_Draw], found: list[tuple[Array, Array]], stays: list[Mask]) -> bool:
+def _changes_law(draws: Sequence[_Draw], found: list[tuple[Array, Array]], stays: list[Mask]) -> bool:
     """Return whether differences that have a limit change the mean or the mean squares of a step's noise."""
     changes = []
     for draw, (gap, moved), kept in zip(draws, found, stays, strict=True):
@@ -161,7 +165,7 @@ def _changes_law(draws: list[_Draw], found: list[tuple[Array, Array]], stays: li
     return bool((np.abs(every.mean(axis=1)) > STANDARD_ERRORS * error)[error > 0.0].any())
 
 
-def _words(draws: list[_Draw], sizes: list[Array], stays: list[Mask]) -> str:
+def _words(draws: Sequence[_Draw], sizes: list[Array], stays: list[Mask]) -> str:
     """Return the noise of the draws that stay, and where the largest of them is."""
     far = np.concatenate(
         [np.abs(draw.nodes.dW[:, kept]).max(axis=0) for draw, kept in zip(draws, stays, strict=True)]
