@@ -15,6 +15,7 @@ from facade import (
     HalfExplicitEuler,
     MemberClass,
     SemiImplicitProjectionEuler,
+    StochasticTheta,
     Strong,
     Weak,
     WrongLag,
@@ -142,6 +143,23 @@ def test_a_forgotten_delay_is_refuted_and_named():
     row = verdicts(WrongLag(reading="present"), DELAYS, [Drift()])["drift"]
     assert row.verdict is ClassVerdict.REFUTED
     assert row.why.endswith("only with algebraic components and a delay")
+
+
+class TooStrong(StochasticTheta):
+    """Euler's step with a tenth too much noise."""
+
+    name: ClassVar[str] = "too-strong"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step with other noise."""
+        return super().step(problem, state, t, h, noise._replace(dW=1.1 * noise.dW))
+
+
+def test_a_defect_on_every_member_needs_no_feature():
+    """Where no feature is needed, none is named but one without which the problem is of another form: a delay."""
+    row = verdicts(TooStrong(theta=0.0), DELAYS, [Strong()])["strong"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert row.why.endswith("only with a delay")
 
 
 class Noting(Measure):
