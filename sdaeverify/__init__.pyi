@@ -33,6 +33,7 @@ from .forms.overdamped.constrained_langevin import (
 from .forms.problem import Problem as Problem, Residual as Residual
 from .forms.sde.sde import SDE as SDE
 from .forms.traits import Trait as Trait
+from .forms.features import Feature as Feature
 from .forms.trivial import Trivial as Trivial
 from .forms.truths import (
     InvariantMean as InvariantMean,

@@ -42,6 +42,7 @@ from .study import CellResult, Event, Finished, Plan, Study, plan
 from .study.class_rows import class_rows
 from .study.examination import Work
 from .study.trial import trial_of
+from .study.unseen import unseen
 from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits, read_limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
@@ -422,6 +423,7 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside
     things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
     run["noise"] = {each.label: noise_in_words(each) for each in things.values() if isinstance(each, Scheme)}
     run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
+    run["unseen"] = [*unseen(study.plan)]
     examined = [(result, work.command) for work in beside for result in work.results]
     run["examined"] = {result.cell.measure.name: [*words] for result, words in examined}
     results += tuple(result for result, _ in examined)

@@ -7,6 +7,7 @@ Such a measure is one as `sdaeverify.measuring` explains it, made of these parts
         usable, left_out = usable_levels(evidence, quantity)
         fitted = fit(evidence, quantity, usable, left_out)  # their order, with an interval and the reference's bias
         tests = path_tests(fitted, claim)                   # what that says of a claimed order
+        tests = resolve_lower_order(tests, fitted, order)   # the same where paths alone decide
     judge_together(judged, others, norms)                   # the judgement: findings, and rows of each step size
 
 Errors
@@ -20,7 +21,16 @@ One step
 
 from .measures.path_errors.consistency import consistency_opinions, probe_consistency
 from .measures.path_errors.errors import STATE, ErrorObserver, tally_errors
-from .measures.path_errors.order import RIGHT_LIMIT, Bias, Fit, fit, judge_exact, path_tests, usable_levels
+from .measures.path_errors.order import (
+    RIGHT_LIMIT,
+    Bias,
+    Fit,
+    fit,
+    judge_exact,
+    path_tests,
+    resolve_lower_order,
+    usable_levels,
+)
 from .measures.path_errors.quantity import (
     ERROR_COLUMNS,
     JudgedQuantity,
@@ -48,6 +58,7 @@ __all__ = [
     "path_tests",
     "probe_consistency",
     "quantities_of",
+    "resolve_lower_order",
     "tally_errors",
     "unknown_components",
     "usable_levels",

@@ -37,6 +37,8 @@ from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
+from sdaeverify.forms.sde.linear_growth import grows_linearly
+from sdaeverify.forms.tree_class import placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -81,7 +83,15 @@ from sdaeverify.measures.weak.probe import judge_probe, judge_weak, probe_weak
 from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
 from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine
 from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, significant
-from sdaeverify.numerics.statistics import EPS, chernoff_interval, corrected_slope_weights, leave_out, log_functional
+from sdaeverify.numerics.statistics import (
+    EPS,
+    chernoff_interval,
+    corrected_slope_weights,
+    leave_out,
+    log_functional,
+    lower_term_weights,
+)
+from sdaeverify.probe.explosion import explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
@@ -114,8 +124,9 @@ from sdaeverify.probe.local.consistency import (
     delay_consistency,
 )
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay, why_not_algebraic
+from sdaeverify.probe.local.far_noise import noise_departure
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
-from sdaeverify.probe.local.step_law import LawResolution, step_law
+from sdaeverify.probe.local.step_law import LawResolution, law_departure, step_law
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_orders
@@ -134,6 +145,7 @@ from sdaeverify.probe.operator.functional_orders import (
     functional_orders,
     least_order,
     order_of,
+    slowest_fall,
     widen,
 )
 from sdaeverify.probe.operator.transition import stationary, transition
@@ -240,11 +252,12 @@ from sdaeverify.study.members.classes import MemberClass, member_classes, member
 from sdaeverify.study.members.rows import MEMBERS, member_rows, refuting_class
 from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
+from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
 from sdaeverify.trees.class_row import ClassVerdict
-from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass
+from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
@@ -252,6 +265,7 @@ from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
 from sdaeverify.trees.record import Record
+from sdaeverify.trees.relatives import distance_far
 from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
@@ -261,7 +275,7 @@ from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests
 from sdaeverify.verdicts.coverage import claim_for
 from sdaeverify.verdicts.opinions import beside, of_smooth
-from sdaeverify.verdicts.path_tests import hold_back, unlike
+from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike
 from sdaeverify.verdicts.rules import FINER as way_FINER
 from sdaeverify.verdicts.rules import Objection, forbid, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
@@ -386,6 +400,7 @@ from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.growing_algebraic import growing_algebraic
+from sdaeverify_problems.growing_volatility import growing_volatility
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_problems.levy_area import levy_area
@@ -399,6 +414,7 @@ from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
 from sdaeverify_problems.ou import exponential_integral, ou
 from sdaeverify_problems.pendulums.angle_pendulum import angle_pendulum
 from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
+from sdaeverify_problems.pendulums.driven_double_pendulum import driven_double_pendulum
 from sdaeverify_problems.pendulums.pendulum import pendulum
 from sdaeverify_problems.pendulums.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulums.pendulum_velocity_noise import pendulum_velocity_noise

@@ -126,6 +126,8 @@ def test_a_claim_reads_as_words():
         ({"value": -1.0}, "larger than its margin"),
         ({"margin": 0.0}, "larger than its margin"),
         ({"margin": 1.0}, "larger than its margin"),
+        ({"margin": 0.5}, "less than 1/2"),
+        ({"value": 2.0, "margin": 0.6}, "less than 1/2"),
         ({"value": float("inf")}, "finite"),
         ({"when": frozenset({"no-noise"})}, "unknown traits"),
     ],

@@ -273,3 +273,29 @@ def test_refused_measures(registry: Registry, wanted: Any, message: str) -> None
 def test_everything_of_an_empty_registry_is_nothing() -> None:
     """Asking for everything is no mistake where there is nothing."""
     assert select_schemes(Registry({})) == []
+
+
+@pytest.mark.parametrize(
+    ("author", "crossed"),
+    [
+        (Origin("shipped", "sdaeverify", "1", "shipped"), False),
+        (ORIGIN, False),
+        (Origin("others", "others", "1", "others"), True),
+        (Origin("mine", "", "", "/mine.py"), True),
+    ],
+)
+def test_a_list_of_schemes_binds_those_that_its_author_could_name(
+    registry: Registry, author: Origin, crossed: bool
+) -> None:
+    """Schemes of the framework and of the problem's distribution are bound by the list, those of others are not."""
+
+    def limited(c_g: float = 1.0) -> SDE:
+        return pendulum(c_g)
+
+    problem = in_matrix({"c_g": 2.0}, schemes=("half-other",))(limited)
+    problems = {"limited": Registered("limited", (problem,), ORIGIN)}
+    schemes = {"euler": Registered("euler", (Euler(),), author)}
+
+    (spec,) = select_problems(Registry({PROBLEMS: problems, SCHEMES: schemes}))
+
+    assert spec.select([Euler(), HalfOther()], [])[0] == ((Euler(),) if crossed else ()) + (HalfOther(),)

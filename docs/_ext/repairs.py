@@ -23,6 +23,7 @@ SCHEME = {
     "same-call-same-bits": "Take all randomness from `noise`, keep no counter and no cache in the scheme.",
     "paths-in-any-order": "Do not use the position of a path in the batch, `np.arange(paths)` for example.",
     "paths-alone": "Take no mean, maximum or norm over the last axis; end an iteration for each path by itself.",
+    "any-number-of-steps": "Let a step depend on `h` smoothly, and on no number of steps.",
     "declared-noise-only": 'Name what the step uses: `noise = frozenset({"dW", "H"})`.',
     "noise-is-used": "Use `noise.dW` with its sign. If the law of the noise is your own, set `law`.",
     "own-memory": "Return a new array: `noise.dW.copy()`, or an expression, not a view of the noise.",

@@ -256,7 +256,7 @@ def _of_law(question: Question, covered: Coverage, truth: Moment) -> Asked:
         return float(y_ - slope * (z_ - mean) - mean)
 
     estimate = jackknife(group_sums(np.stack([y, z, y * z, z * z])), question.counts, bias_of)
-    tests = bound_tests(estimate, claim.value.most, evidence)
+    tests = bound_tests(estimate, claim.value.most, evidence).unless_vacuous(claim.value.most, float(z.std()))
     heavy = is_heavy((y - y.mean()) ** 2)
     return Asked(LAW, covered, with_sample(tests, sample.budget.paths, heavy=heavy), estimate, np.nan, evidence)
 

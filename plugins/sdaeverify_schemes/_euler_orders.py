@@ -2,6 +2,8 @@
 
 from sdaeverify import Claim
 
+from ._senses import by_growth
+
 DRIFT = "no projection; at least the strong order, g being Lipschitz near the solution"
 MILSTEIN = frozenset({"vanishing-milstein-term"})
 CONVERGES = (
@@ -12,8 +14,10 @@ CONVERGES = (
     Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1"),
 )
 STRONG_HALF = CONVERGES[:1]
-ORDERS = (
-    *CONVERGES,
+DRIFTS = (
     Claim(measure="drift", value=0.5, source=DRIFT),
     Claim(measure="drift", value=1.0, when=MILSTEIN, source=DRIFT),
 )
+# Tamed and truncated schemes have moments where drifts of one-sided growth are not linear; Euler-Maruyama has not.
+ORDERS = (*CONVERGES, *DRIFTS)
+EXPLICIT_ORDERS = (*by_growth(*CONVERGES), *DRIFTS)

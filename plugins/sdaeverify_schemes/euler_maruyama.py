@@ -7,7 +7,8 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import norm
 
-from ._euler_orders import ORDERS
+from ._euler_orders import EXPLICIT_ORDERS, ORDERS
+from ._senses import LINEAR_GROWTH
 
 
 class EulerMaruyama(Scheme):
@@ -16,11 +17,11 @@ class EulerMaruyama(Scheme):
     name: ClassVar[str] = "euler-maruyama"
     form: ClassVar[type[SDE]] = SDE
     claims: ClassVar[tuple[Claim, ...]] = (
-        *ORDERS,
+        *EXPLICIT_ORDERS,
         Claim(
             measure="invariant",
             value=1.0,
-            when=frozenset({"unconstrained"}),
+            when=LINEAR_GROWTH | {"unconstrained"},
             source="Talay & Tubaro 1990, for ergodic problems",
         ),
         Claim(measure="stability", value="conditional", source="Higham 2000, with theta = 0"),

@@ -8,9 +8,11 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
 from ._additive import not_additive
+from ._senses import LINEAR_GROWTH, by_growth
 from ._side_by_side import TOGETHER
 
 COMMUTATIVE = ("scalar-noise", "diagonal-noise", "vanishing-milstein-term")
+ADDITIVE = frozenset({"additive-noise"})
 RUEMELIN = "Ruemelin 1982, for commutative noise"
 LIPSCHITZ = "no projection; at least the strong order, g being Lipschitz near the solution"
 
@@ -25,10 +27,12 @@ class Heun(Scheme):
     name: ClassVar[str] = "heun"
     form: ClassVar[type[SDE]] = SDE
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=0.5, source="Ruemelin 1982"),
-        *(Claim(measure="strong", value=1.0, when=frozenset({trait}), source=RUEMELIN) for trait in COMMUTATIVE),
-        Claim(measure="weak", value=1.0, source="measured"),
-        Claim(measure="weak", value=2.0, when=frozenset({"additive-noise"}), source="the scheme heun-additive there"),
+        *by_growth(
+            Claim(measure="strong", value=0.5, source="Ruemelin 1982"),
+            *(Claim(measure="strong", value=1.0, when=frozenset({trait}), source=RUEMELIN) for trait in COMMUTATIVE),
+            Claim(measure="weak", value=1.0, source="measured"),
+            Claim(measure="weak", value=2.0, when=ADDITIVE, source="the scheme heun-additive there"),
+        ),
         Claim(measure="drift", value=0.5, source=LIPSCHITZ),
         # No constrained problem has diagonal noise.
         Claim(measure="drift", value=1.0, when=frozenset({"scalar-noise"}), source=LIPSCHITZ),
@@ -55,12 +59,14 @@ class HeunAdditive(Scheme):
     name: ClassVar[str] = "heun-additive"
     form: ClassVar[type[SDE]] = SDE
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, section 10.3: Milstein's order"),
-        Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, (15.1.1) with constant b, any moments"),
+        *by_growth(
+            Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, section 10.3: Milstein's order"),
+            Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, (15.1.1) with constant b, any moments"),
+        ),
         Claim(
             measure="invariant",
             value=2.0,
-            when=frozenset({"unconstrained"}),
+            when=LINEAR_GROWTH | {"unconstrained"},
             source="Talay 1990: the weak order, for ergodic problems",
         ),
     )

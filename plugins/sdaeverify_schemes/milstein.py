@@ -7,6 +7,8 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
+from ._senses import by_growth
+
 
 class Milstein(Scheme):
     """x+ = x + f h + B dW + (1/2) sum_j DB_j(x) B_j(x) (dW_j^2 - h).
@@ -17,8 +19,10 @@ class Milstein(Scheme):
     name: ClassVar[str] = "milstein"
     form: ClassVar[type[SDE]] = SDE
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, Theorem 10.3.5"),
-        Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1: Euler's weak order"),
+        *by_growth(
+            Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, Theorem 10.3.5"),
+            Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1: Euler's weak order"),
+        ),
         Claim(measure="drift", value=1.0, source="no projection; at least the strong order, g being Lipschitz"),
         Claim(measure="stability", value="conditional", source="measured; Higham 2000 treats Euler's scheme"),
     )

@@ -6,6 +6,8 @@ import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
+from ._senses import by_growth
+
 
 class MilsteinAreas(Scheme):
     """x+ = x + f h + B dW + sum_jk DB_k(x) B_j(x) I_jk with the double integrals of Ito.
@@ -18,8 +20,10 @@ class MilsteinAreas(Scheme):
     form: ClassVar[type[SDE]] = SDE
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "A"})
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, Theorem 10.3.5"),
-        Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1: Euler's weak order"),
+        *by_growth(
+            Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, Theorem 10.3.5"),
+            Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1: Euler's weak order"),
+        ),
     )
     source: ClassVar[str] = "Milstein 1974; Kloeden & Platen 1992, (10.3.3)"
 

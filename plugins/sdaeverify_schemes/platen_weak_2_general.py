@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
+from ._senses import by_growth
 from ._side_by_side import side_by_side
 from .platen_weak_2 import SEPARATE
 
@@ -30,7 +31,7 @@ class PlatenWeak2General(Scheme):
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
     law: ClassVar[Law] = THREE_POINT
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, section 15.1"),
+        *by_growth(Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, section 15.1")),
     )
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.3)"
 

@@ -5,6 +5,7 @@ from typing import ClassVar
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 from ._additive import not_additive
+from ._senses import LINEAR_GROWTH, by_growth
 
 
 class SRA1(Scheme):
@@ -18,9 +19,11 @@ class SRA1(Scheme):
     form: ClassVar[type[SDE]] = SDE
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.5, source="Roessler 2010, section 6"),
-        Claim(measure="weak", value=2.0, source="measured"),
-        Claim(measure="invariant", value=2.0, source="measured; the weak order"),
+        *by_growth(
+            Claim(measure="strong", value=1.5, source="Roessler 2010, section 6"),
+            Claim(measure="weak", value=2.0, source="measured"),
+        ),
+        Claim(measure="invariant", value=2.0, when=LINEAR_GROWTH, source="measured; the weak order"),
     )
     source: ClassVar[str] = "Roessler 2010, section 6, SRA1"
 

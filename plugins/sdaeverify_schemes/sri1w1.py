@@ -6,6 +6,8 @@ import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
+from ._senses import by_growth
+
 
 class SRI1W1(Scheme):
     """Four values of the noise's coefficient b, two of the drift f, and Z = int_t^{t+h} (W(s) - W(t)) ds.
@@ -26,8 +28,10 @@ class SRI1W1(Scheme):
     form: ClassVar[type[SDE]] = SDE
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.5, source="Roessler 2010, section 6"),
-        Claim(measure="weak", value=1.5, source="at least the strong order"),
+        *by_growth(
+            Claim(measure="strong", value=1.5, source="Roessler 2010, section 6"),
+            Claim(measure="weak", value=1.5, source="at least the strong order"),
+        ),
         Claim(measure="drift", value=1.5, source="no projection; at least the strong order, g being Lipschitz"),
     )
     source: ClassVar[str] = "Roessler 2010, section 6, SRI1W1"

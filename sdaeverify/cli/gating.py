@@ -21,6 +21,7 @@ from ..report.files import require_writable, write_json
 from ..study import Plan
 from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
+from ..study.unseen import unseen_features
 from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
@@ -246,7 +247,8 @@ def describe_everything(registry: Registry, file: Path | None) -> str:
 
 
 def _notes(run: Run, policy: Policy) -> Iterator[str]:
-    """Yield what examinations have left out, or that none is made."""
+    """Yield features that no problem of the gate has, and what examinations have left out, or that none is made."""
+    yield from unseen_features(run.plan)
     yield from (note for work in run.examined for note in work.notes)
     if policy.examinations and not run.examined:
         yield f"examinations of {', '.join(policy.examinations)} are left out where a part is selected"

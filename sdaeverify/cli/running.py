@@ -279,14 +279,15 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
     if run.quiet:
         print_texts(console, lines_of(sentence, console.width))
         return
-    notes, plain = [*_notes(run), f"exit code {code.value}: {code.words}"], console.options.ascii_only
+    notes, plain = [*_notes(run, result), f"exit code {code.value}: {code.words}"], console.options.ascii_only
     print_texts(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
 
 
-def _notes(run: Run) -> Iterator[str]:
+def _notes(run: Run, result: Result) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
     yield from class_notes([row.cells for row in run.study.class_rows or ()])
+    yield from result.run["unseen"]
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
     yield f"{page}{VERDICTS}, {CLASSES}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] gives the reasons"

@@ -13,11 +13,13 @@ import numpy as np
 
 from ..arrays import Array, arrays, each
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
+from ..contracts.settings import FIRST_BLOCK
 from ..errors import FAULTS, SchemeError, one_line
 from ..forms import BROWNIAN, Problem
 from ..noise.brownian import Increment
 from ..numerics import all_finite
 from ..numerics.statistics import EPS
+from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row, same_in_a_row
@@ -31,6 +33,8 @@ FINE, COARSE = 64, 8
 FEW = slice(0, 2)
 # A step that treats paths by their place in a block may do so late in it: the states, times components, of a batch.
 MANY = 640
+# Paths of the one large batch of the kit: more than a run simulates together by default.
+LARGE = 2**14
 # Paths of another batch may differ by so much of the state: a tolerance near rounding. Defects of one step are not
 # told from rounding below some hundreds of EPS times the weights of their reference, which is as much.
 JOINT = 4096.0 * EPS
@@ -173,7 +177,15 @@ def takes_paths_alone(trial: Trial) -> str:
 
     What is no more than `JOINT` is let pass: see `ends_together`.
     """
-    apart = apart_in_batches(trial)
+    return _depends_on_batch(apart_in_batches(trial))
+
+
+def takes_many_paths(trial: Trial) -> str:
+    """Make the step of all paths, each many times and in any order, in one large batch."""
+    return _depends_on_batch(trial.apart(_shuffled(trial, LARGE)))
+
+
+def _depends_on_batch(apart: float) -> str:
     text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
     return f"{text}: each path must be stepped by itself, without memory" if apart > JOINT else ""
 
@@ -182,8 +194,14 @@ def apart_in_batches(trial: Trial) -> float:
     """Return how far paths go elsewhere in other batches, beyond rounding, in sizes of the largest state."""
     half, many = trial.paths // 2, max(MANY // len(flatten(trial.state)), 1)
     parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
-    batches: list[Array | slice] = [*parts, np.tile(np.arange(trial.paths), many)]
+    sizes = FIRST_BLOCK, trial.paths * many
+    batches: list[Array | slice] = [*parts, *(_shuffled(trial, size) for size in sizes)]
     return max(map(trial.apart, batches))
+
+
+def _shuffled(trial: Trial, size: int) -> Array:
+    """Return paths in random order, shape (size,): in a row of copies, an exchange between copies would not show."""
+    return np.random.Generator(np.random.Philox(key=SEED + 18)).integers(0, trial.paths, size)
 
 
 def ends_together(trial: Trial) -> str:

@@ -21,6 +21,7 @@ from ..arrays import Array, Parts
 from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SchemeError, SdaeverifyError, one_line
+from ..forms.traits import SET_BY_FORM
 from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
@@ -212,9 +213,19 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
 def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
     """Yield what a scheme does on each variant that it refuses neither beforehand nor in its step."""
     for trivial in variants:
-        tried = scheme.noise <= trivial.problem.noise and not scheme.refuses(trivial.problem)
+        tried = _is_claimed(scheme, trivial) and not scheme.refuses(trivial.problem)
         if tried and (found := _try(scheme, trivial, followed)) is not None:
             yield found
+
+
+def _is_claimed(scheme: Scheme, trivial: Trivial) -> bool:
+    """Return whether a scheme can use the noise of a trivial problem and some claim of it can be about the problem.
+
+    A claim that asks for a trait that forms set themselves is not about problems without it: a scheme for the limit
+    eps = 0 alone need not be exact for eps > 0. Other traits may hold without being declared.
+    """
+    asked, problem = [claim.when & SET_BY_FORM for claim in scheme.promises], trivial.problem
+    return scheme.noise <= problem.noise and (not asked or any(when <= problem.traits for when in asked))
 
 
 def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:

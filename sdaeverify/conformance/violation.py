@@ -2,7 +2,8 @@
 
 A short step follows the equation at every state that solutions reach and at all times, not at those alone where
 orders are probed: see `step_law`. A step that clips its state, or loses a term on one side of a threshold, follows it
-everywhere else, and a few states in the middle of the law do not show it.
+everywhere else, and a few states in the middle of the law do not show it. So does a step that loses rare noise: see
+`far_noise`.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..contracts.tally import Tally, packed
 from ..forms import Problem
+from ..probe.local.far_noise import noise_departure
 from ..probe.local.run_memory import run_memory
 from ..probe.local.step_law import law_departure, law_resolution
 from .contract import contract_violation
@@ -20,7 +22,7 @@ from .exactness import exactness_violation
 LAW = "step law"
 
 
-def departure(scheme: Scheme, view: Problem) -> str:
+def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
     """Return where short steps, or the memory of a run, leave the equation, in one line, or an empty string.
 
     Parameters
@@ -28,13 +30,15 @@ def departure(scheme: Scheme, view: Problem) -> str:
     scheme : Scheme
     view : Problem
         Of the scheme's form.
+    paths : bool
+        Whether the scheme claims anything of paths; see `noise_departure`.
 
     Returns
     -------
     str
         Empty, too, where a step cannot be probed, see `step_law` and `run_memory`.
     """
-    if text := law_departure(scheme, view):
+    if text := law_departure(scheme, view) or noise_departure(scheme, view, paths=paths):
         return text
     memory = run_memory(scheme, view)
     return "" if memory is None else memory.departure
@@ -66,7 +70,9 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
             return text
         if text := exactness_violation(scheme, view.noise_dim, followed=followed):
             return text
-        return departure(scheme, view) if follows(scheme, view, followed) else ""
+        if not follows(scheme, view, followed):
+            return ""
+        return departure(scheme, view, paths=_claims_any(scheme, view, followed.paths))
 
 
 def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
@@ -80,8 +86,13 @@ def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
     followed : Followed
         Names of the measures whose claims say that steps follow the equation.
     """
+    return _claims_any(scheme, view, followed.paths | followed.law)
+
+
+def _claims_any(scheme: Scheme, view: Problem, measures: frozenset[str]) -> bool:
+    """Return whether a scheme makes a claim of one of some measures on this problem in all its quantities."""
     held = [claim for claim in scheme.promises if claim.when <= view.traits and not claim.quantities]
-    return not (followed.paths | followed.law).isdisjoint(claim.measure for claim in held)
+    return not measures.isdisjoint(claim.measure for claim in held)
 
 
 def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:

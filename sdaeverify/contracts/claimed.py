@@ -10,7 +10,12 @@ from ..errors import SchemeError
 
 # How users write what is exact, and what has no bias beyond a bound.
 ROUND_OFF, UNBIASED = "round-off", "unbiased"
-MARGIN = 0.2
+# Orders in h are multiples of 1/2: a margin of 1/2 would accept the order below the one that is claimed.
+MARGIN, HALF = 0.2, 0.5
+# In which sense an order holds. Orders in mean square need moments of the scheme that stay bounded as h falls; orders
+# in probability, which are those along almost every path, need local conditions only (Gyongy 1998).
+IN_MEAN_SQUARE, IN_PROBABILITY = "in mean square", "in probability"
+SENSES = (IN_MEAN_SQUARE, IN_PROBABILITY)
 
 
 @dataclass(frozen=True)
@@ -21,7 +26,7 @@ class Order:
     ----------
     least : float
     margin : float
-        How far below `least` an order may be: part of the claim.
+        How far below `least` an order along paths may be: part of the claim, less than 1/2.
     """
 
     least: float
@@ -32,6 +37,10 @@ class Order:
             given = f"value {self.least!r} with margin {self.margin!r}"
             raise SchemeError(
                 f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
+            )
+        if self.margin >= HALF:
+            raise SchemeError(
+                f"a margin must be less than 1/2, or the next lower order would do as well; got {self.margin!r}"
             )
 
     @property

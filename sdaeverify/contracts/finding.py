@@ -41,6 +41,7 @@ class Kind(StrEnum):
     INCONSISTENT = "one step does not follow the equation"
     LOST_INDEX = "the problem loses its root"
     MORE_PATHS = "paths that would decide"
+    LOWER_ORDER = "a lower order is not excluded"
     GUARD = "paths do not guard what one step says"
     FINER = "finer levels would tell"
     NOT_SMOOTH = "the observable is not smooth"
@@ -250,6 +251,9 @@ class Finding:
     resolution : float
         Largest error of the limit that the evidence leaves possible, as part of the quantity's size: one that is
         larger would have shown. NaN where nothing is said of a limit, infinite where no error would have shown.
+    order_resolution : float
+        Largest share of the error at the finest step that a term of half an order less than the claimed one may have,
+        where paths alone decide an order; NaN elsewhere, infinite where it is not known.
     value_of : str
         What the estimate is where it is neither an order nor what the measure's estimates are.
     method : Method or None
@@ -266,6 +270,7 @@ class Finding:
     low: float = nan
     high: float = nan
     resolution: float = nan
+    order_resolution: float = nan
     value_of: str = ""
     method: Method | None = None
     p_verified: float = nan

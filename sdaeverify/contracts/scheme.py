@@ -17,7 +17,7 @@ from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Problem, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
-from .claimed import Bound, Exact, Order, Value, Word, as_value
+from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
 from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -71,6 +71,9 @@ class Claim:
         Components or residuals it is about, at all times unless ``@T`` stands behind the name; empty for all of them.
     when : frozenset of str
         Traits a problem must have; a claim is only tested where they hold.
+    sense : str
+        ``in mean square``, or ``in probability``: along almost every path, and of means without the paths that leave
+        a large ball. The former is not verified where moments of the scheme grow without bound as h falls.
     margin : float, optional
         How far below the value an order may be, in units of order; becomes part of it.
     bound : float, optional
@@ -85,6 +88,7 @@ class Claim:
     source: str
     quantities: tuple[str, ...] = ()
     when: frozenset[str] = frozenset()
+    sense: str = IN_MEAN_SQUARE
     margin: InitVar[float | None] = None
     bound: InitVar[float | None] = None
     share: InitVar[float | None] = None
@@ -110,6 +114,7 @@ class Claim:
             "source": ("a text that is not blank", is_text(self.source)),
             "quantities": ("a tuple of texts that are not blank", are_texts(self.quantities, tuple)),
             "when": ("a frozenset of texts", are_texts(self.when, frozenset)),
+            "sense": (f"one of {', '.join(map(repr, SENSES))}", self.sense in SENSES),
             **{name: ("a number", each is None or is_number(each)) for name, each in numbers.items()},
         }
         for name, (expected, right) in fits.items():
@@ -123,7 +128,7 @@ class Claim:
         return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:
-        return str(self.value)
+        return str(self.value) if self.sense == IN_MEAN_SQUARE else f"{self.value} {self.sense}"
 
 
 def is_text(value: object) -> bool:
@@ -247,8 +252,8 @@ class Scheme(_Frozen):
         """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
 
         A scheme with further memory adds it here. Of the past nothing is known: memory of steps before is what a step
-        of lower order would have left. What that changes has to vanish with h as the error of one step does, or the
-        scheme is judged by its paths alone.
+        of lower order would have left. Orders above that by which memory changes a run, and all orders if the
+        change does not vanish with h, are judged by paths alone.
 
         Parameters
         ----------

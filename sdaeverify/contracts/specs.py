@@ -52,6 +52,9 @@ class ProblemSpec:
         The parameters that were given.
     schemes, measures : tuple of str
         Labels of the schemes and names of the measures that it is crossed with; all of a run where empty.
+    bound : frozenset of str, or None
+        Names of the schemes that `schemes` chooses among; any other scheme is crossed with the problem. None means
+        that it chooses among all.
     """
 
     name: str
@@ -59,6 +62,7 @@ class ProblemSpec:
     parameters: tuple[tuple[str, object], ...] = ()
     schemes: tuple[str, ...] = field(default=(), compare=False)
     measures: tuple[str, ...] = field(default=(), compare=False)
+    bound: frozenset[str] | None = field(default=None, compare=False)
 
     @cached_property
     def label(self) -> str:
@@ -70,9 +74,13 @@ class ProblemSpec:
     ) -> tuple[tuple[Scheme, ...], tuple[Measure, ...]]:
         """Return those of a run that the problem is crossed with."""
         return (
-            tuple(scheme for scheme in schemes if not self.schemes or scheme.label in self.schemes),
+            tuple(scheme for scheme in schemes if self._is_crossed(scheme)),
             tuple(measure for measure in measures if not self.measures or measure.name in self.measures),
         )
+
+    def _is_crossed(self, scheme: Scheme) -> bool:
+        free = not self.schemes or (self.bound is not None and scheme.name not in self.bound)
+        return free or scheme.label in self.schemes
 
     def build(self) -> Problem:
         """Call the problem function.
@@ -143,7 +151,8 @@ def in_matrix(
         The parameters of each problem in the matrix.
     schemes, measures : sequence of str
         Labels of the schemes and names of the measures that they are crossed with there, where the others would take
-        long; all of them if left out.
+        long; all of them if left out. The list chooses among the schemes that come with the framework or with the
+        plugin's own distribution: schemes of other authors, which it could not name, are crossed with the problems.
 
     Raises
     ------

@@ -16,6 +16,7 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
+from .features import Feature
 from .generic import GenericClass
 from .names import article
 from .traits import ADDITIVE, COMMUTING, GENERAL, why_unknown
@@ -213,6 +214,11 @@ class Problem:
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return problems of the form that every scheme for it solves exactly; none unless the form knows some."""
+        return ()
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return features that problems of the form may have, for the note on what a run has not met; none here."""
         return ()
 
     @classmethod

@@ -68,6 +68,11 @@ GENERAL: tuple[Trait, ...] = (
         "leave a manifold in the long run.",
     ),
     Trait("constrained", "It has constraints, eliminated or not (set by the form itself)."),
+    Trait(
+        "linear-growth",
+        "Drift and diffusion of an SDE grow at most linearly with the state, as globally Lipschitz ones do (set by "
+        "the form itself, which evaluates them along rays).",
+    ),
     Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
 )
 INDEX_ONE: tuple[Trait, ...] = (
@@ -82,6 +87,8 @@ INDEX_ONE: tuple[Trait, ...] = (
     ),
     Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
 )
+# Traits that forms set themselves: a problem without one of them lacks it, however little its author declares.
+SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic"})
 # Each of these makes noises commute.
 COMMUTING = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
 # What follows from noise that is additive, beside itself.

@@ -7,7 +7,10 @@ has in their place, what a step has, and the conditions on it.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..arrays import Array
 
@@ -16,6 +19,9 @@ TIME = "t"
 # By how much a step on a problem below is later than that on the problem above it, whose coefficients are those of a
 # later time.
 LATER = 0.25
+# The size of a problem far out, a power of two so that scaling rounds nothing; by how much later the problem below it
+# begins; and the number of Brownian motions among which those of a class are placed.
+FAR, LATE, PLACES = 2.0**20, 2.0**10, 5
 # What a tree's value follows from: an integral over time, one over a Brownian motion, or the product below it itself.
 OVER_TIME, OVER_NOISE, PRODUCT = "dt", "dW", ""
 
@@ -164,6 +170,8 @@ class Relatives(NamedTuple):
         The Brownian motions of the problem below out of those of the one above.
     later : float
         s, which tells a step that takes coefficients at another time; 0 where they do not depend on time.
+    states : ndarray, shape (m, S), or None
+        States of the problem above from which steps are made; its start alone if None.
     """
 
     below: Any
@@ -171,6 +179,43 @@ class Relatives(NamedTuple):
     maps: Mapping[str, tuple[Array, Array]]
     driven: Array
     later: float = 0.0
+    states: Array | None = None
+
+
+def far_states(rng: np.random.Generator, m: int) -> Array:
+    """Return states of a problem of the size `FAR`, shape (m, 64).
+
+    A fourth of them have the size `FAR`/8. Of the others each component has a random sign and a random size between 1
+    and that, so that a step that is another one in some region meets states inside and outside of it.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    m : int
+        Number of components.
+    """
+    near = FAR / 8.0 * rng.standard_normal((m, 16))
+    sizes = np.exp2(rng.uniform(0.0, np.log2(FAR / 8.0), (m, 48)))
+    return np.concatenate([near, rng.choice([-1.0, 1.0], sizes.shape) * sizes], axis=1)
+
+
+def placements(motions: int) -> list[Array]:
+    """Return ways to place some motions among `PLACES` in their order, as matrices of shape (motions, PLACES).
+
+    Each of the `PLACES` motions, and each pair of them where there are pairs, is met by one of these.
+    """
+    size = min(motions, 2)
+    ways, left, found = [*combinations(range(PLACES), motions)], {*combinations(range(PLACES), size)}, []
+    while left:
+        best = max(ways, key=lambda places: len(left.intersection(combinations(places, size))))
+        left.difference_update(combinations(best, size))
+        found.append(np.eye(PLACES)[list(best)])
+    return found
+
+
+def among(pairs: Sequence[Relatives], states: Array) -> tuple[Relatives, ...]:
+    """Return pairs of problems with the states, shape (m, S), dealt out among them."""
+    return tuple(pair._replace(states=states[:, k :: len(pairs)]) for k, pair in enumerate(pairs))
 
 
 class TreeClass(ABC):
@@ -206,6 +251,20 @@ class TreeClass(ABC):
         motions : int
             Number of Brownian motions of the one below, where it can be chosen.
         """
+
+    def distant(self, motions: int) -> Sequence[Relatives]:  # noqa: ARG002 - a class may have none
+        """Return related problems of which the one above is of the size `FAR` and the one below is late by `LATE`.
+
+        A step that clips coefficients or states at some number, or stops to read them at some time, commutes with
+        maps between states of size 1 at times below 1. Empty if a class offers none: its verdicts then hold for
+        coefficients and times of size 1.
+
+        Parameters
+        ----------
+        motions : int
+            As for `relatives`.
+        """
+        return ()
 
     def written(self, grove: Grove) -> Written | None:  # noqa: ARG002 - most classes write nothing
         """Return the problem that has trees as components as source code, from a state of zeros; None for no code.

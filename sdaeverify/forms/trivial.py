@@ -17,6 +17,8 @@ NOISES: tuple[Array, ...] = (
     np.diag([0.7, 0.9]),
     np.array([[0.7], [0.2]]),
 )
+# Gradients of two constraints in R^4, not orthogonal: their Gram matrix is full.
+NORMALS = np.array([[0.8, -0.3, 0.4, 0.2], [0.5, 0.7, -0.2, 0.3]])
 RATE = np.array([0.6, -0.4])
 SPEED = 0.5
 # The checks' step size, and the factor by which it is shortened where an error is found.

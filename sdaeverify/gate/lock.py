@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from ..contracts.claimed import MARGIN, Bound, Order, Word
+from ..contracts.claimed import IN_MEAN_SQUARE, MARGIN, SENSES, Bound, Order, Word
 from ..contracts.scheme import Claim
 from ..contracts.spelling import counted
 from ..errors import UsageError
@@ -48,11 +48,13 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         Bound of what the words claim; None where they name none.
     share : float
         Least share of the steps in which the bound holds.
+    sense : str
+        In which sense it holds; left out of the file where it is in mean square.
 
     Raises
     ------
     ValueError
-        If it is neither an order nor words, or both.
+        If it is neither an order nor words, or both, or the sense is not known.
     """
 
     order: Positive | None = None
@@ -60,33 +62,42 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     words: str = ""
     within: Positive | None = None
     share: Positive = 1.0
+    sense: str = IN_MEAN_SQUARE
 
     def __post_init__(self) -> None:
         if (self.order is None) is not bool(self.words):
             raise ValueError("a locked claim has either an order or words")
+        if self.sense not in SENSES:
+            raise ValueError(f"a locked claim holds {' or '.join(SENSES)}")
 
     @classmethod
     def of(cls, claim: Claim) -> "Locked":
         """Return a claim as it is locked."""
         match claim.value:
             case Order(least, margin):
-                return cls(order=float(least), margin=float(margin))
+                return cls(order=float(least), margin=float(margin), sense=claim.sense)
             case Bound(words, most, share):
-                return cls(words=words, within=float(most), share=float(share))
-        return cls(words=str(claim.value))
+                return cls(words=words, within=float(most), share=float(share), sense=claim.sense)
+        return cls(words=str(claim.value), sense=claim.sense)
 
     def implies(self, other: "Locked") -> bool:
         """Tell whether a claim is at least as strong as another."""
+        if self.sense not in {IN_MEAN_SQUARE, other.sense}:
+            return False
         if self.order is not None and other.order is not None:
             return self.order - self.margin >= other.order - other.margin
+        if self.words == other.words and self.within is other.within is None:
+            return True
         if self.words != other.words or self.within is None or other.within is None:
             return False
         return self.within <= other.within and self.share >= other.share
 
     def __str__(self) -> str:
+        sense = "" if self.sense == IN_MEAN_SQUARE else f" {self.sense}"
         if self.order is not None:
-            return f"order >= {self.order}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
-        return str(Word(self.words) if self.within is None else Bound(self.words, self.within, self.share))
+            return f"order >= {self.order}{sense}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
+        value = Word(self.words) if self.within is None else Bound(self.words, self.within, self.share)
+        return f"{value}{sense}"
 
 
 class LockFile(msgspec.Struct, frozen=True):

@@ -11,7 +11,7 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
-from ..study.plan import claims_of
+from ..study.plan import cells_of_claims
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
 
@@ -50,17 +50,14 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
     results : sequence of CellResult
         Of all its cells.
     """
-    by_cell = {result.cell: result for result in results}
-    tested: dict[tuple[Scheme, Claim], list[CellResult]] = {}
-    for problem in made.problems:
-        for cell in problem.cells:
-            for claim in claims_of(cell):
-                tested.setdefault((cell.scheme, claim), []).append(by_cell[cell])
+    by_cell, tested = {result.cell: result for result in results}, cells_of_claims(made)
     return [
         each
         for scheme in gated_schemes(registry, policy)
         for claim in dict.fromkeys(scheme.promises)
-        for each in _why_not_tested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
+        for each in _why_not_tested(
+            registry, policy, (scheme, claim), [by_cell[cell] for cell in tested.get((scheme, claim), [])]
+        )
     ]
 
 

@@ -55,10 +55,18 @@ from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
 from ..verdicts.coverage import Coverage, claim_for, coverage
 from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ..verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit
-from ..verdicts.path_tests import SUSPECT, PathTests, hold_back, order_tests, with_sample
+from ..verdicts.opinions import finding, guard, no_fit
+from ..verdicts.path_tests import (
+    SUSPECT,
+    PathTests,
+    hold_back,
+    order_resolution,
+    order_tests,
+    resolve_order,
+    with_sample,
+)
 from .path_errors.errors import STATE
-from .residuals import rounding_ratios
+from .residuals import judge_ratio, rounding_ratios
 from .slopes import Slopes
 from .strong.findings import TOLERANCE, judge_order, local_orders, probe_strong
 
@@ -298,20 +306,13 @@ class Drift(Measure):
         for name in ratios:
             covered = claim_for(scheme, view.traits, self.name, name)
             if covered.claim is not None and isinstance(covered.claim.value, Exact):
-                yield finding(covered, _of_ratio(ratios[name]), method=Method("residual of one step", 1))
+                yield finding(covered, judge_ratio(ratios[name]), method=Method("residual of one step", 1))
 
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Drift()]
-
-
-def _of_ratio(ratio: float) -> Opinion:
-    if np.isnan(ratio):
-        return local_doubt("each step fails")
-    text = f"residual of one step {ratio:.1g} times the bound for round-off"
-    return local_opinion(Verdict.VERIFIED if ratio <= 1.0 else Verdict.REFUTED, text)
 
 
 def _defects(evidence: Evidence) -> tuple[Defect, ...]:
@@ -395,9 +396,14 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     sup = 2.0 ** defect.sup_rms[levels[-1]].value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
-    opinion = Opinion(Verdict.OUT_OF_SCOPE)
+    opinion, order_seen = Opinion(Verdict.OUT_OF_SCOPE), np.nan
     if covered.claim is not None:
-        opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
+        local, tests = _of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound)
+        if local is None and isinstance(covered.claim.value, Order):
+            share = defect.lower_share(sound, covered.claim.value.least)
+            order_seen = order_resolution(share, evidence.settings.confidence)
+            tests = resolve_order(tests, covered.claim.value, share, evidence)
+        opinion = guard(local, tests, evidence)
     told = "" if opinion.reason.has(Kind.ORDER) else f"along paths: {CLASSES.get(kind, f'order {slope.value:.2f}')}, "
     size = f"residual {told}{sup:.2g} at smallest h, ~ t^{growth:.1f}"
     return finding(
@@ -406,6 +412,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
         estimate=slope.value,
         low=low,
         high=high,
+        order_resolution=order_seen,
         method=METHODS[opinion.tier],
         details={
             "class": kind,

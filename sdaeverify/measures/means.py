@@ -167,6 +167,17 @@ class Means(Slopes):
         sizes = np.abs(self.differences[:, levels])
         return estimates(sizes[:, -1:] - sizes[:, :-1])
 
+    def lower_share(self, levels: Array, order: float) -> Estimate:
+        """Return the share of the error at the finest level; differences between levels have a smaller one.
+
+        A term a h^q leaves the last difference over 2^q - 1 as its error at the finest level.
+        """
+        found = super().lower_share(levels, order)
+        if self.coupled or order <= 0.5:
+            return found
+        factor = (2.0**order - 1.0) / (2.0 ** (order - 0.5) - 1.0)
+        return Estimate(factor * found.value, factor * found.se)
+
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
         found = [self.difference(level) for level in levels]

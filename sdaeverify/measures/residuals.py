@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contracts.finding import Opinion, Verdict
 from ..contracts.scheme import Scheme
 from ..numerics import norm
 from ..numerics.statistics import EPS
@@ -11,10 +12,11 @@ from ..probe.local.delay_links import keeps_constraint
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import states_near_start
+from ..verdicts.opinions import local_doubt, local_opinion
 
-# Sizes of steps in units of time, their paths from each state, and the bound of round-off for one step, in units of
-# EPS and of the terms that cancel.
-STEPS, PATHS, BOUND = 2.0 ** -np.array([6.0, 10.0]), 16, 64.0
+# Sizes of steps in units of time, at which solvers that converge linearly come near round-off, and paths from each
+# state. The bound of round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs: 8 steps.
+STEPS, PATHS, BOUND = 2.0 ** -np.array([10.0, 14.0]), 16, 64.0 * np.sqrt(8.0)
 
 
 def rounding_ratios(scheme: Scheme, view: Any) -> dict[str, float]:
@@ -43,3 +45,11 @@ def rounding_ratios(scheme: Scheme, view: Any) -> dict[str, float]:
             ratio = norm(residual.value) / (BOUND * EPS * residual.scale)
             found[name] = np.fmax(found.get(name, np.nan), np.fmax.reduce(ratio[kept], initial=np.nan))
     return found
+
+
+def judge_ratio(ratio: float) -> Opinion:
+    """Return the opinion on a claim that a constraint holds up to round-off, by one ratio."""
+    if np.isnan(ratio):
+        return local_doubt("each step fails")
+    text = f"residual of one step {ratio:.1g} times the bound for round-off"
+    return local_opinion(Verdict.VERIFIED if ratio <= 1.0 else Verdict.REFUTED, text)

@@ -197,7 +197,8 @@ def _tests(measure: ScalarMeasure, evidence: Evidence, means: ScaledMeans, claim
         share = {"share": 100.0 * means.lost.max()}
         reason = reason.then(Reason("{share:.2g} % of the paths are lost and count either way", numbers=share))
     refuted = min(1.0, len(above) * float(above.min()))
-    return PathTests(float(below.max()), refuted, reason, _growth(below, above, evidence.level))
+    tests = PathTests(float(below.max()), refuted, reason, _growth(below, above, evidence.level))
+    return tests.unless_vacuous(claimed.most, high)
 
 
 def _growth(below: Array, above: Array, level: float) -> float:

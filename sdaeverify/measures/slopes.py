@@ -6,7 +6,14 @@ from typing import ClassVar
 import numpy as np
 
 from ..arrays import Array
-from ..numerics.statistics import Estimate, corrected_slope_weights, estimates, slope_weights, weighted_sum
+from ..numerics.statistics import (
+    Estimate,
+    corrected_slope_weights,
+    estimates,
+    lower_term_weights,
+    slope_weights,
+    weighted_sum,
+)
 
 
 class Slopes:
@@ -50,6 +57,24 @@ class Slopes:
     def corrected_slope(self, levels: Array) -> Estimate:
         """Return the slope with one further term of the expansion."""
         return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), self.next_power))
+
+    def share_weights(self, levels: Array) -> Array:
+        """Return the weights of `lower_share` on some levels, shape of levels."""
+        return lower_term_weights(np.log2(self.h[levels]), self.next_power)
+
+    def lower_share(self, levels: Array, order: float) -> Estimate:
+        """Return the share of the error at the finest level that a term of half an order less has.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+            Three at least.
+        order : float
+            p in y = p log2 h + ...; see `lower_term_weights`.
+        """
+        weights = self.share_weights(levels)
+        found = self.linear(levels, weights)
+        return found._replace(value=found.value - order * float(weights @ np.log2(self.h[levels])))
 
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""

@@ -36,6 +36,10 @@ class Estimate(NamedTuple):
         half = _quantile(0.5 + 0.5 * confidence) * self.se + bias
         return self.value - half, self.value + half
 
+    def upper_bound(self, confidence: float, bias: float = 0.0) -> float:
+        """Return the upper end of the one-sided interval: values above it are rejected at level 1 - confidence."""
+        return self.value + _quantile(confidence) * self.se + bias
+
     def p_above(self, bound: float, bias: float = 0.0) -> float:
         """Return the p-value of the hypothesis that the true value is at most `bound`; 1 if it is not finite."""
         return _p_value(self.value - bias - bound, self.se)
@@ -205,6 +209,28 @@ def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
     """Return the weights of p in the fit y = a + p x + c 2^(power x): the asymptotic order, x = log2 h."""
     design = np.stack([np.ones_like(x), x, 2.0 ** (power * (x - x.max()))], axis=1)
     return np.array(np.linalg.pinv(design)[1])
+
+
+def lower_term_weights(x: Array, power: float = 1.0) -> Array:
+    """Return the weights of the share s of a term of half an order less, in y - p x, x = log2 h.
+
+    With u = 2^(x - min x), an error b h^p (1 - s + s u^(-1/2)) has y = p x + a + (s/ln 2) (u^(-1/2) - 1) for small s.
+    The fit has the next term of the expansion as well: y = p x + a' + (s/ln 2) u^(-1/2) + c u^power.
+
+    Parameters
+    ----------
+    x : ndarray, shape (L,)
+        log2 of step sizes, three at least.
+    power : float, optional
+        By how much the order of the next term is higher.
+
+    Returns
+    -------
+    ndarray, shape (L,)
+        w with s = sum_l w_l (y_l - p x_l).
+    """
+    u = 2.0 ** (x - x.min())
+    return np.asarray(np.log(2.0) * np.linalg.pinv(np.stack([u**-0.5, np.ones_like(u), u**power], axis=1))[0])
 
 
 def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:

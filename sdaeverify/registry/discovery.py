@@ -44,6 +44,11 @@ class Origin(NamedTuple):
     version: str
     module: str
 
+    @property
+    def author(self) -> str:
+        """What all plugins of one author share: the distribution, or the path of a file."""
+        return normalise(self.distribution) or self.module
+
     def __str__(self) -> str:
         where = f"{self.distribution} {self.version}" if self.distribution else self.module
         return f"plugin {self.plugin} ({where})"

@@ -10,6 +10,7 @@
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
@@ -19,6 +20,7 @@ from ..contracts.specs import ProblemSpec, check_scheme, describe, problem_spec,
 from ..errors import UsageError
 from ..forms import Problem
 from .contributions import Registered
+from .discovery import OWN_DISTRIBUTION
 from .load import Registry
 
 Thing = TypeVar("Thing")
@@ -75,7 +77,8 @@ def select_problems(
     ParameterError
         If a parameter is unknown or its text is no value of its type.
     """
-    return _select("problem", registry.problems, wanted, _recipe)
+    found = _select("problem", registry.problems, wanted, _recipe)
+    return [replace(spec, bound=_known_schemes(registry, spec)) if spec.schemes else spec for spec in found]
 
 
 def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
@@ -93,6 +96,17 @@ def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
         If a name is unknown, a pattern matches nothing or has parameters, or two measures have one name.
     """
     return _select("measure", registry.measures, wanted, _measure)
+
+
+def _known_schemes(registry: Registry, spec: ProblemSpec) -> frozenset[str] | None:
+    """Return the names of the schemes that the author of a problem could name; None if the problem has no plugin.
+
+    They come with the framework, or with the distribution or file that the problem comes with.
+    """
+    if spec.name not in registry.problems:
+        return None
+    authors = {OWN_DISTRIBUTION, registry.problems[spec.name].origin.author}
+    return frozenset(name for name, entry in registry.schemes.items() if entry.origin.author in authors)
 
 
 def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:

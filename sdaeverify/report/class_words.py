@@ -74,8 +74,8 @@ def class_notes(rows: Sequence[Row]) -> Iterator[str]:
         yield f"refuted: {text(row, 'scheme')}, {text(row, 'measure')} for the class {text(row, 'class')}: {why(row)}"
 
 
-def hint(rows: Iterable[Row], scheme: str, measure: str) -> str:
-    """Return the verdict for classes on a claim that is refuted elsewhere; empty where there is none.
+def hint(rows: Iterable[Row], scheme: str, measure: str, verdict: str) -> str:
+    """Return the verdict for classes on a claim that is refuted on a problem, or refuted for a class alone.
 
     Parameters
     ----------
@@ -83,10 +83,22 @@ def hint(rows: Iterable[Row], scheme: str, measure: str) -> str:
         Of the table of classes.
     scheme, measure : str
         Of the claim.
+    verdict : str
+        On a problem.
+
+    Returns
+    -------
+    str
+        Empty unless the two verdicts say more than one of them.
     """
+    if verdict not in {"refuted", "verified"}:
+        return ""
     own = [row for row in rows if (text(row, "scheme"), text(row, "measure")) == (scheme, measure)]
     wrong = next((row for row in own if text(row, "verdict") == "refuted"), None)
     if wrong is not None:
-        return f"refuted for the class {text(wrong, 'class')}, too: {why(wrong)}"
+        also = ", too" if verdict == "refuted" else ""
+        return f"refuted for the class {text(wrong, 'class')}{also}: {why(wrong)}"
+    if verdict == "verified":
+        return ""
     claimed = {text(row, "verdict") for row in own} & {*CLAIMED}
     return HOLD if claimed == {"verified"} else ""

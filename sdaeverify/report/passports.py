@@ -117,6 +117,7 @@ def _claim(claim: Claim) -> Passport:
         "claim": str(claim),
         "quantities": list(claim.quantities),
         "when": sorted(claim.when),
+        "sense": claim.sense,
         "margin": claim.value.margin if isinstance(claim.value, Order) else None,
         "source": claim.source,
     }

@@ -77,6 +77,11 @@ class VerdictRow:
     decided_by: str = _text("tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths")
     guarded_by: str = _text("what would have shown that the tier errs", label="guarded by")
     resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
+    order_resolution: float = _number(
+        "a term of half an order less may have this part of the error at the finest step, where paths alone decide",
+        "the error",
+        label="order resolution",
+    )
     reason: str = _text("why the verdict is what it is, and why paths tell no order")
     reason_kind: str = _text(
         "kinds of the parts of the reason: rows of a kind say the same with other numbers", **OFF_PAGE
@@ -186,6 +191,7 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
         "decided_by": tier_name(found.tier) if method and (decided or found.tier == CONTRACT) else "",
         "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
+        "order_resolution": found.order_resolution,
         "reason": str(reason) if found.verdict in {Verdict.ERROR, Verdict.NOT_RUN} else reason.sentence,
         "reason_kind": ", ".join(found.reason.kinds),
         "p_verified": found.p_verified,

@@ -22,10 +22,11 @@ from ..contracts.measure import Followed, Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
-from ..contracts.tally import Tally
+from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
+from ..probe.explosion import NAME, explosion
 from .reference import Reference
 from .tracks import SchemeTracks, follow
 
@@ -400,6 +401,8 @@ class _Run:
         if self.place.first:
             with watch.catch_errors():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
+                if watch.measure.follows and any(c.measure == watch.measure.name for c in self.entry.scheme.promises):
+                    probed = probed.merge(packed(NAME, explosion(self.entry.scheme, self.view)))
                 if watch.measure.resolved_by_steps:
                     probed = probed.merge(compared_steps(self.entry.scheme, self.view, self.followed))
         return probed

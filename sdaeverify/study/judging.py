@@ -32,6 +32,7 @@ from ..errors import FAULTS, with_traceback
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
+from ..verdicts.divergence import why_divergent
 from ..verdicts.fitted_levels import lost_index
 from ..verdicts.rules import Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of, promises_of
@@ -137,7 +138,7 @@ class ControlVerdicts:
             return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
         found = _findings(cell, claim, replace(known, tally=known.along_paths, probed=None) if by_paths else known)
         # An order is one of smooth functions: what becomes of a jump tells nothing of others.
-        return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
+        return {_of_known_order(finding) for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
     def _p_values(self, plan: ControlPlan) -> dict[str, float]:
         """Return the p-values against the order of a positive control, by quantity."""
@@ -146,6 +147,11 @@ class ControlVerdicts:
         known = self.evidence[plan.positive]
         found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
         return {each.quantity: _p_against(each) for each in found}
+
+
+def _of_known_order(finding: Finding) -> Verdict:
+    """Return the verdict on a control: that it has no lower order is known, and need not be resolved."""
+    return Verdict.VERIFIED if finding.reason.has(Kind.LOWER_ORDER) else finding.verdict
 
 
 def _p_against(finding: Finding) -> float:
@@ -309,13 +315,20 @@ def judge_cell(
             levels = tuple(judgement.levels)
             end, looks = lost_index(known.health.sums), len(settings.ends)
             found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
-            findings = tuple(send(finding, case._replace(end=end, looks=looks)) for finding, case in found)
+            findings = tuple(
+                send(finding, case._replace(end=end, looks=looks, diverges=_diverges(cell, finding, known)))
+                for finding, case in found
+            )
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
     return CellResult(cell, findings, levels, known.health, known.paths, *times)
+
+
+def _diverges(cell: Cell, finding: Finding, known: CellEvidence) -> str:
+    return why_divergent(finding.claim, cell.measure, known.probed)
 
 
 def control_verdicts(

@@ -279,6 +279,15 @@ def claims_of(cell: Cell) -> tuple[Claim, ...]:
     return tuple(claim for claim in promised if claim.when <= cell.seen.traits)
 
 
+def cells_of_claims(made: Plan) -> dict[tuple[Scheme, Claim], list[Cell]]:
+    """Return the cells that put each claim of a scheme to the test; a claim without cells is missing."""
+    tested: dict[tuple[Scheme, Claim], list[Cell]] = {}
+    for cell in made.cells:
+        for claim in claims_of(cell):
+            tested.setdefault((cell.scheme, claim), []).append(cell)
+    return tested
+
+
 # Parts of a plan, to be run anywhere and merged.
 
 

@@ -54,6 +54,8 @@ paths-in-any-order (behaviour)
     Expect paths in another order to go where they went: their place in the batch is no part of the noise.
 paths-alone (behaviour)
     Expect a path to go the same way alone and in any batch: paths that see each other are not independent.
+any-number-of-steps (behaviour)
+    Expect steps of a run of 10 and of 50 steps to be like those of runs of 2^k steps, which all levels have.
 declared-noise-only (behaviour)
     Expect a step to use no noise but what it declares: the rest may not be drawn, or be anything.
 noise-is-used (behaviour)

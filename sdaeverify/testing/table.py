@@ -58,6 +58,7 @@ SCHEME_CHECKS = (
     _step("same-call-same-bits", behaviour.on_trials(contract.repeats_itself)),
     _step("paths-in-any-order", behaviour.on_trials(contract.follows_the_paths)),
     _step("paths-alone", behaviour.check_alone),
+    _step("any-number-of-steps", behaviour.check_any_count, since=2),
     _step("declared-noise-only", behaviour.on_trials(contract.uses_declared_noise)),
     _step("noise-is-used", behaviour.on_trials(contract.hears_its_noise)),
     _step("own-memory", behaviour.on_trials(contract.keeps_no_noise)),

@@ -7,6 +7,7 @@ from math import nan
 
 import numpy as np
 
+from ..probe.step.memory import NEAR
 from .asymptotic import SIZES, Rate, order_left, rates, slowest
 from .conditions import INVARIANT, STRONG, WEAK, Condition, Weighed, belongs, breaking, means_of_products, order_of
 from .nodes import FEWER, rule_nodes
@@ -18,6 +19,9 @@ from .weights import H
 HALF = 0.25
 # A mean refutes only if two rules agree on it to this part of its defect.
 AGREEMENT = 0.1
+# How far below a claim the order of what memory changes may be: as far as orders of single steps.
+MARGINS = {STRONG: 0.1, WEAK: 0.25, INVARIANT: 0.25}
+MEMORY = "memory changes runs by errors of order {:.2f}, which steps without a history do not show"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +76,20 @@ class Examined:
             return order_of(self.found, self.probe.top, measure)
         return order_left(self.rates, measure, self.probe.top) if self.rates else nan
 
+    def is_below(self, measure: str, p: float) -> bool:
+        """Return whether conditions that were looked at speak against an order.
+
+        Conditions hold or do not at every step size: the margin of a claim, which is for coarse steps along paths,
+        does not lower p. Orders by rates, where weights depend on h, are known to `HALF`.
+
+        Parameters
+        ----------
+        measure : str
+        p : float
+        """
+        least = p if self.probe.fixed else p - HALF
+        return self.order(measure) < min(least, 0.5 * (self.probe.top - 1))
+
     def held_of(self, measure: str, p: float) -> tuple[int, int]:
         """Return how many of the conditions of an order hold, or have a rate that is enough for it, and how many are.
 
@@ -118,6 +136,28 @@ class Examined:
         return (
             f"two rules give {first.found:.3g} and {found:.3g} for {first.name}: a step is no polynomial of its noise"
         )
+
+    def why_spoilt(self, measure: str, claim: float) -> str:
+        """Return that the memory of runs changes them by errors of a lower order than the claim, or an empty text.
+
+        Parameters
+        ----------
+        measure : str
+        claim : float
+            The order; NaN without a claim.
+        """
+        most = self.probe.memory_order(measure)
+        return MEMORY.format(most) if most < claim - MARGINS[measure] else ""
+
+    def why_taken_back(self, measure: str) -> str:
+        """Return that what the memory of runs changes may take back errors of single steps, or an empty text.
+
+        Parameters
+        ----------
+        measure : str
+        """
+        most = self.probe.memory_order(measure)
+        return MEMORY.format(most) if most < self.order(measure) + NEAR else ""
 
     def _mean_at(self, condition: Condition, rule: Weighed) -> float:
         forests = [condition.forest, *(forest for forest, _ in condition.others)]

@@ -1,21 +1,24 @@
 """Where the weights of a class are found: on the universal SDE, or on one rich equation with diagonal noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import inf
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
 from ..forms import SDE, Problem
 from ..probing import Nodes, OneStep
-from . import TreeClass
+from . import Relatives, TreeClass
 from .asymptotic import largest_change
 from .classes import EquationClass
-from .conditions import Conditions, Weighed
+from .conditions import STRONG, Conditions, Weighed
 from .grow import Tree
 from .moments import ExactMoments
 from .nodes import COUNT, FEWEST, random_points, rule_nodes
-from .sdes.equivariance import Related, related_equations
+from .relatives import distance, distance_far
+from .sdes.equivariance import Family, related_equations
 from .sdes.taylor import RichEquation, TaylorWeights, taylor_weights
 from .weights import OTHERS, H, NoStepError, Weighing
 
@@ -101,13 +104,34 @@ class Probe:
     def why_not_weighed(self) -> str:
         """Why a step has no weights though the scheme solves the class, or an empty text."""
         step = OneStep(self.scheme, self.problem)
-        if reason := step.why_not_comparable() or step.why_not_entered(run=self.asks_for_runs):
+        if (
+            reason := step.why_not_comparable()
+            or step.why_not_entered(run=False)
+            or self.steps_of_runs.why_not_entered()
+        ):
             return reason
         try:
             self.at_points  # noqa: B018 - it makes the first steps
         except NoStepError as error:
             return str(error)
         return ""
+
+    @property
+    def steps_of_runs(self) -> OneStep:
+        """The scheme on an equation of the class, on which runs tell what memory changes."""
+        return OneStep(self.scheme, self.problem)
+
+    def memory_order(self, measure: str) -> float:
+        """Return the order of what memory changes in a run on an equation of the class; infinite without memory.
+
+        Parameters
+        ----------
+        measure : str
+        """
+        found = self.steps_of_runs.memory
+        if found is None:
+            return inf
+        return float(found.strong.min() if measure == STRONG else found.weak)
 
     @cached_property
     def fault(self) -> str:
@@ -128,14 +152,33 @@ class Probe:
         raise NotImplementedError
 
     @property
+    def distant(self) -> Sequence[Relatives]:
+        """Related equations of the class, one of them far out and one late."""
+        raise NotImplementedError
+
+    @cached_property
+    def unlike_far_out(self) -> float:
+        """How far a step is from commuting with the maps of `distant`, relative to its motion."""
+        pairs = self.distant
+        if not pairs:
+            return 0.0
+        return distance_far(self.scheme, pairs, random_points(pairs[0].above.noise_dim, self.scheme.law))
+
+    @property
+    def why_not_far_out(self) -> str:
+        """Why conditions say nothing of equations far out, late or of more motions, or an empty text."""
+        found = self.unlike_far_out
+        return f"a step is another one far out, late or with further motions ({found:.2g})" if found > SAME else ""
+
+    @property
+    def far_premise(self) -> str:
+        """The premise about equations far out in words; empty for a class that offers none."""
+        return f", far out and late to {self.unlike_far_out:.0e}" if self.distant else ""
+
+    @property
     def fixed(self) -> bool:
         """Whether weights do not depend on the step size, so that each condition holds or does not."""
         raise NotImplementedError
-
-    @property
-    def asks_for_runs(self) -> bool:
-        """Whether a run tells if further memory counts: not of forms whose states are always longer than x."""
-        return True
 
     @property
     def all_sizes(self) -> bool:
@@ -201,12 +244,14 @@ class AffineProbe(Probe):
             reasons.append(f"a step does not commute with affine maps and shifts of time ({self.equivariance:.2g})")
         if not self.fixed:
             reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
-        return ", ".join(reasons)
+        # What is no sum over trees at any place is not asked for at further ones.
+        return ", ".join(reasons) or self.why_not_far_out
 
     @property
     def premises(self) -> str:
         """The premises in words, where they hold."""
-        return f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
+        near = f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
+        return near + self.far_premise
 
 
 class SDEProbe(Probe):
@@ -240,14 +285,20 @@ class UniversalProbe(AffineProbe, SDEProbe):
     tolerance = SAME
 
     @property
-    def related(self) -> Related:
-        """Equations of the class that an affine map relates."""
+    def related(self) -> Family:
+        """Equations of the class that affine maps relate."""
         return related_equations(self.kind, self.motions)
+
+    @property
+    def distant(self) -> Sequence[Relatives]:
+        """Related equations of the class, one of them far out and one late."""
+        return self.related.distant
 
     @property
     def problem(self) -> SDE:
         """A random equation of the class in the plane."""
-        return self.related.below
+        found: SDE = self.related.near.below
+        return found
 
     @cached_property
     def weighing(self) -> Weighing:
@@ -266,7 +317,7 @@ class UniversalProbe(AffineProbe, SDEProbe):
     @property
     def equivariance(self) -> float:
         """How far a step is from commuting with affine maps, relative to the states."""
-        return self.related.defect(self.scheme, self.points)
+        return distance(self.scheme, self.related.near, self.points)
 
     @cached_property
     def homogeneity(self) -> float:
@@ -288,6 +339,11 @@ class DiagonalProbe(SDEProbe):
     def problem(self) -> SDE:
         """The equation as a problem."""
         return self.equation.sde
+
+    @property
+    def distant(self) -> Sequence[Relatives]:
+        """The equation, far out and late."""
+        return self.equation.distant
 
     @property
     def noise(self) -> frozenset[str]:
@@ -325,20 +381,23 @@ class DiagonalProbe(SDEProbe):
     @property
     def fixed(self) -> bool:
         """Whether there are weights."""
-        return not self.why_not_every
+        return self.series.no_series <= SERIES and self.series.no_trees <= TAYLOR
 
     @property
     def why_not_every(self) -> str:
         """Why a step has no weights, or an empty text."""
         if self.series.no_series > SERIES:
             return f"a step is no power series in sqrt(h) ({self.series.no_series:.2g})"
-        return f"a step is no sum over trees ({self.series.no_trees:.2g})" if self.series.no_trees > TAYLOR else ""
+        if self.series.no_trees > TAYLOR:
+            return f"a step is no sum over trees ({self.series.no_trees:.2g})"
+        return self.why_not_far_out
 
     @property
     def premises(self) -> str:
         """The premises in words, where they hold."""
         found = self.series
-        return f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
+        near = f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
+        return near + self.far_premise
 
 
 @lru_cache(maxsize=SHARED)

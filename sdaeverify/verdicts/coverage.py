@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from math import inf
 from typing import NamedTuple
 
-from ..contracts.claimed import Bound, Exact, Order
+from ..contracts.claimed import IN_MEAN_SQUARE, Bound, Exact, Order
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
@@ -90,12 +90,14 @@ def _strongest(claims: Iterable[Claim], traits: Iterable[str], measure: str, qua
     return Coverage(quantity, None, Reason(gap, Kind.NO_CLAIM))
 
 
-def _strength(claim: Claim) -> float:
+def _strength(claim: Claim) -> tuple[float, bool]:
+    """Return what claims are compared by: the value first, then the sense, as mean square implies probability."""
+    value = 0.0
     match claim.value:
         case Exact():
-            return inf
+            value = inf
         case Order(least):
-            return least
+            value = least
         case Bound(most=most):
-            return -most
-    return 0.0
+            value = -most
+    return value, claim.sense == IN_MEAN_SQUARE

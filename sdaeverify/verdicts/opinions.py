@@ -9,6 +9,7 @@ from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdi
 from ..contracts.measure import Evidence
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
+from ..probe.step.memory import NEAR
 from .coverage import Coverage
 from .fitted_levels import FEWEST
 from .path_tests import CALIBRATED_PATHS, SUSPECT, PathTests, unknown_value
@@ -158,6 +159,30 @@ def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -
     return up_to(most, opinion, claim, words, against=True)
 
 
+def of_memory(opinion: Opinion, bar: float, most: float, order: float) -> Opinion:
+    """Return what a local order says of a claim: nothing above the order of what the memory of a run changes.
+
+    Steps are probed without a history. Memory may spoil their order, and take back errors that are no smaller than
+    what it changes: an order refutes a claim only if it is surely below.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    bar : float
+        The least order that counts as the claimed one.
+    most : float
+        Order of what memory changes; infinite without memory.
+    order : float
+        That one step has.
+    """
+    decided = opinion.verdict in {Verdict.VERIFIED, Verdict.REFUTED}
+    enough = bar <= most if opinion.verdict is Verdict.VERIFIED else order + NEAR <= most
+    if not decided or enough or opinion.reason.kind is Kind.INCONSISTENT:
+        return opinion
+    return local_doubt(f"{opinion.reason}; but memory changes runs by errors of order {most:.2f}")
+
+
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
     found, doubted = Verdict.INCONCLUSIVE, tests.suspected <= SUSPECT
@@ -169,7 +194,8 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth) and evidence.paths > 0
     paths = tests.growth * evidence.paths
     needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
-    settled = not more or _beyond_budget(evidence, paths)
+    finer = found is Verdict.INCONCLUSIVE and tests.reason.has(Kind.FINER)
+    settled = _beyond_budget(evidence, paths) if more else not finer
     opinion = Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
     return opinion._replace(p_verified=1.0, excluded=frozenset({Verdict.VERIFIED})) if doubted else opinion
 

@@ -23,6 +23,29 @@ SUSPECT = 0.01
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
 SHALLOW = 0.001
+# What paths alone verify leaves less of the error at the finest step to a term of half an order less. The squares of
+# the two terms add, and the share of the lower one grows like 1/h: from a tenth on it is half of the squares at a
+# ninth of the finest step, which is the range of the finer stages of a run (three halvings).
+LARGEST_SHARE = 0.1
+
+
+def why_vacuous(most: float, size: float) -> Reason:
+    """Return why a claimed bound says nothing, or an empty reason.
+
+    An error as large as the quantity itself is granted by a bound that is no less than the size of the quantity: no
+    evidence could speak against such a claim.
+
+    Parameters
+    ----------
+    most : float
+        The claimed bound.
+    size : float
+        Of the quantity; NaN or 0 if it is not known.
+    """
+    if not (size > 0.0 and most >= size):
+        return Reason()
+    text = "the claimed bound {most:g} is no less than the size of the quantity, {size:.2g}, so that it says nothing"
+    return Reason(text, numbers={"most": most, "size": size})
 
 
 class PathTests(NamedTuple):
@@ -64,6 +87,19 @@ class PathTests(NamedTuple):
         """Return tests that refute nothing, for a reason; what they show stays suspicious."""
         reason = reduce(Reason.then, why, self.reason)
         return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason)
+
+    def unless_vacuous(self, most: float, size: float) -> "PathTests":
+        """Return tests that verify nothing if a claimed bound is no less than the size of what it bounds.
+
+        Parameters
+        ----------
+        most : float
+            The claimed bound.
+        size : float
+            Of the quantity; NaN or 0 if it is not known.
+        """
+        reason = why_vacuous(most, size)
+        return self._replace(verified=1.0, growth=inf, reason=reason.then(self.reason)) if reason else self
 
     @classmethod
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
@@ -109,6 +145,60 @@ def order_tests(
     if half > claimed.margin and above <= evidence.level:
         above, growth = 1.0, max(growth, (half / claimed.margin) ** 2 if bias < claimed.margin else inf)
     return PathTests(above, order.p_below(bound, bias), reason, growth)
+
+
+def order_resolution(share: Estimate, confidence: float, bias: float = 0.0) -> float:
+    """Return the largest share of a lower term that is not excluded, between 0 and 1; infinite if it is not known.
+
+    Parameters
+    ----------
+    share : Estimate
+        Of the error at the finest step.
+    confidence : float
+        Of the one-sided interval whose upper end is taken.
+    bias : float, optional
+        Bound of the bias of the share.
+    """
+    bound = share.upper_bound(confidence, bias)
+    return min(max(bound, 0.0), 1.0) if isfinite(bound) else inf
+
+
+def resolve_order(
+    tests: PathTests, claimed: Order, share: Estimate, evidence: Evidence, bias: float = 0.0
+) -> PathTests:
+    """Verify no order while a term of half an order less may have a tenth of the error at the finest step.
+
+    Shares above the upper end of a one-sided interval at the run's confidence are excluded. Where the share itself is
+    no smaller than a tenth, finer steps decide, on which that of a lower order grows and that of a higher one falls.
+
+    Parameters
+    ----------
+    tests : PathTests
+        Of the claimed order, by paths alone.
+    claimed : Order
+    share : Estimate
+        Of the lower term; see `Slopes.lower_share`.
+    evidence : Evidence
+    bias : float
+        Bound of the bias of the share.
+
+    Returns
+    -------
+    PathTests
+    """
+    confidence = evidence.settings.confidence
+    seen = order_resolution(share, confidence, bias)
+    if seen < LARGEST_SHARE:
+        return tests
+    if tests.verified > evidence.level:
+        return tests._replace(verified=1.0)
+    finer = not share.value + bias < LARGEST_SHARE
+    growth = inf if finer else share.growth_to_decide(LARGEST_SHARE, 1.0 - confidence, bias)
+    text = "a term of order {lower:g} may be {seen:.0%} of the error at the finest step, {most:.0%} is allowed"
+    figures = {"lower": claimed.least - 0.5, "seen": min(seen, 1.0), "most": LARGEST_SHARE}
+    doubt = tests.reason.then(Reason(text, Kind.LOWER_ORDER, figures), ", but ")
+    reason = doubt.then(Reason("finer steps would decide", Kind.FINER)) if finer else doubt
+    return tests._replace(verified=1.0, growth=growth, reason=reason)
 
 
 def order_in(order: float, low: float, high: float, claimed: Order, of: str = "along paths") -> Reason:

@@ -11,9 +11,10 @@ may give one that the p-values of the finding allow.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import reduce
-from math import inf, isnan
+from math import inf, isinf, isnan
 from typing import Any, NamedTuple
 
+from ..contracts.claimed import Order
 from ..contracts.finding import SAMPLED, Finding, Kind, Reason, Verdict
 
 FINER = "finer steps decide"
@@ -49,6 +50,11 @@ class Case(NamedTuple):
         How often paths are looked at: each look is a test.
     finer : bool
         Whether finer levels are drawn for it.
+    half_width : float
+        Distance from the estimate to the upper end of the narrowest interval that lay below the claim at an earlier
+        look on the same levels; infinite if none did.
+    diverges : str
+        Why the claim cannot hold in its sense: moments of the scheme tend to infinity, or it has no invariant law.
     elsewhere : str
         What another finding of the run on the same scheme and problem has shown to be wrong.
     stopped : str
@@ -64,6 +70,8 @@ class Case(NamedTuple):
     end: Reason = Reason()
     looks: int = 1
     finer: bool = False
+    half_width: float = inf
+    diverges: str = ""
     elsewhere: str = ""
     stopped: str = ""
     significant: frozenset[Verdict] | None = None
@@ -90,6 +98,15 @@ def heed_controls(finding: Finding, case: Case) -> Finding:
     return withhold(finding, doubt, verdict=verdict, settled=not (known and finding.tier == SAMPLED))
 
 
+def require_moments(finding: Finding, case: Case) -> Finding:
+    """Verify no claim for which moments, or an invariant law, of the scheme would have to exist and do not."""
+    if not case.diverges:
+        return finding
+    if finding.verdict is Verdict.VERIFIED:
+        return withhold(finding, case.diverges)
+    return forbid(finding, Verdict.VERIFIED)
+
+
 def heed_end(finding: Finding, case: Case) -> Finding:
     """Leave open what is found of a run that the solution may not last for: then only paths refute."""
     by_paths = finding.verdict is Verdict.REFUTED and finding.tier == SAMPLED
@@ -106,6 +123,21 @@ def count_looks(finding: Finding, case: Case) -> Finding:
         return finding
     p_verified, p_refuted = (_of_looks(float(p), case.looks) for p in (finding.p_verified, finding.p_refuted))
     return forbid(replace(finding, p_verified=p_verified, p_refuted=p_refuted))
+
+
+def lies_below(finding: Finding, half_width: float = inf) -> bool:
+    """Return whether the interval of an order, or one of this half width if that is narrower, is below the claim."""
+    if finding.claim is None or not isinstance(finding.claim.value, Order):
+        return False
+    return finding.estimate + min(half_width, finding.high - finding.estimate) < finding.claim.value.floor
+
+
+def keep_suspicion(finding: Finding, case: Case) -> Finding:
+    """Leave open what an earlier look spoke against if the interval is only wider now, as heavy tails make it."""
+    if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
+        return finding
+    doubt = Reason("the order of fewer paths lies below the claim, and its interval is only wider now", Kind.GUARD)
+    return withhold(finding, doubt, settled=False)
 
 
 def wait_for_finer_levels(finding: Finding, case: Case) -> Finding:
@@ -159,8 +191,10 @@ def ask_resolution(finding: Finding, case: Case) -> Finding:
 
 RULES: tuple[Rule, ...] = (
     heed_controls,
+    require_moments,
     heed_end,
     count_looks,
+    keep_suspicion,
     wait_for_finer_levels,
     heed_other_findings,
     tell_stop,

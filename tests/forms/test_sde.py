@@ -177,14 +177,14 @@ def test_components_have_names():
 )
 def test_traits_that_follow_are_added(changes, traits):
     """One motion is scalar noise; scalar, diagonal and additive noises commute; nothing else follows."""
-    assert make(**changes).traits == traits | {"unconstrained", "no-delay"}
+    assert make(**changes).traits - {"linear-growth"} == traits | {"unconstrained", "no-delay"}
 
 
 def test_noises_that_commute_may_be_declared_so():
     """A growth and a rotation commute: the trait is believed, and nothing else follows from it."""
     turn = np.array([[0.0, 2.0], [-2.0, 0.0]])
     turned = make(diffusion=lambda t, x: np.stack([x, turn @ x], axis=1), traits={"commutative-noise"})
-    assert turned.traits == {"commutative-noise", "unconstrained", "no-delay"}
+    assert turned.traits == {"commutative-noise", "unconstrained", "no-delay", "linear-growth"}
 
 
 def test_views_are_of_its_own_form_only():

@@ -29,10 +29,10 @@ def held(locked, *results):
 
 def test_what_is_locked():
     """Every claim that was put to the test is locked, verified or not, with a margin that is not the default."""
-    wide = Claim(measure="sharp", value=1.0, margin=0.5, source="made up")
+    wide = Claim(measure="sharp", value=1.0, margin=0.4, source="made up")
 
     assert found_claims(outcomes(FOUND, Policy())) == BOTH
-    assert Locked.of(wide) == Locked(order=1.0, margin=0.5)
+    assert Locked.of(wide) == Locked(order=1.0, margin=0.4)
     assert Locked.of(replace(wide, value="round-off")) == Locked(words="round-off")
 
 
@@ -117,7 +117,7 @@ def test_file(tmp_path):
         *(Claim(measure="sharp", value=value, source="made up") for value in ("A-stable", "round-off", "orderly")),
         *(Claim(measure="sharp", value=value, margin=1e-9, source="made up") for value in (1e-6, 2, 3.5e17)),
         Claim(measure="sharp", value=np.float64(1.0), margin=np.float64(0.3), source="made up"),
-        Claim(measure="sharp", value=2, margin=1, source="made up"),
+        Claim(measure="sharp", value=2, margin=0.25, source="made up"),
         *(Claim(measure="sharp", value="unbiased", bound=b, source="made up") for b in (1e-7, 2, np.float64(0.1))),
     ],
     ids=lambda claim: str(Locked.of(claim)),

@@ -54,8 +54,8 @@ def test_claims_without_an_example_are_named():
     """One example is of one class of noise: the claim about another one had none, and the report says so."""
     (attack,) = hunt("euler-maruyama", examples=1, **FAST).attacks
 
-    assert sorted(attack.claims.values()) == [0, 1]
-    assert {*attack.claims} == {"order >= 0.5", "order >= 1.0"}
+    assert sorted(attack.claims.values()) == [0, 0, 0, 1]
+    assert {*attack.claims} == {f"order >= {p}{sense}" for p in (0.5, 1.0) for sense in ("", " in probability")}
     assert "0 of order >= " in attack.claimed
 
 
@@ -206,7 +206,9 @@ def test_the_command_says_that_nothing_was_found(capsys):
     assert execute(["hunt", "milstein", "-m", "strong", "--examples", "3", "-j", "1", "--progress", "none"]) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[-1] == "3 examples, 1 attack, 0 counterexamples."
-    assert [line for line in told if "claims" in line] == ["  claims: 3 of order >= 1.0"]
+    assert [line for line in told if "claims" in line] == [
+        "  claims: 3 of order >= 1.0; 0 of order >= 1.0 in probability"
+    ]
     assert execute(["hunt", "milstein", "-m", "strong", "--form", "Langevin", "--examples", "3", "-j", "1"]) in {0, 5}
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from facade import MALA, BiasSample, FunctionalOrder, log_ratio, ou
-from sdaeverify import Claim, Settings, verify
+from sdaeverify import SDE, Claim, Scheme, Settings, Step, verify
 from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
-from sdaeverify.measuring import Evidence, Verdict
+from sdaeverify.measuring import Evidence, PathTests, Reason, Verdict
 from sdaeverify.numerics import GROUPS
 from sdaeverify.probing import why_not_operator
 from sdaeverify_planted.mechanics import AcceptsAll
@@ -151,3 +151,46 @@ def test_the_step_of_mala_on_ou_is_in_detailed_balance():
         return density + np.minimum(0.0, log_ratio(problem, 0.0, h, x, y))
 
     assert np.abs(flow(x, y) - flow(y, x)).max() <= 1e-12
+
+
+@dataclass(frozen=True)
+class HalfDrift(Scheme):
+    """Euler-Maruyama with half of a linear drift, exact on trivial equations; it claims a bound of its biases."""
+
+    bound: float = 1e6
+
+    name: ClassVar[str] = "half-drift"
+    form: ClassVar[type[SDE]] = SDE
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """Return the claim."""
+        return (Claim(measure="invariant", value="unbiased", bound=self.bound, source="test"),)
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        drift = 2.0 * problem.drift(t, state) - problem.drift(t, 1.5 * state)
+        return Step(state + h * drift + problem.diffused(t, state, noise.dW))
+
+
+@pytest.mark.parametrize(("bound", "verdict"), [(1e6, "inconclusive"), (0.9, "inconclusive"), (0.2, "refuted")])
+def test_a_bound_that_is_no_less_than_the_observable_verifies_nothing(bound, verdict):
+    """The spread of x^2 is 0.84 on ou: a bound beyond it is no claim, and one below it is tested."""
+    assert invariant(HalfDrift(bound))["x^2"] == verdict
+
+
+@pytest.mark.parametrize(("bound", "verdict"), [(0.8, "verified"), (5.0, "inconclusive")])
+def test_a_right_scheme_with_a_vacuous_claim_is_told_so(bound, verdict):
+    """A bound just below the spread is verified where it holds; the reason of a vacuous one names both numbers."""
+    rows = verify([Within(bound)], "ou", "invariant").verdicts.set_index("quantity")
+    assert rows.verdict["x^2"] == verdict
+    vacuous = "the claimed bound 5 is no less than the size of the quantity, 0.84, so that it says nothing"
+    assert (vacuous in rows.reason["x^2"].lower()) is (verdict == "inconclusive")
+
+
+@pytest.mark.parametrize(("most", "size", "held"), [(1.0, 1.0, True), (0.9, 1.0, False), (9.0, 0.0, False)])
+def test_tests_of_a_vacuous_bound_verify_nothing(most, size, held):
+    """Without a known size nothing is held back; what speaks against a claim stays."""
+    tests = PathTests(1e-9, 0.3, Reason("figures")).unless_vacuous(most, size)
+    assert tests.verified == (1.0 if held else 1e-9)
+    assert tests.refuted == 0.3

@@ -106,7 +106,7 @@ class ItoTaylor(Scheme):
     form: ClassVar[type] = SDE
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="strong", value=1.5, source="Kloeden & Platen 1992, (10.4.5)"),
+        Claim(measure="strong", value=1.5, source="Kloeden & Platen 1992, (10.4.5)", sense="in probability"),
     )
 
     def step(self, problem, state, t, h, noise):

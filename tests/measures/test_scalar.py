@@ -160,6 +160,21 @@ def test_more_paths_are_asked_for_where_the_interval_is_wide():
     assert "0000 paths would decide" in rows.reason["nearly-bounded"]
 
 
+class Trivially(Euler):
+    """The same with a bound that every number keeps."""
+
+    name: ClassVar[str] = "trivially"
+    claims: ClassVar = (Claim(measure="at-end", value="the number", bound=3.0, source="made up"),)
+
+
+def test_a_bound_that_no_number_can_exceed_verifies_nothing():
+    """The limits of a measure are the size of its numbers."""
+    rows = verify(Trivially(), "gbm", AtEnd(), paths=256, levels=3).verdicts
+
+    assert [*rows.verdict] == ["inconclusive"]
+    assert rows.reason.str.startswith("The claimed bound 3 is no less than the size of the quantity, 3").all()
+
+
 def test_claims_without_a_bound_are_open():
     """Words that are not the measure's, and words without a bound, are not understood."""
     rows = verify(Vague(), "gbm", [Constant(), AtEnd()], paths=256, levels=3).verdicts

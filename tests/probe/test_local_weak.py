@@ -118,7 +118,8 @@ def test_moments_without_slope_at_a_state_are_rounded_as_behind_it():
     assert found.orders.min() == pytest.approx(1.0, abs=0.02)
     assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
     wrong = weak_order(local_weak(scheme(correlated_at_rest), area, reference))
-    assert (wrong.settled & (wrong.orders < 0.02)).any(axis=0).tolist() == [True] + [False] * 12
+    places = np.flatnonzero((wrong.settled & (wrong.orders < 0.02)).any(axis=0))
+    assert places.tolist() == [0]
 
 
 def test_a_fibre_at_rest_in_a_turbulent_flow_has_its_order():

@@ -17,9 +17,8 @@ def record(defect, exceptional=None, where=None, trees=5):
     defects = np.tile(defect, (FUNCTIONS, STATES, 1))
     if where is not None:
         defects[where] = exceptional
-    return LocalWeak(
-        H, defects, np.ones_like(defects), np.array(float(trees)), np.array(1.0), np.zeros(defects.shape[1])
-    )
+    each = np.full(STATES, float(trees)), np.array(1.0), np.zeros(STATES), np.zeros(STATES)
+    return LocalWeak(H, defects, np.ones_like(defects), *each)
 
 
 def judged(claim, *given, **more):

@@ -197,6 +197,32 @@ def needing_two(problem, x, h, noise):
     return euler(problem, x, h, noise)
 
 
+def exchanging(problem, x, h, noise):
+    """Use the noise of the path 13 places further in a long batch."""
+    dW = np.roll(noise.dW, 13, axis=1) if x.shape[1] > 200 and x.shape[1] % 13 == 0 else noise.dW
+    return euler(problem, x, h, noise._replace(dW=dW))
+
+
+def right_in_blocks_of_13(problem, x, h, noise):
+    """Double the drift unless there are few paths or a multiple of 13."""
+    return euler(problem, x, h, noise) + h * problem.drift(0.0, x) * (x.shape[1] > 32 and x.shape[1] % 13 > 0)
+
+
+def wrong_in_large_batches(problem, x, h, noise):
+    """Double the drift from 10^4 paths on."""
+    return euler(problem, x, h, noise) + h * problem.drift(0.0, x) * (x.shape[1] >= 10_000)
+
+
+def right_for_powers_of_two(problem, x, h, noise):
+    """Double the drift unless the number of steps is a power of two."""
+    return euler(problem, x, h, noise) + h * problem.drift(0.0, x) * (np.log2(problem.horizon / h) % 1.0 > 1e-9)
+
+
+def wrong_for_fifty(problem, x, h, noise):
+    """Add a tenth of the drift in a run of fifty steps."""
+    return euler(problem, x, h, noise) + 0.1 * h * problem.drift(0.0, x) * (abs(problem.horizon / h - 50.0) < 0.5)
+
+
 FAULTS = {
     "declaration": [(NoDataclass(), "put @dataclass")],
     "label": [(Doubled(), "makes another scheme")],
@@ -218,7 +244,14 @@ FAULTS = {
         (
             ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean())),
             "each path must be stepped by itself",
-        )
+        ),
+        (ruled(exchanging), "each path must be stepped by itself"),
+        (ruled(right_in_blocks_of_13), "each path must be stepped by itself"),
+        (ruled(wrong_in_large_batches), "each path must be stepped by itself"),
+    ],
+    "any-number-of-steps": [
+        (ruled(right_for_powers_of_two), "unlike steps of T/8 and T/16"),
+        (ruled(wrong_for_fifty), "a step of T/50 is unlike"),
     ],
     "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
     "noise-is-used": [

@@ -171,6 +171,6 @@ def test_equations_of_a_linear_class_are_linear():
     """Those that an affine map relates, and the universal one, are A x + a with constants: QuTiP takes them."""
     linear = EquationClass("scalar, linear", motions=1, linear=True)
     related = related_equations(linear, 1)
-    some = (related.below, related.above, Universal(linear.trees(1, 4), 1).sde)
+    some = (related.near.below, related.near.above, Universal(linear.trees(1, 4), 1).sde)
     assert {why_not_linear_equation(each) for each in some} == {""}
-    assert why_not_linear_equation(related_equations(BY_NAME["scalar"], 1).below)
+    assert why_not_linear_equation(related_equations(BY_NAME["scalar"], 1).near.below)

@@ -16,7 +16,9 @@ def equations(kind):
         yield RichEquation(2, tuple(kind.trees(2, 3))).sde
         return
     related = related_equations(kind, 2)
-    yield from (related.below, related.above, Universal(kind.trees(2, 3), 2, kind.traits).sde)
+    pairs = (related.near, related.distant[0])
+    yield from (each for pair in pairs for each in (pair.below, pair.above))
+    yield from (Universal(kind.trees(2, 3), 2, kind.traits).sde,)
 
 
 @pytest.mark.parametrize("stratonovich", [False, True])
@@ -28,7 +30,7 @@ def test_equations_of_a_class_run_on_other_arrays(kind, stratonovich):
 
 def test_formulas_that_only_numpy_runs_are_found():
     """The check finds the fault that an assignment is."""
-    sde = related_equations(OF_SDES[-1], 2).below
+    sde = related_equations(OF_SDES[-1], 2).near.below
 
     def drift(_t, x):
         moved = np.zeros(x.shape)

@@ -5,6 +5,8 @@ With rho(h) = sup_x log(E V(Phi(x, h, w)) / V(x)) / h, iterating a step gives
     E V(X_k) <= exp(rho(h) t_k) E V(X_0),
 
 so that moments are bounded uniformly in h where rho(h) is (Lindner & Stroot 2017, Definition 4.7 and Lemma 4.12).
+This is sufficient for bounded moments, and verifies a claim of them. It is not necessary. Claims of orders in mean
+square are left open where a run after rare noise shows that moments diverge.
 """
 
 from typing import Any, NamedTuple

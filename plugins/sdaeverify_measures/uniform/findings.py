@@ -36,6 +36,7 @@ from sdaeverify.path_errors import (
     fit,
     judge_exact,
     path_tests,
+    resolve_lower_order,
     usable_levels,
 )
 
@@ -84,7 +85,8 @@ class Grid(NamedTuple):
 def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
     """Return what errors on the grid say of a claim: of convergence or of an order."""
     if claim.value != CONVERGES:
-        return path_tests(fitted, claim)
+        tests = path_tests(fitted, claim)
+        return resolve_lower_order(tests, fitted, claim.value) if isinstance(claim.value, Order) else tests
     if not np.isfinite(fitted.bias.bound):
         return PathTests.none(
             f"no finite interval of the order: the {fitted.bias.reference} is too coarse or not finite"

@@ -7,6 +7,7 @@ import numpy as np
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Parts, Scheme, Step, hookimpl
 
+from .._senses import in_probability
 from ._position_projection import Projection, check_projection
 from ._projection_orders import EXACT, ORDERS
 from ._skipping import SkippingState, inherent_euler, projections
@@ -33,7 +34,8 @@ class ExplicitProjectionEuler(Scheme):
     Between two projections `skip` steps end at (r^, v^, mu + l^). A path without root keeps its state and is counted.
 
     No invariant law is claimed. On the unit circle, without force and noise, omega+ = omega sqrt(1 + (h omega)^2):
-    a chain that meets velocities of size sqrt(2 friction/h) explodes.
+    a chain that meets velocities of size sqrt(2 friction/h) explodes. Its moments grow without bound as h falls, so
+    that orders are claimed in probability.
 
     Attributes
     ----------
@@ -51,7 +53,7 @@ class ExplicitProjectionEuler(Scheme):
 
     name: ClassVar[str] = "explicit-projection-euler"
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
-    claims: ClassVar[tuple[Claim, ...]] = ORDERS
+    claims: ClassVar[tuple[Claim, ...]] = in_probability(*ORDERS)
     source: ClassVar[str] = "Lindner et al. 2018, section 4.1, (B) and (B_n)"
 
     def __post_init__(self) -> None:

@@ -2,15 +2,16 @@
 
 import numpy as np
 
-from sdaeverify import Chart, ConstrainedLangevin, Line, hookimpl, on_request
+from sdaeverify import Chart, ConstrainedLangevin, Line, hookimpl, in_matrix
 
 from .. import _controls as controls
 from .._arguments import check_least, check_not_negative, check_positive
+from .._brief import PENALISED
 from ._geometry import StripConstraint
 from ._truths import Strip, observables
 
 
-@on_request
+@in_matrix({"q": 2, "horizon": 0.125}, schemes=PENALISED, measures=("weak",))
 def exponential_strip(
     eps: float = 0.25, q: int = 1, alpha: float = 1.0, kappa: float = 1.0, c: float = 0.5, horizon: float = 0.5
 ) -> ConstrainedLangevin:

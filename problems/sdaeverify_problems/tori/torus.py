@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from math import inf
 
-from sdaeverify import ConstrainedLangevin, hookimpl, on_request
+from sdaeverify import ConstrainedLangevin, hookimpl, in_matrix
 
+from .._brief import LIMIT
 from ._geometry import Quartic
 from ._problem import torus_problem
 
@@ -25,7 +26,7 @@ TABLE = {
 }
 
 
-@on_request
+@in_matrix({"eps": 0.0}, schemes=LIMIT, measures=("drift", "weak"))
 def torus(eps: float = 0.1, stiffness: float = STIFFNESS, horizon: float = 0.125) -> ConstrainedLangevin:
     """Langevin dynamics with zeta = (|x|^2 + R^2 - r^2)^2 - 4 R^2 (x_1^2 + x_2^2), R = 3, r = 1, sigma = sqrt(2).
 

@@ -61,9 +61,8 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_texts(console, _classes(tables, scheme, measures, width))
         print_texts(console, _absent([] if rows else absent, width))
     else:
-        print_texts(
-            console, ending(sentence, rows, [*class_notes(tables.classes), *_notes(folder)], width, plain=plain)
-        )
+        notes = [*class_notes(tables.classes), *tables.run.get("unseen", ()), *_notes(folder)]
+        print_texts(console, ending(sentence, rows, notes, width, plain=plain))
     return ExitCode.OK
 
 
@@ -124,9 +123,9 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
         yield Text(visible(f"{scheme} on {problem}, {measure}"))
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
-            told = hint(tables.classes, scheme, measure) if row.verdict == "refuted" else ""
-            yield from lines_of(f"    {told}", width, INDENT) if told else ()
             yield from _traceback(row, tables.details) if row.verdict == "error" else ()
+        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in found)
+        yield from (line for each in hints if each for line in lines_of(f"    {each}", width, INDENT))
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple, TypeGuard, TypeVar
+from typing import NamedTuple, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,16 +24,19 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..features import Feature
 from ..generic import GenericClass
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
-from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
+from ..trivial import Trivials
 from .checks import check_jacobians, check_regular, check_solved, size_of_terms, why_not_drift_partials
+from .delay_features import delay_features
 from .delayed import Delayed
 from .dissipation import Dissipation
 from .generic import FEATURES, draw_delay
 from .mesh import Lag, Mesh, Recall
 from .partials import Partials, partials
+from .trivial_delays import trivial_delays
 
 # Times at which a history is looked at.
 HISTORY = 17
@@ -41,12 +44,6 @@ NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)
 # Of x, the delayed x and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
 K = TypeVar("K")
-# Delays, in steps: between mesh points, on one, within a step, and none.
-DELAYS = (2.7, 2.0, 0.3, 0.0)
-# One that stays where steps get shorter, so that a lagged value in the drift counts, and by how much they do then.
-LONG, LESS_SHORT = 10.7 * H, 2.0**-10
-# Rates and strengths of what vanishes on the solution; unlike, so that a lagged value in both of them stays.
-PULL, TIE = 0.8, 0.5
 
 
 class DelayState(NamedTuple):
@@ -276,6 +273,11 @@ class DelaySDAE(Delayed):
         """Return the class of all polynomial problems of the form."""
         return (GenericClass("DelaySDAE", partial(draw_delay, DelaySDAE), FEATURES),)
 
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return several components and motions, features of the noise, and of the delay."""
+        return delay_features()
+
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
         return None if self.delay else self._sde
@@ -442,60 +444,3 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     if not (np.iscomplexobj(x) or np.iscomplexobj(v)):
         return y
     return y - solve(matrix(y), constraint(t, x, v, y))
-
-
-def trivial_delays(form: Callable[..., Any]) -> Trivials:
-    """Return dx = 0, dx = c dt and dx = S dW with lagged values of every kind as problems of the form."""
-    noise, none = (NOISES[1], NOISES[2]), tuple(np.zeros_like(S) for S in NOISES[1:])
-    equations = [(0.0 * RATE, none), (RATE, none), (0.0 * RATE, noise)]
-    on_few_steps = [
-        tuple(_two_sizes(form, steps, c, S, algebraic=algebraic) for S in strengths for algebraic in (True, False))
-        for steps in DELAYS
-        for c, strengths in equations
-    ]
-    long = (_make_trivial(form, LONG, RATE, S, algebraic=algebraic) for S in none for algebraic in (True, False))
-    return *on_few_steps, tuple(trivial._replace(shorter=LESS_SHORT) for trivial in long)
-
-
-def _two_sizes(form: Callable[..., Any], steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
-    coarse, fine = (_make_trivial(form, steps * h, c, S, algebraic=algebraic) for h in (H, H * SHORTER))
-    return coarse._replace(finer=fine)
-
-
-def _make_trivial(form: Callable[..., Any], tau: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
-    """Return x moving at the velocity c, or by noise, and y that follows its past or, by noise, x itself.
-
-    Where x moves at the velocity c, all else that coefficients hold vanishes if lagged values are right.
-    """
-    start, follows = np.array([1.0, -0.5]), not S.any()
-    given: dict[str, Any] = {"constraint": _lags(follows), "algebraic": start - tau * c} if algebraic else {}
-
-    def behind(x: Array, v: Array) -> Array:
-        return np.asarray(v - x + tau * c[:, None]) if follows else 0.0 * x
-
-    def drift(_t: float, x: Array, v: Array, y: Array) -> Array:
-        tie = y - (v if follows else x) if algebraic else 0.0
-        return np.asarray(c[:, None] + PULL * behind(x, v) + TIE * tie)
-
-    def solution(t: float, W: Array) -> Parts:
-        x = start[:, None] + t * c[:, None] + S @ W
-        return {"x": x, "y": x - tau * c[:, None]} if algebraic else {"x": x}
-
-    problem = form(
-        drift=drift,
-        diffusion=lambda _t, x, v, _y: S[..., None] + PULL * behind(x, v)[:, None],
-        delay=tau,
-        history=lambda t: start + t * c,
-        **given,
-        noise_dim=S.shape[1],
-        horizon=1.0,
-        traits=frozenset({"additive-noise"} if not follows else set()),
-        source=SOURCE,
-    )
-    equation = "dx = S dW" if S.any() else "dx = c dt" if c.any() else "dx = 0"
-    follower = (", y = x(t - tau)" if follows else ", y = x") if algebraic else ""
-    return Trivial(equation + follower, problem, solution)
-
-
-def _lags(follows: bool) -> Callable[[float, Array, Array, Array], Array]:
-    return lambda _t, x, v, y: y - (v if follows else x)

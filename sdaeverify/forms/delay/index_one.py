@@ -10,12 +10,16 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..checks import vector
+from ..features import Feature
 from ..generic import GenericClass
 from ..problem import briefly_signed
 from ..tree_class import TreeClass
+from ..trivial import Trivials
+from .delay_features import undelayed_features
 from .delay_sdae import DelaySDAE
 from .generic import INDEX_ONE_FEATURES, draw_index_one
 from .partials import Partials
+from .trivial_delays import trivial_index_one
 from .universal import IndexOneTrees
 
 
@@ -108,6 +112,16 @@ class IndexOneSDAE(DelaySDAE):
     def generic_classes(cls) -> tuple[GenericClass, ...]:
         """Return the class of all polynomial problems of the form."""
         return (GenericClass("IndexOneSDAE", partial(draw_index_one, IndexOneSDAE), INDEX_ONE_FEATURES),)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly: none has a delay."""
+        return trivial_index_one(IndexOneSDAE)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return those of delay equations that need no delay."""
+        return undelayed_features()
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:

@@ -8,16 +8,32 @@ derivatives of y along a solution are trees with the root u, of which none stand
 z being components of x or y, or t - t_0. Of the solution they are products of what stands on them.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import LATER, OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass, Written
+from ..tree_class import (
+    FAR,
+    LATE,
+    LATER,
+    OVER_NOISE,
+    PRODUCT,
+    TIME,
+    Grove,
+    Node,
+    Posed,
+    Relatives,
+    TreeClass,
+    Written,
+    among,
+    far_states,
+    placements,
+)
 
 ALL = frozenset({"x", "y", TIME})
 NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
@@ -25,6 +41,7 @@ ADDITIVE = (NODES[0], Node("b", "x", integral=OVER_NOISE, most=0), NODES[2])
 # Random equations: differential and algebraic components below and above, and the sizes of terms.
 LOW, HIGH, SEED = (2, 1), (5, 3), 20260105
 SIZES = (0.7, 0.3, 0.1)
+START = 0.5 * np.cos(np.arange(1.0, HIGH[0] + 1.0))
 SOURCE = '''def drift(t, x, y):
     """Return f(t, x, y), shape ({d}, P)."""
     f = np.zeros(x.shape, dtype=np.result_type(x, y))
@@ -121,17 +138,38 @@ class IndexOneTrees(TreeClass):
 
     def relatives(self, motions: int) -> Relatives:
         """Return random equations: above, f is A^+ f(t + s, A x + c, C y + e) + N k(t, x, y), and so are b and u."""
+        return self._related(motions, _Scale(1.0, np.zeros((HIGH[0], 1))), [np.eye(motions)])[0]
+
+    def distant(self, motions: int) -> tuple[Relatives, ...]:
+        """Return the same equations, late below, and above for `FAR` x + X and `FAR` y, of five motions."""
+        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
+        scale = _Scale(FAR, -FAR * START[:, None], LATE - LATER)
+        return among(self._related(motions, scale, placements(motions)), far_states(rng, HIGH[0]))
+
+    def _related(self, motions: int, scale: "_Scale", placed: Sequence[Array]) -> list[Relatives]:
+        """Return an equation below with one above for each way of placing its motions among others."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         maps = {name: (normal((n, m)), normal((n, 1))) for name, n, m in zip("xy", LOW, HIGH, strict=True)}
         f, F = _lifted(rng, maps, "x", 1)
         b, B = _lifted(rng, maps, "x", motions, constant=self.additive)
         u, U = _lifted(rng, maps, "y", 1)
-        (A, c), (_, e) = maps["x"], maps["y"]
-        x = 0.5 * np.cos(np.arange(1.0, HIGH[0] + 1.0))
-        below = self._random(f, b, lambda t, x, y: u(t, x, y) + (e - y)[:, None], (A @ x[:, None] + c)[:, 0])
-        above = self._random(F, B, lambda t, x, y: U(t, x, y) - y[:, None], x)
-        return Relatives(below, above, maps, np.eye(motions), LATER)
+        (A, c), (C, e) = maps["x"], maps["y"]
+        start = (A @ START[:, None] + c)[:, 0]
+        below = self._random(
+            scale.later(f), scale.later(b), lambda *z: scale.later(u)(*z) + (e - z[2])[:, None], start
+        )
+
+        def above(motions: Array) -> Any:
+            return self._random(
+                scale.above(F),
+                lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), motions),
+                lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
+                scale.start,
+            )
+
+        moved = {"x": (A / scale.size, c - A @ scale.x / scale.size), "y": (C / scale.size, e)}
+        return [Relatives(below, above(each), moved, each, LATER + scale.late) for each in placed]
 
     def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array) -> Any:
         probe = np.zeros((1, 1)) + start[:, None]
@@ -157,6 +195,36 @@ class IndexOneTrees(TreeClass):
             source="trees of index-1 equations",
             **given,
         )
+
+
+class _Scale(NamedTuple):
+    """Size, place and time of random equations.
+
+    Attributes
+    ----------
+    size : float
+    x : ndarray, shape (5, 1)
+        X: the equation above is one for size x + X and size y.
+    late : float
+        By how much later the equation below is.
+    """
+
+    size: float
+    x: Array
+    late: float = 0.0
+
+    @property
+    def start(self) -> Array:
+        """A start of the equation above that is as large as its coefficients, shape (5,)."""
+        return np.asarray(self.size * START + 0.75 * self.x[:, 0])
+
+    def later(self, field: Coefficient) -> Coefficient:
+        """Return a coefficient of the equation below, constant before it begins: y has to exist at time 0."""
+        return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
+
+    def above(self, field: Coefficient) -> Coefficient:
+        """Return a coefficient of the equation above."""
+        return lambda t, x, y: self.size * field(t, (x - self.x) / self.size, y / self.size)
 
 
 def _lifted(

@@ -11,6 +11,7 @@ from ...arrays import Array, Parts
 from ...errors import ProblemError
 from ...noise.brownian import BROWNIAN
 from ..checks import PROBES, check_known, check_not_negative, check_shape, columns, vector
+from ..features import Feature, differ, pilot_states
 from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
@@ -90,6 +91,19 @@ class Langevin(Damped):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_dynamics()
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return a force that is not linear; order conditions cover several positions."""
+        return (Feature("a force that is not linear", lambda problem: problem.is_nonlinear),)
+
+    @property
+    def is_nonlinear(self) -> bool:
+        """Whether second differences of the force are not 0 at some positions."""
+        q = pilot_states(self)[: self.noise_dim]
+        moved = [q + part for part in (-1.0, 0.0, 1.0)]
+        low, middle, high = (np.broadcast_to(self.force(at), q.shape) for at in moved)
+        return differ([low + high, 2.0 * middle])
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written
+from ..tree_class import FAR, OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written, far_states
 
 Q, P = frozenset({"q"}), frozenset({"p"})
 NODES = (
@@ -134,21 +134,38 @@ class LangevinTrees(TreeClass):
 
     def relatives(self, motions: int) -> Relatives:  # noqa: ARG002 - each degree of freedom has its own motion
         """Return random dynamics G(q) = A^+ F(A q + c) + N k(q), AN = 0, in R^5, and with F in R^2."""
+        return self._related(1.0, np.zeros((HIGH, 1)))
+
+    def distant(self, motions: int) -> tuple[Relatives, ...]:  # noqa: ARG002 - as for `relatives`
+        """Return the same dynamics in the plane, and those in R^5 for Q = `FAR` q + C and P = `FAR` p."""
+        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
+        C = FAR * rng.uniform(-1.0, 1.0, (HIGH, 1))
+        return (self._related(FAR, C)._replace(states=far_states(rng, 2 * HIGH)),)
+
+    def _related(self, size: float, C: Array) -> Relatives:
+        """Return dynamics in the plane, and those of size q + C and size p in R^5."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         A, c = normal((LOW, HIGH)), normal((LOW, 1))
         inverse, kernel = np.linalg.pinv(A), np.linalg.svd(A)[2][LOW:].T
         F, k = _random_force(rng, LOW, LOW), _random_force(rng, HIGH - LOW, HIGH)
         q, p = normal((2, HIGH))
-        below = self._dynamics(F, FRICTION, A @ q + c[:, 0], A @ p)
-        above = self._dynamics(lambda z: inverse @ F(A @ z + c) + kernel @ k(z), FRICTION, q, p)
-        return Relatives(below, above, {"q": (A, c), "p": (A, 0.0 * c)}, A)
 
-    def _dynamics(self, force: Callable[[Array], Array], friction: float, q: Array, p: Array) -> Any:
+        def lifted(z: Array) -> Array:
+            q = (z - C) / size
+            return np.asarray(size * (inverse @ F(A @ q + c) + kernel @ k(q)))
+
+        below = self._dynamics(F, FRICTION, A @ q + c[:, 0], A @ p)
+        above = self._dynamics(lifted, FRICTION, size * q + C[:, 0], size * p, size * STRENGTH)
+        return Relatives(below, above, {"q": (A / size, c - A @ C / size), "p": (A / size, 0.0 * c)}, A)
+
+    def _dynamics(
+        self, force: Callable[[Array], Array], friction: float, q: Array, p: Array, strength: float = STRENGTH
+    ) -> Any:
         return self.form(
             force=force,
             friction=friction,
-            strength=STRENGTH,
+            strength=strength,
             position=q,
             momentum=p,
             noise=frozenset(BROWNIAN),

@@ -29,15 +29,18 @@ from ..checks import (
     numbers,
     vector,
 )
+from ..features import Feature
 from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE, zero_columns
-from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
+from ..trivial import Trivials
 from .generic import FEATURES, draw_mechanics
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
+from .motion_features import motion_features
 from .multiplied import Mechanics
 from .structure import Structure, Unstructured, check_structure
+from .trivial_motions import trivial_motions
 
 # Traits of noise that a projector takes away.
 NOT_PROJECTED = {"additive-noise", "diagonal-noise", "commutative-noise"}
@@ -245,7 +248,12 @@ class HolonomicSDAE(Mechanics):
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
-        return _trivial_motions()
+        return trivial_motions(HolonomicSDAE)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return masses, several and curved constraints, and features of force and noise."""
+        return motion_features()
 
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:
@@ -449,37 +457,3 @@ def project(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tupl
     # y may be constant on all paths; what is taken from it is not.
     lam = -J.gram(J).solve(J.times(problem.inverse_mass(y)))
     return y + J.transposed(lam), lam
-
-
-def _trivial_motions() -> Trivials:
-    """Return rest, free motion and motion driven by noise on the line r_2 = 0."""
-    still = [_on_a_line("r at rest on r_2 = 0", 0.0, 0.0 * RATE, 0.0 * S) for S in NOISES]
-    free = [_on_a_line("free motion on r_2 = 0", SPEED, 0.0 * RATE, 0.0 * S) for S in NOISES]
-    kicked = [_on_a_line("dv = c dt + S dW on r_2 = 0", SPEED, RATE, S, known=("v",)) for S in NOISES]
-    return tuple(still), tuple(free), tuple(kicked)
-
-
-def _on_a_line(name: str, speed: float, a: Array, S: Array, known: tuple[str, ...] = ("r", "v", "mu")) -> Trivial:
-    start = np.array([0.3, 0.0])
-    problem = HolonomicSDAE(
-        force=lambda _t, r, _v: a[:, None] + 0.0 * r,
-        diffusion=lambda _t, r, _v: S[..., None] + 0.0 * r[:1, None],
-        constraint=lambda r: r[1:],
-        jacobian=lambda r: np.array([[[0.0], [1.0]]]) + 0.0 * r[:1],
-        curvature=lambda _r, y, _z: 0.0 * y[1:],
-        constraint_bound=1.0,
-        position=start,
-        velocity=[speed, 0.0],
-        noise_dim=S.shape[1],
-        horizon=1.0,
-        traits=frozenset({"additive-noise"}),
-        source=SOURCE,
-    )
-    along = np.array([[1.0], [0.0]])
-
-    def solution(t: float, W: Array) -> Parts:
-        v = along * (speed + t * a[0] + S[:1] @ W)
-        parts = {"r": start[:, None] + t * v, "v": v, "mu": 0.0 * W[:1]}
-        return {key: parts[key] for key in known}
-
-    return Trivial(name, problem, solution)

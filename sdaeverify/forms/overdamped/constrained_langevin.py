@@ -27,14 +27,17 @@ from ..checks import (
     columns,
     vector,
 )
+from ..features import Feature, has_several_constraints, pilot_states
 from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
+from ..trivial import Trivials
 from .generic import FEATURES, draw_family
 from .stiffness_family import StiffnessFamily
+from .trivial_dynamics import trivial_dynamics
 
 K = TypeVar("K")
 
@@ -291,6 +294,25 @@ class ConstrainedLangevin(StiffnessFamily):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its Ito equation where an `SDE` is asked for."""
         return self._sde if form is SDE else super().view(form)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly, or to first order."""
+        return trivial_dynamics(ConstrainedLangevin)
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return several and curved constraints."""
+        return (
+            Feature("several constraints", has_several_constraints),
+            Feature("a curved constraint", lambda problem: problem.is_curved),
+        )
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the constraint's second derivative is not 0 at some states."""
+        x = pilot_states(self)
+        return bool(np.any(self.turn_normals(x, np.ones_like(x))))
 
     def ito(self) -> SDE:
         """Return the penalised equation (1.4), or that of the limit (1.2) in Ito's form."""

@@ -24,11 +24,21 @@ from ..checks import (
     columns,
     vector,
 )
+from ..features import (
+    Feature,
+    differ,
+    has_several_motions,
+    noises_do_not_commute,
+    pilot_states,
+    times_of,
+    vary,
+)
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual, briefly_signed
 from ..traits import COMMUTING
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
+from .linear_growth import grows_linearly
 
 
 @briefly_signed
@@ -102,6 +112,8 @@ class SDE(Problem):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
         self._check_constraint(x)
         self._check_traits(x)
+        others = self.traits - {"linear-growth"}
+        object.__setattr__(self, "traits", others | ({"linear-growth"} if self._grows_linearly() else set()))
         check_known(self, self.parts(x))
 
     @property
@@ -130,6 +142,11 @@ class SDE(Problem):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_equations()
+
+    @classmethod
+    def features(cls) -> tuple[Feature, ...]:
+        """Return several motions, multiplicative and non-commuting noise, and coefficients that depend on time."""
+        return EQUATION_FEATURES
 
     def ito(self) -> "SDE":
         """Return the equation itself."""
@@ -264,6 +281,9 @@ class SDE(Problem):
         if "overdamped-gradient" in self.traits and (why := self._why_not_gradient(y)):
             raise ProblemError(f"trait overdamped-gradient: {why}")
 
+    def _grows_linearly(self) -> bool:
+        return grows_linearly(self)
+
     def _why_not_gradient(self, x: Array) -> str:
         B, d = self.diffusion(0.0, x), self.dimension
         if B.shape[1] != d or not np.allclose(B, B[0, 0] * np.eye(d)[..., None], rtol=1e-12, atol=0.0):
@@ -313,6 +333,27 @@ def zero_columns(blocks: Array, above: int) -> Array:
 EVEN = 0.8 * np.eye(2)
 # For schemes that ask for an invariant: x_2 = 0.
 ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
+
+
+def _is_multiplicative(problem: SDE) -> bool:
+    return vary(problem.diffusion(0.0, pilot_states(problem)))
+
+
+def _do_not_commute(problem: SDE) -> bool:
+    return noises_do_not_commute(partial(problem.diffusion, 0.0), pilot_states(problem))
+
+
+def _depends_on_time(problem: SDE) -> bool:
+    x, times = pilot_states(problem), [*times_of(problem)]
+    return any(differ([f(t, x) for t in times]) for f in (problem.drift, problem.diffusion))
+
+
+EQUATION_FEATURES = (
+    Feature("several Brownian motions", has_several_motions),
+    Feature("multiplicative noise", _is_multiplicative),
+    Feature("noises that do not commute", _do_not_commute),
+    Feature("coefficients that depend on time", _depends_on_time),
+)
 
 
 def _trivial_equations() -> Trivials:

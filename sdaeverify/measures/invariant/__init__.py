@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import bar
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
+from ...contracts.finding import SAMPLED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
@@ -42,9 +42,9 @@ from ...probe.step.one_step import why_not_resolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ...verdicts.coverage import Coverage, coverage
-from ...verdicts.opinions import finding, judge_claim, leave_open
+from ...verdicts.opinions import beside, finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
-from .bias import bias_bound, bias_of_operator, with_bias
+from .bias import bias_bound, bias_of_operator, with_bias, withhold_vacuous
 from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
@@ -131,11 +131,11 @@ def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
 
 
 def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
+    bound = claimed - TOLERANCE
     if not found.resolved:
-        return Opinion(Verdict.INCONCLUSIVE, Reason(found.note))
+        return _heed_fall(Opinion(Verdict.INCONCLUSIVE, Reason(found.note)), found, bound)
     if not found.informative:
         return Opinion(Verdict.NOT_APPLICABLE, Reason(f"not informative: {found.note}"))
-    bound = claimed - TOLERANCE
     figures = {"order": found.order, "claimed": claimed, "bar": bar(claimed, bound)}
     text = "order {order:.2f} of the error of the stationary mean, by the transition operator; {bar}"
     reason = Reason(text, Kind.ORDER, figures).then(found.note)
@@ -145,7 +145,17 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
         return Opinion(Verdict.VERIFIED, reason)
     if found.high < bound:
         return Opinion(Verdict.REFUTED, Reason(found.note, Kind.WRONG_LIMIT) if found.order == 0.0 else reason)
-    return Opinion(Verdict.INCONCLUSIVE, reason.then(f"known within [{found.low:.2f}, {found.high:.2f}]"))
+    reason = reason.then(f"known within [{found.low:.2f}, {found.high:.2f}]")
+    return _heed_fall(Opinion(Verdict.INCONCLUSIVE, reason), found, bound)
+
+
+def _heed_fall(opinion: Opinion, found: FunctionalOrder, bound: float) -> Opinion:
+    """Return an undecided opinion as one against the claim if the errors fall more slowly between two step sizes."""
+    fall = found.fall
+    if not fall.most < bound:
+        return opinion
+    text = "from h = {coarse:.2g} to {fine:.2g} the error of the stationary mean falls like h^{most:.2f} at most"
+    return opinion.plus(Reason(text, numbers=fall._asdict()))._replace(excluded=frozenset({Verdict.VERIFIED}))
 
 
 def _local_order(h: Array, errors: Array, level: int) -> float:
@@ -224,9 +234,9 @@ class Invariant(Measure):
                 levels += density_levels(unpacked(DENSITIES, Densities, evidence.tally))
             if chains is not None:
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
-                findings |= {name: sampled[name] for name in _open_quantities(findings)}
+                findings |= {name: _join_chains(findings[name], sampled[name]) for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
-        return Judgement(tuple(findings.values()), tuple(levels))
+        return Judgement(tuple(withhold_vacuous(found, evidence) for found in findings.values()), tuple(levels))
 
 
 @hookimpl
@@ -291,7 +301,25 @@ def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
 
 
 def _open_quantities(findings: Mapping[str, Finding]) -> list[str]:
-    return [name for name, found in findings.items() if found.verdict is Verdict.INCONCLUSIVE]
+    # Chains do not decide what no evidence may verify.
+    open_ = (found for found in findings.items() if found[1].verdict is Verdict.INCONCLUSIVE)
+    return [name for name, found in open_ if Verdict.VERIFIED not in found.excluded]
+
+
+def _join_chains(found: Finding, sampled: Finding) -> Finding:
+    """Return what chains found of an observable, and what the transition operator left open or has against it.
+
+    Parameters
+    ----------
+    found : Finding
+        Undecided: by the operator (tier 2), or because there is none.
+    sampled : Finding
+        By chains.
+    """
+    if found.tier == SAMPLED:
+        return sampled
+    operator, chains = (Opinion(*(getattr(each, name) for name in Opinion._fields)) for each in (found, sampled))
+    return replace(sampled, **beside(operator, chains)._asdict())
 
 
 def _truths(view: Problem) -> list[InvariantMean]:

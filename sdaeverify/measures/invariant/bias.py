@@ -15,8 +15,12 @@ from ...contracts.claimed import UNBIASED, Bound
 from ...contracts.finding import Finding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
+from ...forms.truths import InvariantMean
 from ...numerics.outweighed import outweighs, sample_growth
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
+from ...probe.step.states import reached_states
+from ...verdicts.path_tests import why_vacuous
+from ...verdicts.rules import withhold
 from .chain_order import BiasSample
 
 
@@ -40,6 +44,30 @@ def bias_bound(claim: Claim | None) -> float | None:
     """Return the bound within which a mean is claimed to be unbiased, or None where it is not."""
     value = claim and claim.value
     return value.most if isinstance(value, Bound) and value.text == UNBIASED else None
+
+
+def withhold_vacuous(found: Finding, evidence: Evidence) -> Finding:
+    """Return a finding that is not verified if the claimed bound is no less than the size of the observable."""
+    bound = bias_bound(found.claim)
+    if bound is None or found.verdict is not Verdict.VERIFIED:
+        return found
+    vacuous = why_vacuous(bound, _spread(evidence, found.quantity))
+    return withhold(found, vacuous) if vacuous else found
+
+
+def _spread(evidence: Evidence, name: str) -> float:
+    """Return the root mean square distance of an observable from its exact mean, at states that solutions reach.
+
+    It is NaN where there is no equation of the states or no exact mean.
+    """
+    view = evidence.view
+    truths = (truth for truth in view.truths if isinstance(truth, InvariantMean))
+    equation, known = view.equation(), [truth.value for truth in truths if truth.observable == name]
+    if equation is None or not known:
+        return np.nan
+    x = reached_states(view, equation).points
+    value = view.observe(name, view.horizon, equation.parts(x))
+    return np.nan if value is None else float(np.sqrt(np.mean((value - known[0]) ** 2)))
 
 
 def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:

@@ -156,9 +156,33 @@ class BiasSample:
         ahead, se = self._of_last([-1.0, 3.0, -2.0])
         return bool(ahead + scipy.special.stdtrit(GROUPS - 1, 0.95) * se >= claim.floor)
 
+    def growth_to_keep(self, claim: Order, confidence: float) -> float:
+        """Return the factor by which the chains must grow to show the claimed order at the finest step sizes.
+
+        An error a h + b h^2 has a mean order near 2 as long as b h is much larger than a; its local orders fall with
+        each halving of h. Shown are the order of the two finest differences and, of three or more, the next one if it
+        changes by as much again: the lower ends of their one-sided intervals are claim - margin at least.
+
+        Parameters
+        ----------
+        claim : Order
+        confidence : float
+
+        Returns
+        -------
+        float
+            1 if the order is shown; infinite if more chains would not show it.
+        """
+        contrasts = [[1.0, -1.0], [-1.0, 3.0, -2.0]][: self.differences.shape[1] - 1]
+        orders, errors = np.array([self._of_last(weights) for weights in contrasts]).T
+        if not (orders > claim.floor).all():
+            return np.inf
+        quantile = scipy.special.stdtrit(GROUPS - 1, confidence)
+        return float(max(1.0, np.max(quantile * errors / (orders - claim.floor)) ** 2))
+
     def _of_last(self, weights: list[float]) -> tuple[float, float]:
-        """Return a sum of log2 of the last three differences, with its standard error."""
-        D = self.differences[:, -3:]
+        """Return a weighted sum of log2 of the last differences, with its standard error."""
+        D = self.differences[:, -len(weights) :]
         mean = D.mean(axis=0)
         se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
         return float(np.log2(np.abs(mean)) @ weights), float(se)
@@ -235,12 +259,15 @@ def chain_tests(found: list[BiasSample], claim: Order, planned: float, evidence:
     -------
     ChainTests
     """
-    steady = found[-1].is_settled(evidence.settings.confidence) and not found[-1].may_reach(claim)
+    last, confidence = found[-1], evidence.settings.confidence
+    steady = last.is_settled(confidence) and not last.may_reach(claim)
     falls = [sample.p_falls(claim) for sample in found]
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(claim.least) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
-    return ChainTests(verified, too_slow, off, sample_growth(falls[-1], evidence.level / planned, GROUPS))
+    growth = last.growth_to_keep(claim, confidence)
+    needed = max(growth, sample_growth(falls[-1], evidence.level / planned, GROUPS))
+    return ChainTests(verified if growth == 1.0 else 1.0, too_slow, off, needed)
 
 
 def exceeds(a: Array, b: Array) -> float:

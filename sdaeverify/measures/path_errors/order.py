@@ -19,7 +19,7 @@ from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
 from ...verdicts.fitted_levels import FEWEST, FITTED, at_levels, sound_levels
-from ...verdicts.path_tests import COARSE, SUSPECT, PathTests, hold_back, order_tests, with_sample
+from ...verdicts.path_tests import COARSE, SUSPECT, PathTests, hold_back, order_tests, resolve_order, with_sample
 from .quantity import Quantity, quantities_of
 
 
@@ -75,13 +75,18 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
         return Bias(_own_bound(quantity, levels), f"own reference {OWN_REFERENCE} levels finer", False)
     if truth.exact:
         return Bias(0.0, "exact solution", True)
-    change, part = max(map(abs, quantity.blur(levels).interval(confidence))), 1.0 / (2.0**truth.order - 1.0)
-    # Without any error at half resolution the slope does not exist, nor does D.
-    bound = float(np.fmin(change * part, _near_bound(quantity, levels, part)))
+    bound = _shift_bound(truth, quantity, levels, slope_weights(np.log2(quantity.h[levels])), confidence)
     return Bias(bound, f"reference of order {truth.order} one level finer", True)
 
 
-def _near_bound(quantity: Quantity, levels: Array, part: float) -> float:
+def _shift_bound(truth: Pathwise, quantity: Quantity, levels: Array, weights: Array, confidence: float) -> float:
+    """Return a bound for what the error of a truth can do to sum_l w_l y_l; see `reference_bias`."""
+    change, part = max(map(abs, quantity.blur(levels, weights).interval(confidence))), 1.0 / (2.0**truth.order - 1.0)
+    # Without any error at half resolution the sum does not exist, nor does D.
+    return float(np.fmin(change * part, _near_bound(quantity, levels, weights, part)))
+
+
+def _near_bound(quantity: Quantity, levels: Array, weights: Array, part: float) -> float:
     """Return a bound for a scheme that is near the truth at half its resolution; infinite if it is not.
 
     The truth moves by no more than the sum of its distances from the scheme at half and at full resolution, and its
@@ -93,7 +98,7 @@ def _near_bound(quantity: Quantity, levels: Array, part: float) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part * apart / errors
         shifts = np.where(share < 1.0, -np.log2(1.0 - share), np.inf)
-        bound = float(np.abs(slope_weights(np.log2(quantity.h[levels]))) @ shifts)
+        bound = float(np.abs(weights) @ shifts)
     return bound if np.isfinite(bound) else np.inf
 
 
@@ -241,6 +246,45 @@ def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason,
     if bias is None:
         bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
     return Fit(evidence, quantity, usable, levels, left_out, quantity.slope(levels), bias)
+
+
+class LowerShare(NamedTuple):
+    """The share of the error at the finest step that a term of half an order less than the claimed one has.
+
+    Attributes
+    ----------
+    estimate : Estimate
+    bias : float
+        Bound of what the error of the reference can do to it.
+    """
+
+    estimate: Estimate
+    bias: float
+
+
+def lower_share(fitted: Fit, claimed: Order) -> LowerShare:
+    """Return the share of a lower term on the levels of the fit and one coarser one."""
+    quantity, levels, truth = fitted.quantity, fitted.usable[-FITTED - 1 :], fitted.evidence.problem.pathwise
+    found, bias = quantity.lower_share(levels, claimed.least), 0.0
+    if truth is not None and not truth.exact:
+        weights = quantity.share_weights(levels)
+        bias = _shift_bound(truth, quantity, levels, weights, fitted.evidence.settings.confidence)
+    return LowerShare(found, bias)
+
+
+def resolve_lower_order(tests: PathTests, fitted: Fit, claimed: Order) -> PathTests:
+    """Return the tests of a claimed order that paths alone decide; see `resolve_order`.
+
+    Parameters
+    ----------
+    tests : PathTests
+        Of the claim, see `path_tests`.
+    fitted : Fit
+        The errors that they are of.
+    claimed : Order
+    """
+    share, bias = lower_share(fitted, claimed)
+    return resolve_order(tests, claimed, share, fitted.evidence, bias)
 
 
 def path_tests(fitted: Fit, claim: Claim) -> PathTests:

@@ -145,10 +145,10 @@ class Quantity(Slopes):
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
         return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
 
-    def blur(self, levels: Array) -> Estimate:
-        """Return by how much the slope changes if the truth is taken at half its resolution."""
+    def blur(self, levels: Array, weights: Array) -> Estimate:
+        """Return by how much sum_l w_l y_l changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
-        weights, last = slope_weights(np.log2(self.h[levels])), self.logarithms.shape[-1] - self.levels
+        last = self.logarithms.shape[-1] - self.levels
         columns = np.concatenate([levels + self.levels, levels + last])
         return super().linear(columns, np.concatenate([-weights, weights]))
 

@@ -22,10 +22,10 @@ from .findings import (
     Orders,
     judge_errors,
     local_orders,
-    member_findings,
     probe_strong,
     unknown_findings,
 )
+from .members import member_findings
 
 # Beside the mean, as indices of the powers that are noted.
 NORMS = {"L_half": 0, "L2": 2}

@@ -1,7 +1,7 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
-from math import isfinite, isinf, isnan
+from math import inf, isfinite, isinf, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -17,16 +17,35 @@ from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
-from ...probe.local.strong_defects import LocalStrong, local_strong, local_strong_from, why_not_local_order
+from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
+from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
-from ...probe.step.states import states_near_start
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED
-from ...verdicts.opinions import finding, guard, local_doubt, local_opinion, no_fit, of_law, of_smooth, too_coarse
-from ...verdicts.path_tests import SUSPECT, PathTests, unlike
+from ...verdicts.opinions import (
+    finding,
+    guard,
+    local_doubt,
+    local_opinion,
+    no_fit,
+    of_law,
+    of_memory,
+    of_smooth,
+    too_coarse,
+)
+from ...verdicts.path_tests import PathTests, order_resolution, unlike
 from ..path_errors.errors import STATE
-from ..path_errors.order import Fit, asymptotic_order, fit, judge_exact, path_tests, usable_levels
+from ..path_errors.order import (
+    Fit,
+    asymptotic_order,
+    fit,
+    judge_exact,
+    lower_share,
+    path_tests,
+    resolve_lower_order,
+    usable_levels,
+)
 from ..path_errors.quantity import JudgedQuantity, Quantity, unknown_components
 from ..resolution import strong_resolution
 
@@ -142,6 +161,8 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
         return Tally()
     record = local_strong(*pair)
     found = packed(span.name, record)
+    if (memory := OneStep(*pair).memory) is not None:
+        found = found.merge(packed(_of_memory(span), memory))
     if not all(order.consistent for order in strong_orders(record)):
         found = found.merge(packed(_at_shortest(span), local_strong(*pair, shortest=True)))
     delta = _delta(view, settings) if span.links > 1 else 0.0
@@ -161,6 +182,10 @@ def _of_y(span: Span) -> str:
     return f"{span.name} of y"
 
 
+def _of_memory(span: Span) -> str:
+    return f"{span.name}, memory"
+
+
 def _at_shortest(span: Span) -> str:
     return f"{span.name} at the shortest steps"
 
@@ -178,7 +203,10 @@ def _read_orders(tally: Tally, scheme: Scheme, view: Problem, span: Span) -> Ord
     if record is None:
         return {}
     names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
-    orders = dict(zip((*names, STATE), strong_orders(record, shortest), strict=True))
+    memory = unpacked(_of_memory(span), MemoryOrders, tally)
+    most = [inf] * (len(names) + 1) if memory is None else [*memory.strong.tolist(), float(memory.strong.min())]
+    found = zip((*names, STATE), strong_orders(record, shortest), most, strict=True)
+    orders = {name: order._replace(memory=limit) for name, order, limit in found}
     if not keeps_constraint(scheme, view):
         return orders
     own = unpacked(_of_y(span), AlgebraicDefects, tally)
@@ -202,57 +230,28 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     order : StrongOrder or None
         Of one step, where it was probed.
     """
-    found = judge_smooth(evidence, claim, order)
-    if found is None or order is None or claim is None or not isinstance(claim.value, Order):
+    if order is None or claim is None or not isinstance(claim.value, Order):
         return None
     least = claim.value.least
+    found = judge_smooth(evidence, least, order, claim.value.margin)
+    found = of_memory(found, least - TOLERANCE, order.memory, order.order)
     return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 
-def judge_smooth(evidence: Evidence, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
+def judge_smooth(evidence: Evidence, claim: float, order: StrongOrder, margin: float = 0.0) -> Opinion:
     """Return the opinion of `judge_order` for a problem whose coefficients are known to be smooth.
 
     Parameters
     ----------
     evidence : Evidence
-    claim : Claim or None
-    order : StrongOrder or None
-        As of `judge_order`.
+    claim : float
+        Least order.
+    order : StrongOrder
+    margin : float
+        Of the claim; 0 where no coarse steps count.
     """
-    if order is None or claim is None or not isinstance(claim.value, Order):
-        return None
-    least = claim.value.least
-    found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.local_order_is_global)
-    return of_law(found, least, evidence, paths=True)
-
-
-def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Finding]:
-    """Yield a finding for each component of a random member: the order of one step near its start.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    view : Problem
-        The member, in the scheme's form.
-    measure : str
-        Under which name claims are looked up.
-    """
-    evidence, pair = Evidence(scheme, view, view, Settings(), Tally(), Tally()), remove_delay(scheme, view)
-    step = OneStep(*pair)
-    why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
-    why = why or step.why_not_probed(beside=True, run=False, levy=True)
-    orders = {} if why else _member_orders(step)
-    for name in orders or (STATE,):
-        covered = coverage(evidence, measure, name)
-        opinion = judge_smooth(evidence, covered.claim, orders.get(name))
-        if covered.claim is not None and isinstance(covered.claim.value, Order):
-            details = {} if why else {"local_order": orders[name].order}
-            yield finding(covered, opinion or local_doubt(why), method=UNFITTED_METHODS[1], details=details)
-
-
-def _member_orders(step: OneStep) -> Orders:
-    record = local_strong_from(step.scheme, step.view, states_near_start(step.view, step.equation))
-    return dict(zip((*step.names, STATE), strong_orders(record), strict=True))
+    found = judge_strong(order, claim, margin=margin, sharp=evidence.scheme.local_order_is_global)
+    return of_law(found, claim, evidence, paths=True)
 
 
 def judge_errors(evidence: Evidence, quantity: Quantity, measure: str, order: StrongOrder | None) -> JudgedQuantity:
@@ -291,9 +290,12 @@ def _finding(
         opinion = _opinion_without_fit(evidence, local, covered, left_out)
         return finding(covered, opinion, method=UNFITTED_METHODS[opinion.tier], details=local.details)
     fitted = fit(evidence, quantity, levels, left_out)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+    opinion, order_seen = Opinion(Verdict.OUT_OF_SCOPE, covered.gap), nan
     if covered.claim is not None:
         opinion = guard(local.opinion, _tests(fitted, covered.claim, local), evidence)
+        if isinstance(covered.claim.value, Order) and not local.decides:
+            share, bias = lower_share(fitted, covered.claim.value)
+            order_seen = order_resolution(share, evidence.settings.confidence, bias)
     low, high = fitted.interval
     return finding(
         covered,
@@ -302,6 +304,7 @@ def _finding(
         low=low,
         high=high,
         resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
+        order_resolution=order_seen,
         method=METHODS[opinion.tier]._replace(reference=fitted.bias.reference),
         details={**local.details, **_details(fitted)},
     )
@@ -313,18 +316,9 @@ def _tests(fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     if not isinstance(claimed, Order):
         return tests
     if not local.decides:
-        return _put_to_lower(tests, claimed, fitted)
+        return resolve_lower_order(tests, fitted, claimed)
     blind = fitted.slope.growth_to_see(claimed.floor, fitted.evidence.settings.confidence, fitted.bias.bound)
     return _as_guard(fitted, claimed, tests._replace(blind=blind))
-
-
-def _put_to_lower(tests: PathTests, claim: Order, fitted: Fit) -> PathTests:
-    """Return what paths alone say: the margin is for coarse steps, and no room for an order below the claim."""
-    further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
-    if further > SUSPECT:
-        return tests
-    reason = tests.reason.then("nearer to a lower order than to the claim")
-    return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
 def _as_guard(fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
@@ -467,10 +461,16 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
     text = f"{text}; {bar(claim, bound)}"
     if not sharp:
         return local_doubt(f"{text}; by the scheme's word, one step does not bound its order")
-    rises = order.ahead > order.order + RISING and order.typical >= bound
     if order.turns and order.p2 - 0.5 >= bound:
         return local_doubt(f"{text}; the mean changes its sign")
-    if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
-        falls = order.ahead < order.order
-        return local_doubt(f"{text}; still changing, to {order.ahead:.2f}", _kind(order), against=falls)
+    low = [pair for pair in order.each or ((order.order, order.ahead),) if pair[0] < bound]
+    if all(_is_changing(now, ahead, bound, typical=order.typical) for now, ahead in low):
+        now, ahead = min(low)
+        return local_doubt(f"{text}; still changing, to {ahead:.2f}", _kind(order), against=ahead < now)
     return local_opinion(Verdict.REFUTED, text)
+
+
+def _is_changing(now: float, ahead: float, bound: float, *, typical: float) -> bool:
+    """Return whether an order below its bound may still reach it: it moves, or rises while most states have it."""
+    rises = ahead > now + RISING and typical >= bound
+    return ahead >= bound or abs(ahead - now) > SETTLED or rises

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...contracts.claimed import Order
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
+from ...contracts.finding import SAMPLED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -29,7 +29,18 @@ from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
 from ...verdicts.opinions import finding, guard, judge_claim, leave_open
-from ...verdicts.path_tests import COARSE, RESOLVED, SUSPECT, PathTests, hold_back, order_tests, unlike, with_sample
+from ...verdicts.path_tests import (
+    COARSE,
+    RESOLVED,
+    SUSPECT,
+    PathTests,
+    hold_back,
+    order_resolution,
+    order_tests,
+    resolve_order,
+    unlike,
+    with_sample,
+)
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
@@ -49,6 +60,8 @@ SLACK = 2.0
 SLOWEST = 0.5
 SLOWER = "too far from the limit for the claim"
 
+UNKNOWN = Estimate(float("nan"), float("nan"))
+
 # How far a mean is from what is known of its limit, and how far that is off itself.
 Off = tuple[Estimate, float]
 
@@ -66,6 +79,8 @@ class MeanOrder(NamedTuple):
     tests : PathTests
     remark : Reason
         Why the observable is not used; empty if it is.
+    share : Estimate
+        Of the error at the finest step, that of a term of half an order less than the claimed one; NaN if not known.
     """
 
     slope: Estimate
@@ -73,6 +88,7 @@ class MeanOrder(NamedTuple):
     resolved: float
     tests: PathTests
     remark: Reason = Reason()
+    share: Estimate = UNKNOWN
 
     @property
     def has_few_levels(self) -> bool:
@@ -93,13 +109,12 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     """
     sound, _ = sound_levels_of(evidence)
     levels = sound[sound < means.errors][-FITTED:]
-    unknown = Estimate(float("nan"), float("nan"))
     if len(levels) < FEWEST:
         few = Reason(TOO_FEW, numbers={"levels": len(levels), "fewest": FEWEST})
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(few), few)
+        return MeanOrder(UNKNOWN, levels, 0.0, PathTests.none(few), few)
     if _without_error(evidence, means, levels):
         exact = Reason(ROUNDING, numbers={"levels": len(levels)})
-        return MeanOrder(unknown, levels, 0.0, PathTests.none(exact), exact)
+        return MeanOrder(UNKNOWN, levels, 0.0, PathTests.none(exact), exact)
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
     if claim is None or not isinstance(claim.value, Order):
@@ -112,7 +127,8 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
         return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), CHANGES_SIGN)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
-    return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels))
+    share = means.lower_share(sound[sound < means.errors][-FITTED - 1 :], claim.value.least)
+    return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), share=share)
 
 
 def _without_error(evidence: Evidence, means: Means, levels: Array) -> bool:
@@ -310,6 +326,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     opinion = _opinion(evidence, sampled, covered)
     left_out = sound_levels_of(evidence)[1] if sampled.has_few_levels else Reason()
     confidence = evidence.settings.confidence
+    by_paths = covered.claim is not None and opinion.tier == SAMPLED and not opinion.reason.has(Kind.GUARD)
     low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
     return finding(
         covered,
@@ -318,6 +335,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
         low=low,
         high=high,
         resolution=weak_resolution(evidence, means, _off_limit(evidence, means), covered.claim),
+        order_resolution=order_resolution(sampled.share, confidence) if by_paths else float("nan"),
         method=_method(opinion.tier, means),
         details={**probed.details, **_details(sampled, confidence)},
     )
@@ -338,6 +356,8 @@ def _of_order(evidence: Evidence, sampled: MeanOrder, claim: Claim, observable: 
     if local is not None and local.verdict is Verdict.VERIFIED:
         # A difference that is small by accident spoils a slope: finer levels tell, or nobody.
         tests = tests._replace(refuted=tests.limit, suspected=tests.against)
+    elif isinstance(claim.value, Order):
+        tests = resolve_order(tests, claim.value, sampled.share, evidence)
     opinion = guard(local, tests, evidence)
     if sampled.has_few_levels and opinion.verdict is Verdict.VERIFIED:
         return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then(sampled.remark, ", but "))

@@ -1,7 +1,7 @@
 """What the weak measure finds without sampling, and what it says of a claim."""
 
 from functools import lru_cache
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,13 +38,24 @@ from ...probe.operator.functional_orders import (
 from ...probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
 from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
+from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
 from ...probe.step.states import WHEN, cloud, states_near_start
 from ...verdicts.coverage import Coverage, claim_for
-from ...verdicts.opinions import finding, local_doubt, local_opinion, of_law, of_smooth, too_coarse, up_to
+from ...verdicts.opinions import (
+    finding,
+    local_doubt,
+    local_opinion,
+    of_law,
+    of_memory,
+    of_smooth,
+    too_coarse,
+    up_to,
+)
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
+MEMORY = "memory"
 AT_SHORTEST = f"{LOCAL} at the shortest steps"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.25
@@ -70,12 +81,15 @@ class WeakProbe(NamedTuple):
         Interval of the least order of the propagated moments.
     orders : mapping of str to FunctionalOrder
         Global orders of observables by the transition operator.
+    memory : float
+        Weak order of what the memory of a run changes; infinite without memory.
     """
 
     local: WeakOrder | None
     order: float
     moments: tuple[float, float] | None
     orders: dict[str, FunctionalOrder]
+    memory: float = inf
 
     @property
     def details(self) -> dict[str, object]:
@@ -99,8 +113,9 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     pair = remove_delay(scheme, view)
     if not (why_not_algebraic(scheme, view) or local.why_not_local_weak(*pair)):
         found = local.local_weak(*pair, _reference)
-        order = weak_order(found)
+        order, memory = weak_order(found), OneStep(*pair).memory
         evidence, verdicts = evidence.merge(packed(LOCAL, found)), _claimed_verdicts(order, scheme)
+        evidence = evidence if memory is None else evidence.merge(packed(MEMORY, memory))
         if order.inconsistent_share or Verdict.REFUTED in verdicts:
             evidence = evidence.merge(packed(AT_SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
@@ -134,11 +149,13 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     defects, shortest = (unpacked(name, LocalWeak, tally) for name in (LOCAL, AT_SHORTEST))
     moments = unpacked(MOMENTS, MomentErrors, tally)
     order = None if defects is None else weak_order(defects, shortest)
+    memory = unpacked(MEMORY, MemoryOrders, tally)
     return WeakProbe(
         order,
         nan if order is None else order.order,
         None if moments is None else least_order(widen(moment_orders(moments), view)),
         orders,
+        inf if memory is None else float(memory.weak),
     )
 
 
@@ -179,7 +196,7 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
         return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
-    further = _unless_slow(_global(probed, least, observable), probed.local)
+    further = _up_to_memory(_unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
     # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
     if further is not None and (undecided or further.final or further.verdict is Verdict.REFUTED):
@@ -226,7 +243,8 @@ def _judge_named(
     evidence: Evidence, claim: Order, observable: str, opinion: Opinion | None
 ) -> tuple[Opinion | None, bool]:
     """Return the same of a claim that names this observable, given what one step says of all test functions."""
-    further = _global_of_one(evidence, claim.least, observable)
+    least = claim.least - max(TOLERANCE, claim.margin)
+    further = _up_to_memory(_global_of_one(evidence, claim.least, observable), least, weak_probe(evidence))
     if further is not None:
         both = opinion is not None and {opinion.verdict, further.verdict} == {Verdict.VERIFIED}
         return (opinion if both else further), both
@@ -234,7 +252,7 @@ def _judge_named(
         return opinion, False
     own = evidence.without_paths.read(_read_own, evidence.view, observable)
     if own is not None:
-        judged = judge_weak(own, claim.least, max(TOLERANCE, claim.margin))
+        judged = _judge_in_runs(own, claim.least, max(TOLERANCE, claim.margin), weak_probe(evidence).memory)
         if judged.verdict is Verdict.REFUTED:
             return judged, False
     return local_doubt(f"{opinion.reason}; it is for other functions, and {observable} may be better"), False
@@ -261,8 +279,12 @@ def _read_own(tally: Tally, view: Problem, observable: str) -> WeakOrder | None:
 
 
 def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) -> Opinion | None:
-    order = tally.read(_read_probe, view).local
-    return None if order is None else judge_weak(order, claim, tolerance)
+    probed = tally.read(_read_probe, view)
+    return None if probed.local is None else _judge_in_runs(probed.local, claim, tolerance, probed.memory)
+
+
+def _judge_in_runs(order: WeakOrder, claim: float, tolerance: float, memory: float) -> Opinion:
+    return of_memory(judge_weak(order, claim, tolerance), claim - tolerance, memory, order.order)
 
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
@@ -283,6 +305,23 @@ def _unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | 
     if further is None or further.verdict is not Verdict.REFUTED or order is None or not order.is_slow:
         return further
     return too_coarse(order.h)
+
+
+def _up_to_memory(further: Opinion | None, least: float, probed: WeakProbe) -> Opinion | None:
+    """Return what is known at T, which verifies nothing above the order of what the memory of a run changes.
+
+    Moments are propagated by a step whose memory does the same at all times.
+
+    Parameters
+    ----------
+    further : Opinion or None
+    least : float
+        The least order that counts as the claimed one.
+    probed : WeakProbe
+    """
+    if further is None or further.verdict is not Verdict.VERIFIED:
+        return further
+    return of_memory(further, least, probed.memory, inf)
 
 
 def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None:
@@ -329,10 +368,10 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     return [judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict for value in orders]
 
 
-@lru_cache(maxsize=8)
-def _reference(view: Problem, steps: local.Steps) -> SemigroupReference:
+@lru_cache(maxsize=16)
+def _reference(view: Problem, steps: local.Steps, *, further: bool = False) -> SemigroupReference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
-    return weak_reference(view, steps)
+    return weak_reference(view, steps, further=further)
 
 
 def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
@@ -353,7 +392,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
-    opinion = judge_weak(order, value.least, max(TOLERANCE, value.margin))
+    opinion = judge_weak(order, value.least, TOLERANCE)
     evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})

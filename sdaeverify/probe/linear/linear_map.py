@@ -9,11 +9,15 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import State, Step, Stepper, flatten
 from ...noise.brownian import Increment
-from ..step.nodes import Nodes
+from ..step.nodes import SEED, Nodes
 from ..step.one_step import OneStep
 from ..step.states import cloud
 from .affine import at_corners, corners, defect, with_trials
 
+# Steps of a run after which memory is tried: as many as `probe.step.times` compares in a row.
+ROW = 128
+# Memory beyond this is that of steps that are not stable.
+LARGEST = 1e8
 # Of the cloud's states, one in so many: the start, the last of the pilot and of the scattered ones.
 EVERY = 6
 
@@ -87,11 +91,19 @@ class MemoryStep:
         after, failed = flatten(step.state), step.failed is not None and bool(np.any(step.failed))
         return after if step.truncated is None else np.where(step.truncated, np.nan, after), failed
 
-    def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:
-        """Return the memory after a step from every state at every node, shape (k, states, K)."""
+    def at_nodes(self, x: Array, nodes: Nodes, t: float = 0.0) -> tuple[Array, bool]:
+        """Return the memory after a step from every state at every node, shape (k, states, K).
+
+        Parameters
+        ----------
+        x : ndarray, shape (k, states)
+        nodes : Nodes
+        t : float
+            Start of the step.
+        """
         states, after, failed = x.shape[1], [], False
         for part in nodes.in_batches(states):
-            values, lost = self.advance(np.repeat(x, len(part.weights), axis=1), part.increment(self.h, states))
+            values, lost = self.advance(np.repeat(x, len(part.weights), axis=1), part.increment(self.h, states), t)
             after.append(values.reshape(len(x), states, -1))
             failed = failed or lost
         return np.concatenate(after, axis=-1) if len(after) > 1 else after[0], failed
@@ -101,8 +113,25 @@ class MemoryStep:
         one_step = self.one_step
         if one_step.why_not_comparable() or one_step.why_not_entered(run=False):
             return np.zeros((self.dimension, 0))
-        x = cloud(one_step.view, one_step.equation)[:, ::EVERY]
-        return flatten(one_step.enter(x, 0.0, self.h))
+        entered = one_step.enter(cloud(one_step.view, one_step.equation)[:, ::EVERY], 0.0, self.h)
+        if not self.remembers:
+            return flatten(entered)
+        later = flatten(self._run(entered))
+        # Of steps that are not stable, what is left of an overflow says nothing.
+        return np.concatenate([flatten(entered), later[:, (np.abs(later) < LARGEST).all(axis=0)]], axis=1)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the scheme has more rows than the equation."""
+        return self.dimension > self.one_step.equation.dimension
+
+    def _run(self, state: State) -> State:
+        """Return the states after `ROW` steps of a run: memory that counts them may change the step."""
+        rng, paths = np.random.Generator(np.random.Philox(key=SEED + 18)), flatten(state).shape[1]
+        for n in range(ROW):
+            drawn = self.one_step.view.drawn(rng, self.h, paths)
+            state = self.stepper(state, n * self.h, self.one_step.scheme.law.increment(drawn, self.h)).state
+        return state
 
     def reading(self) -> Array:
         """Return the map of (x, 1) to (y, 1), y being the comparable components, shape (d + 1, k + 1)."""
@@ -125,7 +154,12 @@ def linear_map(step: MemoryStep, nodes: Nodes) -> LinearMap:
     x = with_trials(step.reached())
     values, failed = step.at_nodes(x, nodes)
     factors = at_corners(values[:, : step.dimension + 1])
-    return LinearMap(factors, defect(x, values, factors), failed)
+    found, one_step = defect(x, values, factors), step.one_step
+    if not one_step.why_not_comparable() and step.remembers:
+        # What a step makes of its memory may depend on time though its first step from a state does not.
+        late, lost = step.at_nodes(x, nodes, one_step.view.horizon - step.h)
+        found, failed = max(found, defect(x, late, factors)), failed or lost
+    return LinearMap(factors, found, failed)
 
 
 def factors_at(step: MemoryStep, nodes: Nodes) -> Array:

@@ -31,7 +31,9 @@ def weights(K: int) -> Array:
     return np.array([(-1.0) ** (K - k) * k**K / (factorial(k) * factorial(K - k)) for k in range(1, K + 1)])
 
 
-def extrapolate_means(ito: Equation, functions: Callable[[Array], Array], x: Array, t: float, h: float) -> Array:
+def extrapolate_means(
+    ito: Equation, functions: Callable[[Array], Array], x: Array, step: tuple[float, float], K: int
+) -> Array:
     """Return E phi(x(t + h)) given x(t) = x, with an error O(h^(K+1)).
 
     Parameters
@@ -40,13 +42,16 @@ def extrapolate_means(ito: Equation, functions: Callable[[Array], Array], x: Arr
     functions : callable, ndarray of shape (d, P) -> ndarray of shape (F, P)
         phi.
     x : ndarray, shape (d, S)
-    t, h : float
+    step : (float, float)
+        t and h.
+    K : int
+        Number of trees.
 
     Returns
     -------
     ndarray, shape (F, S)
     """
-    K = depth(ito.noise_dim)
+    t, h = step
     means = [functions(leaves(ito, x, t, h / k, k)) for k in range(1, K + 1)]
     trees = np.stack([values.reshape(len(values), x.shape[1], -1).mean(axis=2) for values in means])
     return np.asarray(np.einsum("k,kfs->fs", weights(K), trees))

@@ -95,7 +95,7 @@ class StepLaw(NamedTuple):
         worst = np.where(self.wrong, self.off, -1.0)
         moment, component, point = np.unravel_index(worst.argmax(), worst.shape)
         what, hint = MOMENTS[moment]
-        where = f"{_state_words(self.x[:, point])}, t = {self.t[point]:.3g}"
+        where = f"{state_words(self.x[:, point])}, t = {self.t[point]:.3g}"
         off = f"off by {worst.max():.2g} of the motion of {self.rows[component]} at any h"
         also = f"at {int(self.wrong.any(axis=(0, 1)).sum())} of {self.points} points"
         return f"the {what} of one step from {where} is {off}, {also}: another equation{hint}"
@@ -158,6 +158,28 @@ def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
     StepLaw or None
         None where a step cannot be probed, and where steps so short do not resolve the equation.
     """
+    step = short_steps(scheme, view)
+    if step is None:
+        return None
+    nodes = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
+    if not nodes[0].exact:
+        return None
+    rates = equation_rates(step.view, step.equation).for_nodes(len(nodes[0].weights))
+    if not rates.rows:
+        return None
+    with np.errstate(all="ignore"):
+        return _law(_ShortSteps(step, rates, nodes))
+
+
+def short_steps(scheme: Scheme, view: Problem) -> OneStep | None:
+    """Return the one-step map that is compared with the equation, without delay; None where it cannot be compared.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        As of `step_law`.
+    """
     if view.capability(Delayed):
         if scheme.noise != {"dW"} or why_not_algebraic(scheme, view):
             return None
@@ -170,14 +192,7 @@ def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
         or step.why_not_entered()
     ):
         return None
-    nodes = law_nodes(view.noise_dim, scheme.noise, scheme.law)
-    if not nodes[0].exact:
-        return None
-    rates = equation_rates(view, step.equation).for_nodes(len(nodes[0].weights))
-    if not rates.rows:
-        return None
-    with np.errstate(all="ignore"):
-        return _law(_ShortSteps(step, rates, nodes))
+    return step
 
 
 class EquationRates(NamedTuple):
@@ -369,5 +384,6 @@ def _law(steps: _ShortSteps) -> StepLaw:
     return StepLaw(tuple(rates.rows), t, np.moveaxis(rates.x, 1, 0)[:, known], off, wrong)
 
 
-def _state_words(x: Array) -> str:
+def state_words(x: Array) -> str:
+    """Return the first components of a state, shape (d,), in words."""
     return f"[{', '.join(f'{value:.3g}' for value in x[:4])}{', ...' if len(x) > 4 else ''}]"

@@ -5,21 +5,22 @@ At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermit
     d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2),     d_em = Phi_h(x; xi) - [x + f h + B dW].
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, each
+from ...arrays import Array, Mask, each
 from ...contracts.scheme import Scheme, State
 from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.component_units import component_units
-from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
+from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, Rule, fifth_degree_rule, half_steps, resolving_rule
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import in_batches, time_unit
+from ..step.states import SPREAD, in_batches, spread_states, time_unit
 from ..step.times import ProbeTime, times
 from .orders import ROUNDING, SETTLED, TOLERANCE, last_orders
 from .reach import reach
@@ -35,6 +36,12 @@ SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
 # States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
 # states then, and no fewer than so many.
 WORK, LEAST_STATES = 80_000, 2
+# The same of further states, and nodes of each of two variables there.
+FURTHER_WORK, FEW_NODES = 20_000, 4
+# Numbers of variables of which three nodes each are more than a rule of the fifth degree has.
+SMALL = range(3, len(COUNTS) + 1)
+# States, and the nodes of steps from these.
+Groups = tuple[tuple[Array, HalfSteps], ...]
 # How `LocalStrong.means` says that nodes are a rule of the third degree.
 UP_TO_1 = 0.5
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
@@ -61,6 +68,8 @@ class LocalStrong(NamedTuple):
         1 if the nodes are a rule of the fifth degree, 1/2 if of the third, which resolves means up to the order 1.
     times : ndarray, shape ()
         How many times the states are of; those of one time stand side by side.
+    near : ndarray, shape ()
+        How many states of a time are of the cloud; these come first, `spread_states` follow.
     """
 
     h: Array
@@ -71,6 +80,14 @@ class LocalStrong(NamedTuple):
     reached: Array
     means: Array
     times: Array
+    near: Array
+
+    @property
+    def groups(self) -> list[Mask]:
+        """Which states are of the cloud and, if there are some, which are not, shape (S,) each."""
+        times = int(self.times)
+        near = np.tile(np.arange(len(self.scale) // times) < self.near, times)
+        return [near] if near.all() else [near, ~near]
 
 
 def why_not_local_order(scheme: Scheme, view: Problem) -> str:
@@ -108,7 +125,7 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     x = step.usable_states(_last_but_one(view))
     nodes = _half_step_nodes(step)
     x = _affordable(x, len(nodes.whole.weights))
-    probe = _Probe(step, nodes, x, times(step, x))
+    probe = _Probe(step, ((x, nodes), _further(step)), times(step, x))
     with np.errstate(all="ignore"):
         if shortest:
             return probe.at(SHORTEST * step.time_unit)
@@ -131,7 +148,7 @@ def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    probe = _Probe(step, _half_step_nodes(step), x, (ProbeTime(step.time),))
+    probe = _Probe(step, ((x, _half_step_nodes(step)),), (ProbeTime(step.time),))
     with np.errstate(all="ignore"):
         return probe.at(LEVELS[NOT_ASYMPTOTIC:] * step.time_unit)
 
@@ -143,27 +160,42 @@ def _half_step_nodes(step: OneStep) -> HalfSteps:
 
 
 class _Probe(NamedTuple):
-    # A step, the noise of its halves, and the states and times from which it is made.
+    # A step, groups of states with the noise of its halves, those near the start first, and the times of the step.
     step: OneStep
-    nodes: HalfSteps
-    x: Array
+    groups: Groups
     when: tuple[ProbeTime, ...]
 
     def at(self, h: Array) -> LocalStrong:
         """Return the defects of steps of all sizes h."""
-        step, nodes, x, when = self
+        step, groups, when = self
+        x, nodes = groups[0]
+        every = np.concatenate([states for states, _ in groups], axis=1)
         degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
-        counts = np.array(degree), np.array(float(len(when)))
+        counts = np.array(degree), np.array(float(len(when))), np.array(float(x.shape[1]))
         units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
-        levels = [_level(step, x, nodes, float(size), when) for size in h]
+        levels = [_level(step, groups, float(size), when) for size in h]
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
         rms, mean = keep_defined(rms / units, scale), keep_defined(mean / units, scale)
         scale = significant(scale, SCALE)
         begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
-        truncated = np.concatenate([step.truncated(x, h, times) for times in begins])
+        truncated = np.concatenate([step.truncated(every, h, times) for times in begins])
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
         return LocalStrong(h, rms, mean, turned, scale, reach(step, x), *counts)
+
+
+def _further(step: OneStep) -> tuple[Array, HalfSteps]:
+    """Return reached states, and few nodes: these states show orders that are too low, the cloud shows how high."""
+    areas, levy = "H" in step.scheme.noise, "A" in step.scheme.noise
+    nodes = half_steps(step.view.noise_dim, FEW_NODES, areas=areas, levy=levy, rule=_small_rule)
+    most = FURTHER_WORK // (step.equation.dimension * len(nodes.whole.weights))
+    x = spread_states(step.view, step.equation, int(np.clip(most, LEAST_STATES, SPREAD)))
+    return step.usable_states(_last_but_one(step.view), x), nodes
+
+
+def _small_rule(n: int, count: int) -> Rule:
+    """Return the smallest rule that is exact to the fifth degree, of three variables or more, where there is one."""
+    return fifth_degree_rule(n) if n in SMALL else resolving_rule(n, count)
 
 
 def _affordable(x: Array, nodes: int) -> Array:
@@ -191,9 +223,8 @@ def _find_turns(means: Array, rows: list[slice]) -> Array:
 
 def _slows_down(record: LocalStrong) -> bool:
     """Tell whether a solver's tolerance shows, or might show at finer steps."""
-    scale = record.scale.max(axis=0)
-    for part in (record.rms, record.mean):
-        size = part.max(axis=2)
+    for part, group in product((record.rms, record.mean), record.groups):
+        size, scale = part[:, :, group].max(axis=2), record.scale[group].max(axis=0)
         found = last_orders(record.h, size, ROUNDING * scale, scale)
         slower = (found.ahead < found.order - SETTLED) & (size[..., -1] < TOLERANCE * scale[-1])
         if (slower | (found.plateau_h > 0.0)).any():
@@ -201,12 +232,17 @@ def _slows_down(record: LocalStrong) -> bool:
     return False
 
 
-def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[ProbeTime, ...]) -> tuple[Array, ...]:
+def _level(step: OneStep, groups: Groups, h: float, when: tuple[ProbeTime, ...]) -> tuple[Array, ...]:
     """Return root mean squares and means of the defects, of all times; see `_defects_at`."""
-    nodes = nodes.with_records(step.view.records, h)
-    some, begins = in_batches(x, len(nodes.whole.weights)), [moment.of_size(step, h) for moment in when]
-    found = zip(*(_defects_at(step, states, nodes, h, t) for t in begins for states in some), strict=True)
+    some, begins = list(_batches(step, groups, h)), [moment.of_size(step, h) for moment in when]
+    found = zip(*(_defects_at(step, *batch, h, t) for t in begins for batch in some), strict=True)
     return tuple(np.concatenate(parts, axis=-1) for parts in found)
+
+
+def _batches(step: OneStep, groups: Groups, h: float) -> Iterator[tuple[Array, HalfSteps]]:
+    for x, made in groups:
+        nodes = made.with_records(step.view.records, h)
+        yield from ((states, nodes) for states in in_batches(x, len(nodes.whole.weights)) if states.size)
 
 
 def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, ...]:

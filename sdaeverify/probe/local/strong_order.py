@@ -7,12 +7,12 @@ telescoping X^h - X^{h/2}, with the order
     p = min(p2 - 1/2, p1 - 1).
 """
 
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from .orders import ROUNDING, LocalOrders, finest_usable, last_orders, pick
 from .reach import mark_rows
 from .strong_defects import EM, LEVELS, SELF, LocalStrong
@@ -47,12 +47,16 @@ class StrongOrder(NamedTuple):
     ahead : float
         The order to be expected at the next smaller step.
     consistent_later : bool
-        The same of a step from where the scheme itself has gone.
+        Whether a step from where the scheme itself has gone is consistent.
     turns : bool
         Whether the mean error is near 0 between the finest step sizes, so that its order says little.
     too_coarse : float
         The shortest of the step sizes at which one step does not follow the equation, where it does at much shorter
         ones; 0 for none.
+    each : tuple of (float, float)
+        `order` and `ahead` of each kind of defect and group of states by itself.
+    memory : float
+        Order of what the memory of a run changes; infinite without memory.
     """
 
     order: float
@@ -69,6 +73,8 @@ class StrongOrder(NamedTuple):
     consistent_later: bool
     turns: bool = False
     too_coarse: float = 0.0
+    each: tuple[tuple[float, float], ...] = ()
+    memory: float = inf
 
 
 def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> tuple[StrongOrder, ...]:
@@ -110,29 +116,35 @@ def _find_orders(record: LocalStrong) -> tuple[LocalOrders, LocalOrders]:
 
     Returns
     -------
-    LocalOrders, shape (2, 3, n)
-        Of the largest defects of all states.
+    LocalOrders, shape (2, 3, n, G)
+        Of the largest defects of all states of the cloud, and of all further states, if there are some: errors far
+        out, however large, do not hide what is wrong near the start.
     LocalOrders, shape (2, 3, n, S)
         Of each state.
     """
     both, scale = np.stack([record.rms, record.mean]), record.scale
-    # The largest of all states are asked like those of one more.
-    both = np.concatenate([both, both.max(axis=3, keepdims=True)], axis=3)
-    scale = np.concatenate([scale, scale.max(axis=0, keepdims=True)])
+    groups = record.groups
+    # The largest of a group are asked like those of one more state.
+    both = np.concatenate([both, *(both[:, :, :, group].max(axis=3, keepdims=True) for group in groups)], axis=3)
+    scale = np.concatenate([scale, *(scale[group].max(axis=0, keepdims=True) for group in groups)])
     found = last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS))
-    worst, states = (LocalOrders(*(each[..., part] for each in found)) for part in (-1, slice(-1)))
+    count = len(record.scale)
+    worst, states = (LocalOrders(*(e[..., part] for e in found)) for part in (slice(count, None), slice(count)))
     return worst, states
 
 
 def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], rows: Array) -> StrongOrder:
     found, states = (LocalOrders(*(each[:, :, rows] for each in orders)) for orders in defects)
-    (p2, q2, later2), (p1, q1, later1) = found.order.min(axis=2)
+    order = found.order.copy()
+    # Where coefficients are large, steps of the same size are coarser: an order that rises there is the next one.
+    order[..., 1:] = np.fmax(order, found.ahead)[..., 1:]
+    (p2, q2, later2), (p1, q1, later1) = order.min(axis=(2, 3))
     means = _resolves_means(record, float(p2))
     share, typical = _state_by_state(record, states, means=means)
-    ahead2, ahead1 = found.ahead[:, SELF].min(axis=1)
-    plateaus = found.plateau_h.max(axis=(1, 2))
+    now, ahead = (_strong(each[:, SELF], means=means) for each in (found.order, found.ahead))
+    plateaus = found.plateau_h.max(axis=(1, 2, 3))
     return StrongOrder(
-        order=float(np.minimum(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5),
+        order=float(_strong(order[:, SELF], means=means).min()),
         p2=float(p2),
         p1=float(p1) if means else np.nan,
         q2=float(q2),
@@ -142,18 +154,35 @@ def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], r
         typical=typical,
         plateau_h=float(plateaus.max() if means else plateaus[0]),
         means=means,
-        ahead=float(np.minimum(ahead2 - 0.5, ahead1 - 1.0) if means else ahead2 - 0.5),
+        ahead=float(ahead.min()),
         consistent_later=bool(_consistent(later2, later1, means)),
         turns=_turns(record, rows),
+        each=tuple(zip(now.tolist(), ahead.tolist(), strict=True)),
     )
 
 
+def _strong(powers: Array, *, means: bool) -> Array:
+    """Return the strong orders by group of states, from root mean squares and, if they are resolved, from means.
+
+    Parameters
+    ----------
+    powers : ndarray, shape (2, n, G)
+    means : bool
+    """
+    rms, mean = powers[0].min(axis=0) - 0.5, powers[1].min(axis=0) - 1.0
+    return np.concatenate([rms, mean]) if means else rms
+
+
 def _turns(record: LocalStrong, rows: Array) -> bool:
-    """Tell whether a largest mean of all states turns between two of the three finest usable step sizes."""
-    size = record.mean[SELF, rows]
+    """Tell whether a largest mean of a group of states turns between two of the three finest usable step sizes."""
+    return any(_group_turns(record, rows, group) for group in record.groups)
+
+
+def _group_turns(record: LocalStrong, rows: Array, group: Mask) -> bool:
+    size = record.mean[SELF, rows][:, group]
     worst = np.nan_to_num(size, nan=-1.0).argmax(axis=1)[:, None]
-    turned = np.take_along_axis(record.turned[rows], worst, axis=1)[:, 0] > 0.0
-    usable = np.take_along_axis(size, worst, axis=1)[:, 0] > ROUNDING * record.scale.max(axis=0)
+    turned = np.take_along_axis(record.turned[rows][:, group], worst, axis=1)[:, 0] > 0.0
+    usable = np.take_along_axis(size, worst, axis=1)[:, 0] > ROUNDING * record.scale[group].max(axis=0)
     finest = (finest_usable(usable[:, :count]) for count in (len(LEVELS), len(record.h)))
     return any(bool((pick(turned, last) | pick(turned, before)).any()) for last, before, _ in finest)
 
@@ -169,7 +198,8 @@ def _resolves_means(record: LocalStrong, p2: float) -> bool:
 def at_most(order: StrongOrder, bound: float) -> StrongOrder:
     """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
     least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
-    return order._replace(order=least[0], typical=least[1], ahead=least[2])
+    each = tuple((min(now, bound), min(ahead, bound)) for now, ahead in order.each)
+    return order._replace(order=least[0], typical=least[1], ahead=least[2], each=each)
 
 
 def _consistent(q2: Array, q1: Array, means: bool) -> Array:

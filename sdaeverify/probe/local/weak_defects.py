@@ -28,9 +28,9 @@ from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import WHEN, cloud, in_batches, time_unit
+from ..step.states import SPREAD, WHEN, cloud, in_batches, spread_states, time_unit
 from ..step.times import times
-from .romberg import depth, extrapolate_means, leaves
+from .romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from .weak_order import FINEST, LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -44,6 +44,8 @@ FUNCTIONS = 32
 LEAST = 5
 # A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
 ROUNDINGS = 64.0
+# Leaves of a tree at all further states, and paths of a step from these: about as many as from the cloud.
+LEAVES, WORK = 2**15, 2**12
 # When each step begins, and its size.
 Steps = tuple[tuple[float, float], ...]
 # A component stays near a value where it is so many times as large as it goes away from that; where it goes no
@@ -107,6 +109,12 @@ class SemigroupReference(NamedTuple):
     scale: Array
     trees: int
 
+    def affordable(self, nodes: int) -> "SemigroupReference":
+        """Return every k-th state only, so that steps at all nodes make no more than `WORK` paths."""
+        some = slice(None, None, -(-self.states.shape[1] * nodes // WORK))
+        states, means, scale = self.states[:, some], self.means[:, some], self.scale[:, some]
+        return self._replace(states=states, means=means, scale=scale)
+
 
 def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local weak order, or an empty string."""
@@ -128,7 +136,7 @@ def sizes(view: Problem, *, shortest: bool = False) -> Array:
     return np.asarray((SHORTEST if shortest else LEVELS) * time_unit(view))
 
 
-def weak_reference(view: Problem, steps: Steps) -> SemigroupReference:
+def weak_reference(view: Problem, steps: Steps, *, further: bool = False) -> SemigroupReference:
     """Return the expectations that all schemes of one form are compared with on a problem.
 
     Parameters
@@ -137,6 +145,8 @@ def weak_reference(view: Problem, steps: Steps) -> SemigroupReference:
         With an Ito equation.
     steps : tuple of pairs of float
         When each step begins, and its size.
+    further : bool
+        Whether the states are `spread_states`, with fewer trees, in place of the cloud.
 
     Returns
     -------
@@ -150,7 +160,14 @@ def weak_reference(view: Problem, steps: Steps) -> SemigroupReference:
     """
     ito = view.ito()
     assert ito is not None
-    return reference_from(view, cloud(view, ito), steps)
+    x, trees = cloud(view, ito), depth(ito.noise_dim)
+    frame = frame_of(x)
+    if further:
+        x, trees = spread_states(view, ito, min(SPREAD, LEAVES // (2 * ito.noise_dim) ** SHALLOWEST)), SHALLOWEST
+    found = _reference(ito, x, frame, steps, trees)
+    if not (found.states.size or further):
+        raise ProblemError("the Ito equation is finite at none of the states it is probed at")
+    return found
 
 
 def reference_from(view: Problem, x: Array, steps: Steps) -> SemigroupReference:
@@ -168,29 +185,25 @@ def reference_from(view: Problem, x: Array, steps: Steps) -> SemigroupReference:
     -------
     SemigroupReference
         States at which the equation is not finite are left out.
-
-    Raises
-    ------
-    ProblemError
-        If there is no other.
     """
     ito = view.ito()
     assert ito is not None
+    return _reference(ito, x, frame_of(x), steps, depth(ito.noise_dim))
+
+
+def _reference(ito: Equation, x: Array, frame: Frame, steps: Steps, trees: int) -> SemigroupReference:
     t, h = zip(*steps, strict=True)
-    frame = frame_of(x)
 
     def functions(y: Array) -> Array:
         return test_functions.values(frame.of(y))
 
     with np.errstate(all="ignore"):
-        means = np.stack([extrapolate_means(ito, functions, x, at, size) for at, size in steps], axis=-1)
+        means = np.stack([extrapolate_means(ito, functions, x, step, trees) for step in steps], axis=-1)
         moved = np.stack([_moved(ito, x, at, size, frame.unit) for at, size in steps], axis=-1)
         slopes = np.abs(jacobian(test_functions.values, frame.of(x))) * np.maximum(np.abs(x) / frame.unit, 1.0)
         scale = slopes.sum(axis=1)[..., None] + moved**2
     sound = np.isfinite(means[..., -1]).all(axis=0)
-    if not sound.any():
-        raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    known = means[:, sound], scale[:, sound], depth(ito.noise_dim)
+    known = means[:, sound], scale[:, sound], trees
     return SemigroupReference(x[:, sound], frame, t, np.array(h), *known)
 
 
@@ -214,7 +227,7 @@ def frame_of(x: Array) -> Frame:
 def local_weak(
     scheme: Scheme,
     view: Problem,
-    reference: Callable[[Problem, Steps], SemigroupReference] = weak_reference,
+    reference: Callable[..., SemigroupReference] = weak_reference,
     *,
     shortest: bool = False,
 ) -> LocalWeak:
@@ -234,12 +247,13 @@ def local_weak(
     -------
     LocalWeak
     """
-    step = OneStep(scheme, view)
+    step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
     h = sizes(view, shortest=shortest).tolist()
     first = reference(view, tuple((WHEN * view.horizon, size) for size in h))
-    moments = times(step, first.states)[1:]
-    known = [first, *(reference(view, tuple((each.of_size(step, size), size) for size in h)) for each in moments)]
-    return _record_defects(step, known)
+    moments = [tuple((each.of_size(step, size), size) for size in h) for each in times(step, first.states)]
+    known = [first, *(reference(view, steps) for steps in moments[1:])]
+    beside = [reference(view, steps, further=True).affordable(len(nodes.weights)) for steps in moments]
+    return _record_defects(step, known, [each for each in beside if each.states.size])
 
 
 def local_weak_from(scheme: Scheme, view: Problem, known: SemigroupReference) -> LocalWeak:
@@ -257,19 +271,23 @@ def local_weak_from(scheme: Scheme, view: Problem, known: SemigroupReference) ->
     -------
     LocalWeak
     """
-    return _record_defects(OneStep(scheme, view), [known])
+    return _record_defects(OneStep(scheme, view), [known], [])
 
 
-def _record_defects(step: OneStep, known: list[SemigroupReference]) -> LocalWeak:
-    nodes, first = _nodes(step.scheme, step.view.noise_dim), known[0]
+def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[SemigroupReference]) -> LocalWeak:
+    nodes, known = _nodes(step.scheme, step.view.noise_dim), [*near, *beside]
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
     defect, scale = keep_defined(defect, scale), significant(scale, SCALE)
-    counts = np.array(float(first.trees)), np.array(float(len(first.frame.unit)))
-    time = np.repeat(np.arange(len(known), dtype=float), [each.shape[1] for each in found[0]])
-    return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
+    counts = [each.shape[1] for each in found[0]]
+    trees, time = (
+        np.repeat(part, counts).astype(float) for part in ([each.trees for each in known], range(len(known)))
+    )
+    defect, scale = (np.where(finite, part, np.nan) for part in (defect, scale))
+    further = (time >= len(near)).astype(float)
+    return LocalWeak(near[0].h, defect, scale, trees, np.array(float(len(near[0].frame.unit))), time, further)
 
 
 def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:

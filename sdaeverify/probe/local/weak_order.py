@@ -52,12 +52,15 @@ class LocalWeak(NamedTuple):
     scale : ndarray, shape (F, S, H)
         Largest |phi| at the nodes plus |D phi|_1 + |dx|^2, where |dx| is how far a step leads: one rounding is eps
         times this. Both are NaN where a step or an expectation is not finite.
-    trees : ndarray, shape ()
+    trees : ndarray, shape (S,)
         Number K of extrapolated trees of the reference.
     dimension : ndarray, shape ()
         Number d of components.
     time : ndarray, shape (S,)
-        The place of each state's time among those that are probed.
+        The place of each state's time among those that are probed; states of the cloud and further ones count as if
+        they were of different times.
+    further : ndarray, shape (S,)
+        1 for states that are not of the cloud, else 0.
     """
 
     h: Array
@@ -66,6 +69,7 @@ class LocalWeak(NamedTuple):
     trees: Array
     dimension: Array
     time: Array
+    further: Array
 
     def combine(self, coefficients: Array) -> "LocalWeak":
         """Return the defects of the one function that the test functions make up with these coefficients."""
@@ -180,8 +184,9 @@ def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrde
 
 
 def _orders(record: LocalWeak) -> WeakOrder:
-    size, K = np.abs(record.defect), int(record.trees)
-    rounding = FLOORS * EPS * np.abs(weights(K)).sum() * record.scale
+    size = np.abs(record.defect)
+    amplified = [np.abs(weights(int(K))).sum() for K in record.trees]
+    rounding = FLOORS * EPS * np.reshape(amplified, (-1, 1)) * record.scale
     noise, rough = _roughness(record, rounding)
     tolerance, plateau_h = _plateau(record, noise, rough)
     usable = size > np.maximum(rounding, CLEAR * tolerance * record.scale)
@@ -193,10 +198,12 @@ def _orders(record: LocalWeak) -> WeakOrder:
     settled = (np.abs(change) < SETTLED) & ~pick(rough, finest)
     orders = np.where(settled, last + change, last) - 1.0
     # The reference's own error has the order K: a defect of that order is none.
-    exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
+    exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > record.trees - 0.5)
     orders = np.where(exact, np.inf, orders)
     orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
     settled &= np.isfinite(orders)
+    # One zero of a defect passes many further states, which are close to each other: these speak by settled orders.
+    orders = np.where((record.further > 0.0) & ~settled & ~np.isnan(orders), np.inf, orders)
     counts = int(record.dimension), record.time
     return WeakOrder(orders, last - 1.0, settled, plateau_h, *counts, h=float(record.h[-1]))
 

@@ -124,6 +124,22 @@ WRONG = "wrong limit"
 ROUNDING = 64.0
 
 
+class Fall(NamedTuple):
+    """The mean order of an error between two step sizes.
+
+    Attributes
+    ----------
+    most : float
+        Upper bound of the order, the errors being known to their floors; infinite if there is none.
+    coarse, fine : float
+        The step sizes.
+    """
+
+    most: float = inf
+    coarse: float = nan
+    fine: float = nan
+
+
 class FunctionalOrder(NamedTuple):
     """What an observable says about the order.
 
@@ -145,6 +161,8 @@ class FunctionalOrder(NamedTuple):
     h : float
         The finest usable step size.
     note : str
+    fall : Fall
+        The slowest fall between two step sizes that the errors allow, also where too few are known for an order.
     """
 
     order: float
@@ -156,6 +174,7 @@ class FunctionalOrder(NamedTuple):
     coefficient: float = nan
     h: float = nan
     note: str = ""
+    fall: Fall = Fall()
 
 
 def why_not_evidence(record: TransitionErrors) -> str:
@@ -242,12 +261,43 @@ def order_of(h: Array, errors: Array, floors: Array, size: float, exact: float =
     -------
     FunctionalOrder
     """
-    found = _order_of_errors(h, errors, floors, size)
+    found = _order_of_errors(h, errors, floors, size)._replace(fall=slowest_fall(h, errors, floors))
     used = h >= found.h
     if not _is_far(exact, errors[used], floors[used], size):
         return found
     note = f"the scheme's mean still changes at h = {found.h:.3g}, far from {exact:.2g}"
     return found._replace(high=inf, note=_join_notes(found.note, note))
+
+
+def slowest_fall(h: Array, errors: Array, floors: Array) -> Fall:
+    """Return the fall between two step sizes whose order has the least upper bound.
+
+    Between h_i > h_j an error is at most of the order log((|e_i| + f_i)/(|e_j| - f_j)) / log(h_i/h_j). Pairs across a
+    change of sign are left out, and pairs between which the local order rises: steps as coarse as h_i show too low an
+    order then.
+
+    Parameters
+    ----------
+    h, errors, floors : ndarray, shape (H,)
+        Step sizes from coarse to fine, errors with their signs, and how far these can be off.
+    """
+    sizes = np.abs(errors)
+    known = sizes > floors
+    h, errors, floors, sizes = h[known], errors[known], floors[known], sizes[known]
+    if len(h) < 2:
+        return Fall()
+    x, y = np.log(h), np.log(sizes)
+    steps = np.subtract.outer(x, x)
+    local = np.append(nan, np.diff(y) / np.diff(x))
+    changes = np.append(0, np.cumsum(np.diff(np.sign(errors)) != 0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        most = np.subtract.outer(np.log(sizes + floors), np.log(sizes - floors)) / steps
+        rises = local > np.subtract.outer(y, y) / steps + RISING
+    counted = (steps > 0.0) & ~rises & np.equal.outer(changes, changes)
+    if not counted.any():
+        return Fall()
+    i, j = np.unravel_index(np.argmin(np.where(counted, most, inf)), most.shape)
+    return Fall(float(most[i, j]), float(h[i]), float(h[j]))
 
 
 def _is_far(exact: float, errors: Array, floors: Array, size: float) -> bool:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from ...errors import SchemeError
 from ...forms import Equation, Problem, components
 from ...forms.names import article
 from ...noise.brownian import Increment
+from .memory import MemoryOrders, memory_orders
 from .nodes import SEED, Nodes, law_nodes, step_nodes
 from .states import WHEN, cloud, follows_coefficients, states_near_start, time_unit
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
-# Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
-RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
+# Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and a bound
+# for round-off.
+FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 TRUNCATED = "steps are truncated at every state, however short they are"
-# On so much shorter steps, what is an error of a single step falls faster than with this power.
-FINER, VANISHING = 16, 1.2
 
 
 def why_not_resolved(view: Problem, shortest: float) -> str:
@@ -140,7 +140,8 @@ class OneStep:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
         if reason := self.untold(entered):
             return reason
-        if run and len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
+        memory = memory_orders(self) if run and self.remembers(entered) else None
+        if memory is not None and not memory.vanish:
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
 
@@ -152,9 +153,28 @@ class OneStep:
         if reason := self.why_not_entered(run=False):
             return reason
         with np.errstate(all="ignore"):
-            near = states_near_start(self.view, self.equation)
-            off = _distance_from_run(self, near, RUN_H * self.time_unit, RUN)[0]
-        return f"steps of a run depend on {memory} rows of memory beyond the problem's components" * any(off > MOVED)
+            return "" if self._keeps_entered() else "steps depend on memory, and a random member has no history"
+
+    def _keeps_entered(self) -> bool:
+        """Return whether the memory after each of a few steps is the one that `enter` sets at the same state."""
+        t, h = self.time, SHORT_STEP * self.time_unit
+        x, rng = states_near_start(self.view, self.equation), np.random.Generator(np.random.Philox(key=SEED + 9))
+        state = self.enter(x, t, h)
+        for _ in range(FEW_STEPS):
+            noise = self.scheme.law.increment(self.view.drawn(rng, h, x.shape[1]), h)
+            state, t = self.advance(state, t, h, noise), t + h
+            if not np.allclose(flatten(state), flatten(self.enter(self.read(state), t, h)), rtol=SAME, atol=SAME):
+                return False
+        return True
+
+    def remembers(self, state: State) -> bool:
+        """Return whether a state of the scheme has more rows than the equation."""
+        return len(flatten(state)) > self.equation.dimension
+
+    @property
+    def memory(self) -> MemoryOrders | None:
+        """Orders of what memory changes in a run, of a map that can be probed; None without further memory."""
+        return memory_orders(self) if self.remembers(self.scheme.start(self.view, 1, self.view.horizon)) else None
 
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks components that are compared, or an empty string."""
@@ -218,9 +238,9 @@ class OneStep:
         nodes = step_nodes(l, 2, areas="H" in noise, law=law)
         return law_nodes(l, noise, law)[0] if "A" in noise or not nodes.exact else nodes
 
-    def usable_states(self, h: float) -> Array:
-        """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
-        x = cloud(self.view, self.equation)
+    def usable_states(self, h: float, x: Array | None = None) -> Array:
+        """Return the states, those of the cloud if left out, at which steps of this size are not truncated."""
+        x = cloud(self.view, self.equation) if x is None else x
         with np.errstate(all="ignore"):
             truncated = self.truncated(x, np.array([h]), [self.time])[:, 0]
         return x[:, ~truncated] if truncated.any() else x
@@ -255,49 +275,3 @@ class OneStep:
             On the same paths.
         """
         return self.equation.euler(t, x, h, noise)
-
-
-@lru_cache(maxsize=8)
-def _depends_on_run(step: OneStep) -> bool:
-    """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`.
-
-    What they differ by may vanish with h like an error of a single step: it then costs the scheme no order. Finer
-    steps begin where the coarse ones did, for as long a time, so that memory which is never renewed grows as old; and
-    where those differed most: of other states it is not known what is due to h.
-    """
-    h, x = RUN_H * step.time_unit, cloud(step.view, step.equation)
-    with np.errstate(all="ignore"):
-        off, worst = _distance_from_run(step, x, h, RUN)
-        if off.max(initial=0.0) <= MOVED:
-            return False
-        if step.view.has_constraints:
-            worst = step.view.admissible(worst)
-        begins = x[:, ::4], np.where(np.isfinite(worst).all(axis=0), worst, x)[:, ::4]
-        fine = max(_distance_from_run(step, begin, h / FINER, RUN)[0].max(initial=0.0) for begin in begins)
-        old = _distance_from_run(step, x, h / FINER, FINER * RUN)[0]
-    shrunk = FINER**-VANISHING
-    # Of many steps the largest error is that of one path: the medians tell more.
-    return not (fine < shrunk * off[::4].max(initial=0.0) and np.median(old) < shrunk * np.median(off))
-
-
-def _distance_from_run(step: OneStep, x: Array, h: float, steps: int) -> tuple[Array, Array]:
-    """Return how far steps of a run from x are from those that `enter` begins at most, and where, of each path.
-
-    Parameters
-    ----------
-    step : OneStep
-    x : ndarray, shape (d, P)
-    h : float
-        Step size.
-    steps : int
-        How many.
-    """
-    t, rng = step.time, np.random.Generator(np.random.Philox(key=SEED + 9))
-    state, make = step.enter(x, t, h), step.scheme.prepare(step.view, h)
-    most, worst = np.zeros(x.shape[1]), x
-    for n in range(steps):
-        before, noise = step.read(state), step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
-        entered, state = step(before, t + n * h, h, noise), make(state, t + n * h, noise).state
-        off = np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), axis=0, initial=0.0)
-        worst, most = np.where(off > most, before, worst), np.maximum(most, off)
-    return most, worst

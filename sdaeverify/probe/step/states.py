@@ -18,6 +18,8 @@ PILOT_H = 2.0**-6
 # Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
 # that it makes in each of them, and the states that are probed there.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
+# Reached states that orders are asked at beside the cloud: of one component, one in each interval of mass 1/47.
+SPREAD = 48
 # In no component are points of the cloud farther from the start than so many times its size, or the distance of one
 # of the nearest: where a law spreads over powers of ten, steps at its outer states are too coarse for schemes that
 # tame a drift by its size, however short.
@@ -267,6 +269,39 @@ def _extremes(x: Array, place: int, rng: np.random.Generator) -> Array:
     return np.append(rng.choice(x.shape[1], PROBED - 2, replace=False), [row.argmax(), row.argmin()])
 
 
+# The same for all schemes of a form.
+@lru_cache(maxsize=16)
+def spread_states(view: Problem, ito: Equation, most: int = SPREAD) -> Array:
+    """Return reached states at equal distances in rank, component after component, from the least to the largest.
+
+    The pilot's states are sorted by a component and every k-th one is taken, so that each interval of that component
+    which holds k of them, whatever its place, has a state in it. A region of another shape is missed with about the
+    probability with which random states miss it.
+
+    Parameters
+    ----------
+    view : Problem
+        With its constraints, if it has some.
+    ito : Equation
+        The Ito equation of its comparable components.
+    most : int
+        Number of states, divided among the components; of more components than half of it a random subset counts.
+
+    Returns
+    -------
+    ndarray, shape (d, S)
+        S is at most `most`; states that are selected by several components are there once.
+    """
+    x = reached_states(view, ito).points
+    d, count = x.shape
+    rng = np.random.Generator(np.random.Philox(key=SEED + 17))
+    rows = np.arange(d) if 2 * d <= most else rng.choice(d, most // 2, replace=False)
+    ranks = np.linspace(0, count - 1, min(most // max(len(rows), 1), count)).astype(int)
+    found = x[:, np.unique(np.argsort(x[rows], axis=1, kind="stable")[:, ranks])]
+    found.flags.writeable = False
+    return found
+
+
 def states_near_start(view: Problem, equation: Equation) -> Array:
     """Return the initial state and points near it, on the manifold of a problem with constraints.
 
@@ -282,7 +317,7 @@ def states_near_start(view: Problem, equation: Equation) -> Array:
         A point where the manifold is missed is replaced by the initial state.
     """
     start = equation.initial(1)
-    rng = np.random.Generator(np.random.Philox(key=SEED + 17))
+    rng = np.random.Generator(np.random.Philox(key=SEED + 18))
     points = start + NEAR_START * rng.uniform(-1.0, 1.0, (len(start), POINTS_NEAR_START))
     with np.errstate(all="ignore"):
         if view.has_constraints:
@@ -292,7 +327,7 @@ def states_near_start(view: Problem, equation: Equation) -> Array:
 
 def in_batches(x: Array, nodes: int) -> list[Array]:
     """Return states, shape (d, S), in parts that so many nodes at each of them make no long batch of."""
-    return np.array_split(x, min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), axis=1)
+    return np.array_split(x, max(min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), 1), axis=1)
 
 
 def _pilot(ito: Equation, unit: float, rng: np.random.Generator) -> Array:

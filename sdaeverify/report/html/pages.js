@@ -155,7 +155,7 @@ function card(finding) {
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L_half", "L2", "L4"].map((norm) => [`the same in ${norm.replace("_half", "1/2")}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
-      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["order conditions", finding.conditions]]),
+      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["classes", finding.conditions]]),
     cardPicture(finding));
 }
 

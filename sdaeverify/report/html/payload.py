@@ -96,7 +96,7 @@ def _findings(rows: Sequence[VerdictRow], tables: SavedTables) -> dict[str, Any]
 
 
 def _hint(row: VerdictRow, tables: SavedTables) -> str:
-    return hint(tables.classes, row.scheme, row.measure) if row.verdict == "refuted" else ""
+    return hint(tables.classes, row.scheme, row.measure, row.verdict)
 
 
 def _classes(tables: SavedTables) -> dict[str, Any]:

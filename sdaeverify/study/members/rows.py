@@ -17,6 +17,8 @@ from .classes import MemberClass, accepts, member_classes, member_of
 # Members that each claim is put to: one shows every wrong coefficient with probability one, and a second one keeps
 # the defect away from rounding. A refutation needs as many, since one draw may be near a degenerate equation.
 MEMBERS = 2
+# Of orders, whose further digits depend on the member.
+DIGITS = 3
 
 
 class Answer(NamedTuple):
@@ -53,7 +55,7 @@ class Answer(NamedTuple):
         found = ((each, claim.value) for own in self.findings for each in own if (claim := each.claim))
         orders = ((float(str(each.details.get("local_order", each.estimate))), value) for each, value in found)
         excess = [(order - value.least, order) for order, value in orders if isinstance(value, Order)]
-        return min(excess, default=(nan, nan))[1]
+        return round(min(excess, default=(nan, nan))[1], DIGITS) + 0.0
 
 
 def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], seed: int) -> Iterator[ClassRow]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...conformance import contract
 from ...conformance.exactness import exactness_violation
+from ...conformance.step_counts import depends_on_count, why_not_counted
 from ...conformance.trial import Trial
 from ...contracts.scheme import flatten
 from ..check import Inapplicable
@@ -42,9 +43,18 @@ def check_alone(subject: CellSubject) -> str:
     """
     if text := on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse):
         return text
+    if text := contract.takes_many_paths(subject.coarse):
+        return text
     if remark := on_trials(contract.ends_together)(subject) or contract.ends_together(subject.coarse):
         raise Inapplicable(remark)
     return ""
+
+
+def check_any_count(subject: CellSubject) -> str:
+    """Expect steps of a run of 10 and of 50 steps to be like those of runs of 2^k steps, which all levels have."""
+    if reason := why_not_counted(subject.scheme, subject.problem):
+        raise Inapplicable(reason)
+    return depends_on_count(subject.scheme, subject.problem)
 
 
 def check_whole_state(subject: CellSubject) -> str:

@@ -14,6 +14,7 @@ from ...contracts.labels import parse_label
 from ...contracts.specs import check_problem_function, matrix_specs, problem_spec
 from ...errors import SdaeverifyError
 from ...forms import Delayed, Dissipation, IndexOne, known_traits
+from ...forms.sde.linear_growth import grows_linearly
 from ...forms.traits import COMMUTING, Trait
 from ...forms.truths import InvariantMean
 from ...numerics.statistics import EPS
@@ -108,6 +109,10 @@ def _evidence_against(subject: ProblemSubject, name: str) -> str:
 def _scalar(subject: ProblemSubject) -> str:
     noise_dim = subject.problem.noise_dim
     return "" if noise_dim == 1 else f"it has {noise_dim} Brownian motions"
+
+
+def _linear_growth(subject: ProblemSubject) -> str:
+    return "" if grows_linearly(subject.equation) else "drift or diffusion grows faster than linearly along rays"
 
 
 def _additive(subject: ProblemSubject) -> str:
@@ -251,6 +256,7 @@ EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
     "overdamped-gradient": _gradient,
     "algebraic": _index_1,
     "no-delay": _no_delay,
+    "linear-growth": _linear_growth,
     "delayed-noise": _delayed_noise,
     "dissipative": _dissipative,
 }

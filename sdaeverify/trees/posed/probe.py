@@ -1,12 +1,14 @@
 """Where the weights of a class that a form poses are found."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ...arrays import Array
 from ...forms import Problem
-from ...probing import Nodes
+from ...probing import Nodes, OneStep
 from .. import Relatives, TreeClass
 from ..asymptotic import largest_change
 from ..conditions import Conditions
@@ -14,9 +16,13 @@ from ..grow import Tree
 from ..moments import Combination, ExactMoments
 from ..nodes import random_points
 from ..probes import SAME, SHARED, AffineProbe
+from ..relatives import distance
 from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
-from .weighing import PosedWeighing, distance
+from .weighing import PosedWeighing
+
+# Part of the horizon of runs: a random algebraic equation has several roots, and longer runs go from one to another.
+RUN = 0.0625
 
 
 @lru_cache(maxsize=SHARED)
@@ -25,11 +31,16 @@ def relatives_of(kind: TreeClass, motions: int) -> Relatives:
     return kind.relatives(motions)
 
 
+@lru_cache(maxsize=SHARED)
+def distant_of(kind: TreeClass, motions: int) -> tuple[Relatives, ...]:
+    """Return related equations of a class far out and late, which all schemes share."""
+    return tuple(kind.distant(motions))
+
+
 class PosedProbe(AffineProbe):
     """A scheme on the problems that a form poses."""
 
     kind: TreeClass
-    asks_for_runs = False
 
     @property
     def tolerance(self) -> float:
@@ -40,10 +51,20 @@ class PosedProbe(AffineProbe):
         rounding = float(np.abs(weighing.powers(count)).sum(axis=1).max()) * max(self.homogeneity, self.remainder)
         return max(SAME, rounding, float(weighing.growth(count).max()) * self.remainder)
 
+    @cached_property
+    def steps_of_runs(self) -> OneStep:
+        """The scheme on a random equation of the class, on which runs tell what memory changes."""
+        return OneStep(self.scheme, replace(self.problem, horizon=RUN * self.problem.horizon))
+
     @property
     def relatives(self) -> Relatives:
         """Equations of the class that an affine map relates."""
         return relatives_of(self.kind, self.motions)
+
+    @property
+    def distant(self) -> Sequence[Relatives]:
+        """Related equations of the class, one of them far out and one late."""
+        return distant_of(self.kind, self.motions)
 
     @property
     def problem(self) -> Problem:

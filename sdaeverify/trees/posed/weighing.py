@@ -2,16 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 
 import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...numerics import largest
 from ...probing import Nodes, OneStep
-from .. import Grove, Posed, Relatives, TreeClass
+from .. import Grove, Posed, TreeClass
 from ..grow import Tree, closed_sets
+from ..relatives import driven
 from ..sdes.universal import TIME_0
 from ..weights import IMPLICIT, LARGEST, NoStepError, moved
 from .grammar import grove_of
@@ -22,8 +21,6 @@ VALUES = 11
 # The error of an interpolation has a factor beside the polynomial that vanishes at the values, and it changes slowly:
 # for weights with poles as near as 1, those of implicit friction, it is 1.8 times larger at 0 than beside a value.
 SLOWLY = 2.0
-# How long the steps are by which related equations are compared.
-H = 2.0**-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,54 +170,3 @@ def changes(scheme: Scheme, posed: Posed, nodes: Nodes, h: float) -> Array:
     if not np.isfinite(found).all():
         raise NoStepError(f"a step of size {h:g} is not finite")
     return np.asarray(found / np.array(posed.sizes)[:, None])
-
-
-def driven(nodes: Nodes, by: Array) -> Nodes:
-    """Return the noise of Brownian motions that are combinations of others.
-
-    Parameters
-    ----------
-    nodes : Nodes
-        With dW, H, K and A, or some of these, of m motions.
-    by : ndarray, shape (l, m)
-        The combinations.
-    """
-    dW, H, K = (None if part is None else by @ part for part in (nodes.dW, nodes.H, nodes.K))
-    assert dW is not None
-    if nodes.A is None:
-        return nodes._replace(dW=dW, H=H, K=K)
-    (l, m), count = by.shape, len(nodes.weights)
-    areas = np.zeros((m, m, count))
-    for place, (i, j) in enumerate(combinations(range(m), 2)):
-        areas[i, j], areas[j, i] = nodes.A[place], -nodes.A[place]
-    areas = np.einsum("ai,bj,ijk->abk", by, by, areas)
-    A = [areas[i, j] for i, j in combinations(range(l), 2)]
-    return nodes._replace(dW=dW, H=H, K=K, A=np.reshape(A, (-1, count)))
-
-
-def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
-    """Return how far a step is from commuting with the maps of two problems, relative to the states.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    relatives : Relatives
-        The problems.
-    nodes : Nodes
-        Of the noise of the problem above.
-
-    Raises
-    ------
-    NoStepError
-        If a step is truncated or fails.
-    """
-    above, below = (OneStep(scheme, problem) for problem in (relatives.above, relatives.below))
-    x = above.equation.initial(len(nodes.weights))
-    z = np.concatenate(
-        [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
-    )
-    higher = scheme.parts(relatives.above, moved(above, x, nodes, H)[1])
-    later = TIME_0 + relatives.later
-    lower = scheme.parts(relatives.below, moved(below, z, driven(nodes, relatives.driven), H, later)[1])
-    mapped = ((A @ higher[name] + c, lower[name]) for name, (A, c) in relatives.maps.items())
-    return max(float(np.max(largest(here - there) / (1.0 + largest(there)))) for here, there in mapped)

@@ -8,23 +8,26 @@ because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 
 
 is related to g whatever k is, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. Without the shift of
 time a step that takes a coefficient at time 0, and not at t, would pass: trees of low weights have no leaf t.
+
+The same is asked of an equation above that is far out, X = 2^20 x + C with some of five motions, and one below that
+is late: a step that clips at 10, freezes coefficients at t = 1 or scales the fourth motion commutes with the maps of
+the first pair.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
-from ...forms.tree_class import LATER
-from ...numerics import largest
+from ...forms.tree_class import FAR, LATE, LATER, Relatives, among, far_states, placements
 from ...probing import Nodes, OneStep
 from ..classes import EquationClass
 from ..weights import stepped
-from .universal import TIME_0, class_sde, with_rows
+from .universal import class_sde, with_rows
 
 LOW, HIGH = 2, 5
 # So long is a step: Newton's method has a root of random polynomials only of short ones.
@@ -89,44 +92,84 @@ def random_fields(rng: np.random.Generator, rows: int, fields: int, dimension: i
 
 
 @dataclass(frozen=True, eq=False)
-class Related:
-    """Two equations of a class and the affine map that relates them, with a shift of time.
+class Family:
+    """Coefficients of two random equations of a class and the affine map y = A x + c that relates them.
 
     Attributes
     ----------
-    below, above : SDE
-        In R^2 and in R^5.
+    kind : EquationClass
+        Where it is a quotient, the equations are any ones: a step does not know better.
     map : ndarray, shape (2, 5)
         A.
     shift : ndarray, shape (2, 1)
         c.
+    below, above : tuple of callable
+        f and B in R^2 and in R^5, where (t, x) above belongs to (t + `LATER`, y) below.
+    start : ndarray, shape (5,)
     calls : list
-        Grows with each call of the drift below at complex states.
+        Grows with each call of the drift of an equation below at complex states.
     """
 
-    below: SDE
-    above: SDE
+    kind: EquationClass
     map: Array
     shift: Array
+    below: tuple[Coefficient, Coefficient]
+    above: tuple[Coefficient, Coefficient]
+    start: Array
     calls: list[None] = field(default_factory=list)
 
-    def defect(self, scheme: Scheme, nodes: Nodes) -> float:
-        """Return how far a step is from commuting with the map, relative to the states."""
-        x = self.above.initial(len(nodes.weights))
-        above = stepped(OneStep(scheme, self.above), x, nodes, H)
-        below = stepped(OneStep(scheme, self.below), self.map @ x + self.shift, nodes, H, TIME_0 + LATER)
-        return float(np.max(largest(self.map @ above + self.shift - below) / (1.0 + largest(below))))
+    @cached_property
+    def near(self) -> Relatives:
+        """The equations as they are."""
+        f, B = self.below
+        below = _equation(self.kind, f, B, self._start_below, self.calls)
+        above = _equation(self.kind, *self.above, self.start, [])
+        return Relatives(below, above, {"x": (self.map, self.shift)}, self._motions, LATER)
+
+    @property
+    def _start_below(self) -> Array:
+        return np.asarray(self.map @ self.start + self.shift[:, 0])
+
+    @property
+    def _motions(self) -> Array:
+        return np.eye(self.above[1](0.0, self.start[:, None]).shape[1])
+
+    @cached_property
+    def distant(self) -> tuple[Relatives, ...]:
+        """The one above as X = `FAR` x + C, with its motions placed among five, and the one below at late times.
+
+        None of a linear class: schemes that read A and a of A x + a at unit vectors would have A to rounding of a.
+        """
+        if self.kind.linear:
+            return ()
+        (f, B), (F, K), A = self.below, self.above, self.map
+        late = LATE - LATER
+        below = _equation(self.kind, lambda t, y: f(t - late, y), lambda t, y: B(t - late, y), self._start_below, [])
+        rng, C = np.random.Generator(np.random.Philox(key=SEED + 1)), -FAR * self.start[:, None]
+        maps = {"x": (A / FAR, self.shift - A @ C / FAR)}
+
+        def above(placed: Array) -> SDE:
+            return _equation(
+                self.kind,
+                lambda t, x: FAR * F(t, (x - C) / FAR),
+                lambda t, x: FAR * np.einsum("dlp,lm->dmp", K(t, (x - C) / FAR), placed),
+                0.0 * self.start,
+                [],
+            )
+
+        placed = placements(len(self._motions)) if self.kind.motions is None else [self._motions]
+        return among([Relatives(below, above(each), maps, each, LATE) for each in placed], far_states(rng, HIGH))
 
     def solves(self, scheme: Scheme, nodes: Nodes) -> bool:
         """Tell whether a step asks for the derivative of the drift."""
-        before = len(self.calls)
-        stepped(OneStep(scheme, self.below), self.below.initial(len(nodes.weights)), nodes, H)
+        before, below = len(self.calls), self.near.below
+        stepped(OneStep(scheme, below), below.initial(len(nodes.weights)), nodes, H)
         return len(self.calls) > before
 
 
 @lru_cache(maxsize=16)
-def related_equations(kind: EquationClass, motions: int) -> Related:
-    """Return two equations of a class that an affine map relates, which all schemes share.
+def related_equations(kind: EquationClass, motions: int) -> Family:
+    """Return equations of a class that affine maps relate, which all schemes share.
 
     Parameters
     ----------
@@ -149,11 +192,8 @@ def related_equations(kind: EquationClass, motions: int) -> Related:
     def lifted(below: Fields, beside: Fields, scale: float) -> Coefficient:
         return lambda t, x: scale * (_times(inverse, below(t + LATER, A @ x + shift)) + _times(kernel, beside(t, x)))
 
-    calls: list[None] = []
-    start = 0.5 * np.cos(np.arange(1.0, HIGH + 1.0))
-    below = _equation(kind, f, lambda t, x: share * B(t, x), (A @ start[:, None] + shift)[:, 0], calls)
-    above = _equation(kind, lifted(f, k, 1.0), lifted(B, K, share), start, [])
-    return Related(below, above, A, shift, calls)
+    below, above = (f, lambda t, x: share * B(t, x)), (lifted(f, k, 1.0), lifted(B, K, share))
+    return Family(kind, A, shift, below, above, 0.5 * np.cos(np.arange(1.0, HIGH + 1.0)))
 
 
 def _times(matrix: Array, fields: Array) -> Array:

@@ -13,16 +13,19 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
+from ...forms.tree_class import FAR, LATE, PLACES, Relatives, among, far_states, placements
 from ...probing import Nodes, OneStep
 from ..grow import DRIFT, TIME, Tree, closure
 from ..weights import stepped
+from .equivariance import Coefficient
 from .universal import NOISE, TIME_0, with_rows
 
 SEED = 20260103
@@ -175,16 +178,39 @@ class RichEquation:
     @cached_property
     def sde(self) -> SDE:
         """The problem."""
+        return self._as_sde(self.drift, self.diffusion, self.x[:, 0], diffusion_derivative=self.diffusion_derivative)
+
+    @cached_property
+    def distant(self) -> tuple[Relatives, ...]:
+        """The equation with its components among five that have noise, X = `FAR` x + C, and itself at late times."""
+        rng = np.random.Generator(np.random.Philox(key=SEED + 2))
+        C = FAR * rng.uniform(-1.0, 1.0, (PLACES + STILL, 1))
+
+        def pair(placed: Array) -> Relatives:
+            S = scipy.linalg.block_diag(placed, np.eye(STILL))
+            above = self._as_sde(
+                lambda t, x: FAR * (S.T @ self.drift(t, S @ (x - C) / FAR)),
+                lambda t, x: FAR * np.einsum("ij,ikp,kl->jlp", S, self.diffusion(t, S @ (x - C) / FAR), S),
+                C[:, 0],
+            )
+            return Relatives(below, above, {"x": (S / FAR, -S @ C / FAR)}, S, LATE)
+
+        below = self._as_sde(
+            lambda t, x: self.drift(t - LATE, x), lambda t, x: self.diffusion(t - LATE, x), self.x[:, 0]
+        )
+        return among([*map(pair, placements(self.motions))], far_states(rng, PLACES + STILL))
+
+    def _as_sde(self, drift: Coefficient, diffusion: Coefficient, start: Array, **given: Any) -> SDE:
         return SDE(
-            drift=self.drift,
-            diffusion=self.diffusion,
-            diffusion_derivative=self.diffusion_derivative,
-            start=self.x[:, 0],
-            noise_dim=self.dimension,
+            drift=drift,
+            diffusion=diffusion,
+            start=start,
+            noise_dim=len(start),
             noise=NOISE,
             traits=frozenset({"diagonal-noise"}),
             horizon=1.0,
             source="random equation with diagonal noise",
+            **given,
         )
 
     def elementary(self, trees: Sequence[Tree]) -> Array:

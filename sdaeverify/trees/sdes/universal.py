@@ -131,6 +131,10 @@ class ClassSDE(SDE):
     def _check_traits(self, x: Array) -> None:
         pass
 
+    def _grows_linearly(self) -> bool:
+        # A class is one of equations to which the theorems on orders in mean square apply.
+        return True
+
 
 def class_sde(traits: frozenset[str], **given: Any) -> SDE:
     """Return an SDE that states the traits of a class, with all noise drawn.

@@ -1,0 +1,68 @@
+"""Whether coefficients grow at most linearly with the state, from their values along rays."""
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import FAULTS
+from ...numerics.linalg import norm
+
+SEED = 20260613
+# Points on a ray, in units of the size of the start; rays of each kind; kinds that move one component alone at most.
+RADII = 10.0 ** np.arange(0.0, 13.0)
+RAYS, SINGLE = 4, 12
+# x log x grows with the power 1.05 between 10^6 and 10^12, which moments survive.
+POWER = 1.1
+# When coefficients are looked at: at 0 some vanish.
+WHEN = 0.2
+
+
+def grows_linearly(equation: Any) -> bool:
+    """Return whether drift and diffusion of an equation grow at most linearly along rays.
+
+    All components are moved, the named ones alone, and single ones alone: v^2/r grows linearly if v and r are large.
+
+    Parameters
+    ----------
+    equation : Equation
+    """
+    x = _rays(equation)
+    try:
+        with np.errstate(all="ignore"):
+            f = np.broadcast_to(equation.drift(WHEN * equation.horizon, x), x.shape)
+            B = equation.diffusion(WHEN * equation.horizon, x)
+            sizes = norm(f), np.broadcast_to(norm(B.reshape(-1, B.shape[-1])), x.shape[1:])
+            return all(_power(size.reshape(-1, RAYS, len(RADII))) < POWER for size in sizes)
+    except FAULTS:
+        # Coefficients that cannot be evaluated far out are not known to be of linear growth.
+        return False
+
+
+def _rays(equation: Any) -> Array:
+    """Return points along the rays, shape (d, kinds * RAYS * len(RADII))."""
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    start, d = equation.initial(1)[:, 0], equation.dimension
+    unit = np.abs(start).max() or 1.0
+    moved = [np.ones(d), *(np.isin(np.arange(d), np.arange(d)[rows]) for rows in (equation.names or {}).values())]
+    moved += list(np.eye(d)[rng.permutation(d)[:SINGLE]])
+    directions = np.array(moved)[:, None] * rng.standard_normal((len(moved), RAYS, d))
+    base = start + unit * rng.uniform(-0.5, 0.5, (RAYS, d))
+    points = base[None, :, None] + unit * RADII[:, None] * directions[:, :, None]
+    return np.ascontiguousarray(points.reshape(-1, d).T)
+
+
+def _power(sizes: Array) -> float:
+    """Return the largest power with which sizes, shape (kinds, RAYS, R), grow on the outer half of a kind's rays.
+
+    The median over the rays of a kind counts, as coefficients may swing. Beyond the first radius at which they are
+    not finite nothing is known.
+    """
+    log = np.log10(sizes)
+    last = np.isfinite(sizes).cumprod(axis=-1).sum(axis=-1) - 1
+    middle = (last + 1) // 2
+    ends = (np.take_along_axis(log, np.maximum(at, 0)[..., None], axis=-1)[..., 0] for at in (middle, last))
+    low, high = ends
+    slopes = np.where(last > middle, (high - low) / np.maximum(last - middle, 1), np.nan)
+    slopes = np.where(np.isfinite(slopes) & (last >= 0), slopes, np.where(np.isposinf(sizes[..., 1]), np.inf, 0.0))
+    return float(np.median(slopes, axis=1).max())

@@ -1,0 +1,52 @@
+"""Strong orders on random members of a form: one step near the start, without paths."""
+
+from collections.abc import Iterator
+
+from ...contracts.claimed import Order
+from ...contracts.finding import Finding
+from ...contracts.measure import Evidence
+from ...contracts.scheme import Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally
+from ...forms import Problem
+from ...probe.local.delay_links import remove_delay, why_not_algebraic
+from ...probe.local.strong_defects import local_strong_from
+from ...probe.local.strong_order import strong_orders
+from ...probe.step.one_step import OneStep
+from ...probe.step.states import states_near_start
+from ...verdicts.coverage import coverage
+from ...verdicts.opinions import finding, local_doubt
+from ..path_errors.errors import STATE
+from .findings import UNFITTED_METHODS, Orders, judge_smooth
+
+
+def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Finding]:
+    """Yield a finding for each component of a random member: the order of one step near its start.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        The member, in the scheme's form.
+    measure : str
+        Under which name claims are looked up.
+    """
+    evidence, pair = Evidence(scheme, view, view, Settings(), Tally(), Tally()), remove_delay(scheme, view)
+    step = OneStep(*pair)
+    why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
+    why = why or step.why_not_probed(beside=True, run=False, levy=True)
+    orders = {} if why else _member_orders(step)
+    for name in orders or (STATE,):
+        covered = coverage(evidence, measure, name)
+        if covered.claim is None or not isinstance(covered.claim.value, Order):
+            continue
+        if why:
+            yield finding(covered, local_doubt(why))
+            continue
+        opinion = judge_smooth(evidence, covered.claim.value.least, orders[name])
+        yield finding(covered, opinion, method=UNFITTED_METHODS[1], details={"local_order": orders[name].order})
+
+
+def _member_orders(step: OneStep) -> Orders:
+    record = local_strong_from(step.scheme, step.view, states_near_start(step.view, step.equation))
+    return dict(zip((*step.names, STATE), strong_orders(record), strict=True))

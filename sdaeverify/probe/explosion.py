@@ -1,0 +1,168 @@
+"""Growth of a run far out: whether rare noise lets a state run away doubly exponentially.
+
+A path whose state grows with the power m > 1 from step to step, |x_{n+1}| >= c |x_n|^m beyond a radius R(h), is at
+R^(m^n) after n steps. If noise takes it beyond R(h) with probability exp(-R(h)^q) at least, and R(h) grows like a
+power of 1/h, the moments E|x_N|^p tend to infinity as h falls, because the size grows doubly exponentially in 1/h and
+the probability falls exponentially in a power of 1/h (Hutzenthaler, Jentzen & Kloeden 2011, Theorem 1). No order in
+mean square exists then, whatever samples show.
+
+A run of the scheme is measured, so that noise has to reach where the state grows, constraints are kept as the scheme
+keeps them, and growth that is not fed back into itself (y = int W^3 dt) does not count. Sizes are compared with each
+other on a ladder of eight decades, so that units do not matter.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, each
+from ..contracts.scheme import Scheme, State
+from ..errors import FAULTS
+from ..forms import Problem
+from .local.delay_links import remove_delay
+from .step.nodes import SEED
+
+# By which factors the noise of one step is larger than by law, and how many paths each of them has. The first factors
+# are close, as states of steep coefficients overflow at once beyond them.
+FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
+PATHS = 6
+# Ordinary steps before the large one, so that no start is special; at most, and at least, so many after it.
+BEFORE, MOST, FEWEST = 2, 12, 5
+# Step sizes as a part of the unit of time: what runs away at the first is confirmed at the second.
+PARTS = 2.0**8, 2.0**10
+# Exponents are compared over three steps, as feedback may take a step for each of position, velocity and noise.
+# Growth with the power 1.17 a step is 1.6 there. Exponents that grow by a constant a step, as those of v^2/r do, are
+# 9/6 after nine steps, which numbers of this size survive; their moments stay bounded.
+WINDOW, RISE = 3, 1.6
+NAME = "explosion"
+# A run begins at the start of the horizon, and again after this part of it.
+LATE = 0.7
+# The step that is shown is the first that takes a state so many decades outwards.
+SHOWN = 2.0
+# Share of the paths that must run away: one alone may owe its powers to the noise of the steps that follow.
+SHARE = 0.5
+
+
+class Explosion(NamedTuple):
+    """How the size of a state grows in the steps after rare noise.
+
+    Attributes
+    ----------
+    power : ndarray, shape ()
+        Power with which it grows a step in the mean of the last three that are finite; 1 where it does not explode.
+    h : ndarray, shape ()
+        Step size.
+    before, after : ndarray, shape ()
+        Size of a state far out, and after the step from there; NaN where it does not run away.
+    """
+
+    power: Array
+    h: Array
+    before: Array
+    after: Array
+
+    @property
+    def explodes(self) -> bool:
+        """Whether sizes grow doubly exponentially."""
+        return float(self.power) > 1.0
+
+
+@lru_cache(maxsize=8)
+def explosion(scheme: Scheme, view: Problem) -> Explosion:
+    """Return how runs of a scheme grow after rare noise; not at all where steps far out raise or are not finite.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+    pair = remove_delay(scheme, view)
+    unit = pair[1].time_unit
+    with np.errstate(all="ignore"):
+        found = [_confirmed(*pair, unit, begin) for begin in (0.0, LATE * pair[1].horizon)]
+    return max(found, key=_power_of)
+
+
+def _confirmed(scheme: Scheme, view: Problem, unit: float, begin: float) -> Explosion:
+    """Return what both step sizes show."""
+    found = _exploded(scheme, view, unit / PARTS[0], begin)
+    if not found.explodes:
+        return found
+    return min(found, _exploded(scheme, view, unit / PARTS[1], begin), key=_power_of)
+
+
+def _power_of(one: Explosion) -> float:
+    return float(one.power)
+
+
+def _exploded(scheme: Scheme, view: Problem, h: float, begin: float) -> Explosion:
+    sizes = np.log10(np.array(list(_sizes(scheme, view, h, begin))))
+    steady = Explosion(*map(np.array, (1.0, h, np.nan, np.nan)))
+    if len(sizes) < 2:
+        return steady
+    # Exponents of the size in the noise, of each step, path and part of the ladder.
+    slopes = np.diff(sizes.reshape(len(sizes), PATHS, len(FAR))) / np.diff(np.log10(FAR))
+    lasting = np.isfinite(slopes).sum(axis=0)
+    power = np.ones(lasting.shape)
+    for n in range(2, len(slopes) + 1):
+        window = min(WINDOW, n - 1)
+        rise = slopes[n - 1] / np.maximum(slopes[n - 1 - window], 1.0)
+        power = np.where((lasting == n) & (rise > RISE), rise ** (1.0 / window), power)
+    # What runs away does so from some size of the noise on: a threshold that is crossed once does not count.
+    above = np.logical_and.accumulate((power > 1.0)[:, ::-1] | (lasting[:, ::-1] < 2), axis=1)[:, ::-1]
+    power = np.where(above, power, 1.0)
+    if (power > 1.0).any(axis=1).mean() < SHARE:
+        return steady
+    path, place = np.unravel_index(_first(power), power.shape)
+    seen = sizes.reshape(len(sizes), PATHS, len(FAR))[: lasting[path, place], path, place + 1]
+    step = int(np.argmax(np.append(np.diff(seen)[:-1] > SHOWN, True)))
+    return Explosion(*map(np.array, (power[path, place], h, 10.0 ** seen[step], 10.0 ** seen[step + 1])))
+
+
+def _first(power: Array) -> int:
+    """Return the index of the path and place that run away at the smallest noise."""
+    return int(np.where(power > 1.0, np.arange(power.shape[1]), power.shape[1]).argmin())
+
+
+def _sizes(scheme: Scheme, view: Any, h: float, begin: float) -> Iterator[Array]:
+    """Yield the sizes of all paths after the large noise and each step from there; NaN after they were not finite."""
+    rng = np.random.Generator(np.random.Philox(key=SEED + 17))
+    far = np.tile(FAR, PATHS)
+    alive, noted = np.arange(len(far)), []
+    try:
+        start = scheme.enter(view, view.initial(len(far)), begin, h) if begin else scheme.start(view, len(far), h)
+        state, make = start, scheme.prepare(view, h)
+        for n in range(BEFORE + 1 + MOST):
+            kick = far[alive] if n == BEFORE else 1.0
+            noise = scheme.law.increment(view.drawn(rng, h, len(alive), kick), h)
+            step = make(state, begin + n * h, noise)
+            size = _size(scheme, view, step.state)
+            good = np.isfinite(size) & (size > 0.0)
+            if step.failed is not None:
+                good &= ~step.failed
+            alive, state = alive[good], each(partial(np.compress, good, axis=-1), step.state)
+            if n >= BEFORE:
+                noted.append(np.full(len(far), np.nan))
+                noted[-1][alive] = size[good]
+                yield noted[-1]
+            if not len(alive) or (len(noted) > FEWEST and _is_flat(noted)):
+                return
+    except FAULTS:
+        return
+
+
+def _size(scheme: Scheme, view: Problem, state: State) -> Array:
+    """Return the norm of the components that can be compared, without overflow of the squares, shape (P,)."""
+    parts = np.concatenate([np.atleast_2d(part) for part in scheme.parts(view, state).values()])
+    return np.asarray(np.abs(parts).max(axis=0))
+
+
+def _is_flat(noted: list[Array]) -> bool:
+    """Return whether the sizes depend on the noise by no higher power than after the first step."""
+    first, last = (
+        np.diff(np.log10(size).reshape(PATHS, len(FAR))) / np.diff(np.log10(FAR)) for size in (noted[0], noted[-1])
+    )
+    return bool(np.nanmax(last, initial=-np.inf) <= 1.05 * max(np.nanmax(first, initial=0.0), 1.0))

@@ -1,0 +1,125 @@
+"""Whether a step commutes with the affine maps between related equations, near and far out."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from ..arrays import Array
+from ..contracts.scheme import Scheme
+from ..errors import FAULTS, one_line
+from ..numerics import largest
+from ..numerics.statistics import EPS
+from ..probing import Nodes, OneStep
+from . import Relatives
+from .sdes.universal import TIME_0
+from .weights import NoStepError, moved
+
+# How long the steps are by which related equations are compared.
+H = 2.0**-4
+# Far out a step whose drift is truncated by its size and h is compared where it is not: the shortest one with a drift
+# of 2^20 moves it by 2^-4, of which rounding in a state of that size is 2^-28.
+SHORTER = (H, 2.0**-14, 2.0**-24)
+# Rounding errors of a state in a step: sums over a few components and motions, and the maps before and after it.
+ROUNDINGS = 64.0
+
+
+def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
+    """Return how far a step is from commuting with the maps of two problems, relative to the states.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    relatives : Relatives
+        The problems.
+    nodes : Nodes
+        Of the noise of the problem above.
+
+    Raises
+    ------
+    NoStepError
+        If a step is truncated or fails.
+    """
+    return max(float(np.max(off / (1.0 + size))) for off, size, _ in _compared(scheme, relatives, nodes, H))
+
+
+def distance_far(scheme: Scheme, relatives: Sequence[Relatives], nodes: Nodes) -> float:
+    """Return the largest distance beyond rounding over pairs with a problem far out, relative to the step's motion.
+
+    The problem below has states and coefficients of size 1, into which the map takes the rounding errors of the one
+    above, eps of its size each. What a step moves is as small as h where there is no noise: it is the unit here, and
+    what rounding explains of it is subtracted.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    relatives : sequence of Relatives
+    nodes : Nodes
+        Of the noise of the problems above.
+
+    Raises
+    ------
+    NoStepError
+        If a step of each size is truncated or fails.
+    """
+    return max((_shortened(scheme, each, nodes) for each in relatives), default=0.0)
+
+
+def _shortened(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
+    """Return the distance for the longest step that can be made."""
+    for h in SHORTER:
+        try:
+            return max(map(_beyond_rounding, *zip(*_compared(scheme, relatives, nodes, h), strict=True)))
+        except NoStepError as error:
+            why = error
+        except FAULTS as fault:
+            raise NoStepError(f"a step far out raises {one_line(fault)}") from fault
+    raise NoStepError(f"far out {why}") from why
+
+
+def _beyond_rounding(off: Array, size: Array, motion: Array) -> float:
+    explained = ROUNDINGS * EPS * (1.0 + size)
+    return float(np.nan_to_num(np.max((off - explained).clip(0.0)) / np.max(motion), nan=np.inf))
+
+
+def _compared(scheme: Scheme, relatives: Relatives, nodes: Nodes, h: float) -> list[tuple[Array, Array, Array]]:
+    """Return of each component below the distance, the size of the states and the motion, shapes (S K,)."""
+    above, below = (OneStep(scheme, problem) for problem in (relatives.above, relatives.below))
+    states = above.equation.initial(1) if relatives.states is None else relatives.states
+    x = np.repeat(states, len(nodes.weights), axis=1)
+    z = np.concatenate(
+        [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
+    )
+    higher = scheme.parts(relatives.above, moved(above, x, nodes, h)[1])
+    begin, end = moved(below, z, driven(nodes, relatives.driven), h, TIME_0 + relatives.later)
+    before, lower = (scheme.parts(relatives.below, state) for state in (begin, end))
+    found = []
+    for name, (A, c) in relatives.maps.items():
+        off, size = A @ higher[name] + c - lower[name], largest(lower[name])
+        found.append((largest(off), size, largest(lower[name] - before[name])))
+    if not all(np.isfinite(part).all() for each in found for part in each):
+        raise NoStepError(f"a step of size {h:g} is not finite")
+    return found
+
+
+def driven(nodes: Nodes, by: Array) -> Nodes:
+    """Return the noise of Brownian motions that are combinations of others.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        With dW, H, K and A, or some of these, of m motions.
+    by : ndarray, shape (l, m)
+        The combinations.
+    """
+    dW, H, K = (None if part is None else by @ part for part in (nodes.dW, nodes.H, nodes.K))
+    assert dW is not None
+    if nodes.A is None:
+        return nodes._replace(dW=dW, H=H, K=K)
+    (l, m), count = by.shape, len(nodes.weights)
+    areas = np.zeros((m, m, count))
+    for place, (i, j) in enumerate(combinations(range(m), 2)):
+        areas[i, j], areas[j, i] = nodes.A[place], -nodes.A[place]
+    areas = np.einsum("ai,bj,ijk->abk", by, by, areas)
+    A = [areas[i, j] for i, j in combinations(range(l), 2)]
+    return nodes._replace(dW=dW, H=H, K=K, A=np.reshape(A, (-1, count)))

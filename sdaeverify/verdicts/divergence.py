@@ -1,0 +1,31 @@
+"""Which claims cannot hold because moments of the scheme tend to infinity as the step size falls."""
+
+from ..contracts.claimed import IN_MEAN_SQUARE
+from ..contracts.measure import Measure
+from ..contracts.scheme import Claim
+from ..contracts.tally import Tally, unpacked
+from ..probe.explosion import NAME, Explosion
+
+STATIONARY = "stationary law"
+
+
+def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
+    """Return why a claim cannot hold in its sense, or an empty string.
+
+    Parameters
+    ----------
+    claim : Claim or None
+    measure : Measure
+        That the claim is about.
+    probed : Tally
+        Evidence of the cell without paths.
+    """
+    found = unpacked(NAME, Explosion, probed)
+    if claim is None or found is None or not found.explodes:
+        return ""
+    step = f"a step of {float(found.h):.2g} leads from |x| = {float(found.before):.0e} to {float(found.after):.0e}"
+    if measure.follows == STATIONARY:
+        return f"rare paths of the scheme explode ({step}), so that it has no invariant law"
+    if claim.sense != IN_MEAN_SQUARE:
+        return ""
+    return f"E|x_n|^p grows without bound as h falls ({step}): claim it with sense='in probability'"
