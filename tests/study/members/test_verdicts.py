@@ -131,6 +131,40 @@ def test_a_diagonal_gram_matrix_is_refuted_and_named():
     assert row.why.endswith("only with several constraints")
 
 
+class OneUpdate(ConstrainedEuler):
+    """Onto the manifold by one update of Newton's method."""
+
+    name: ClassVar[str] = "one-update"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        y = state + problem.strength * noise.dW + h * problem.drift(state)
+        old, new = problem.near(state).J, problem.near(y)
+        return Step(y - old.transposed(new.J.gram(old).solve(new.zeta)))
+
+
+class SmoothUpdate(SemiImplicitProjectionEuler):
+    """The position onto the constraint by one update of Newton's method, near round-off after short steps."""
+
+    name: ClassVar[str] = "smooth-update"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        right = super().step(problem, state, t, h, noise)
+        y = state.r + h * state.v
+        J = problem.linearised(y)
+        r = y - problem.push(J, J.gram(J).solve(problem.constraint(y)))
+        return Step(right.state._replace(r=r, v=problem.tangent(problem.linearised(r), right.state.v)[0]))
+
+
+def test_an_iteration_that_ends_early_is_not_verified():
+    """One update of Newton's method is refuted where positions are noisy, and left open where velocities are."""
+    assert verdicts(OneUpdate(), KEPT, [Drift()])["drift"].verdict is ClassVerdict.REFUTED
+    row = verdicts(SmoothUpdate(), MECHANICS, [Drift()])["drift"]
+    assert row.verdict is ClassVerdict.PREMISE
+    assert "too few iterations" in row.premise
+
+
 def test_a_tangent_step_is_refuted_where_constraints_are_curved():
     """A scheme that stays in the tangent plane leaves the manifold where it is curved, and nowhere else."""
     row = verdicts(FlatLimit(), KEPT, [Drift()])["drift"]
