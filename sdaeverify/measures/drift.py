@@ -66,7 +66,7 @@ from ..verdicts.path_tests import (
     with_sample,
 )
 from .path_errors.errors import STATE
-from .residuals import judge_ratio, rounding_ratios
+from .residuals import judge_ratios, rounding_ratios
 from .slopes import Slopes
 from .strong.findings import TOLERANCE, judge_order, local_orders, probe_strong
 
@@ -306,7 +306,7 @@ class Drift(Measure):
         for name in ratios:
             covered = claim_for(scheme, view.traits, self.name, name)
             if covered.claim is not None and isinstance(covered.claim.value, Exact):
-                yield finding(covered, judge_ratio(ratios[name]), method=Method("residual of one step", 1))
+                yield finding(covered, judge_ratios(ratios[name]), method=Method("residual of one step", 1))
 
 
 @hookimpl

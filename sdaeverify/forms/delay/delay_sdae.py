@@ -368,9 +368,10 @@ class DelaySDAE(Delayed):
         return np.asarray(~(before * now > 0.0))
 
     def _make_sde(self) -> SDE:
+        plain, y = self.without_y(), np.zeros((0, 1))
         return SDE(
-            drift=lambda t, x: self.drift(t, x, x, self.eliminated(t, x, x)),
-            diffusion=lambda t, x: self.diffusion(t, x, x, self.eliminated(t, x, x)),
+            drift=lambda t, x: plain.drift(t, x, x, y),
+            diffusion=lambda t, x: plain.diffusion(t, x, x, y),
             start=self.past(0.0)[:, 0],
             **self.shared_fields,
             source=f"y eliminated from: {self.source}",

@@ -101,12 +101,17 @@ class _DelayCoefficient:
         self.f, self.shape, self.first = f, shape, f.derivative
 
     def __call__(self, t: float, x: Array, v: Array, y: Array) -> Array:
-        return self.f(np.concatenate([t + 0.0 * x[:1], x, v, y])).reshape(*self.shape, -1)
+        return self.f(_stacked(t, x, v, y)).reshape(*self.shape, -1)
 
     def partials(self, t: float, x: Array, v: Array, y: Array) -> Partials:
-        D = self.first(np.concatenate([t + 0.0 * x[:1], x, v, y])).reshape(*self.shape, len(self.f.centre), -1)
+        D = self.first(_stacked(t, x, v, y)).reshape(*self.shape, len(self.f.centre), -1)
         d = len(x)
         return Partials(D[:, 1 : 1 + d], D[:, 1 + d : 1 + 2 * d], D[:, 1 + 2 * d :])
+
+
+def _stacked(t: float, x: Array, v: Array, y: Array) -> Array:
+    # Without algebraic components, y may have fewer paths than x.
+    return np.concatenate([t + 0.0 * x[:1], x, v, np.broadcast_to(y, (len(y), x.shape[1]))])
 
 
 class _Pastless:

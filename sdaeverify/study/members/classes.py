@@ -92,9 +92,22 @@ def _narrowings(generic: GenericClass) -> Iterator[MemberClass]:
 
 
 def _fits(scheme: Scheme, claim: Claim, kind: MemberClass, seed: int) -> bool:
+    return accepts(scheme, kind, seed) and claim.when <= member_of(kind, seed, 0).traits
+
+
+def accepts(scheme: Scheme, kind: MemberClass, seed: int) -> bool:
+    """Return whether a scheme solves the members of a class in the form of the class.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+    seed : int
+        Of the run.
+    """
     try:
         member = member_of(kind, seed, 0)
-        return claim.when <= member.traits and match(scheme, member).problem is member
+        return match(scheme, member).problem is member
     except FAULTS:
         # A form or a scheme that raises here is in error wherever else it is asked.
         return False

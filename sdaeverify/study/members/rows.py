@@ -12,7 +12,7 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.measure import Measure
 from ...contracts.scheme import Claim, Scheme
 from ...trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
-from .classes import MemberClass, member_classes, member_of
+from .classes import MemberClass, accepts, member_classes, member_of
 
 # Members that each claim is put to: one shows every wrong coefficient with probability one, and a second one keeps
 # the defect away from rounding. A refutation needs as many, since one draw may be near a degenerate equation.
@@ -83,6 +83,8 @@ def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], 
 def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> MemberClass:
     """Return a class with as few features as refute a claim: without any one of them the claim is not refuted.
 
+    A feature stays where the scheme refuses members without it.
+
     Parameters
     ----------
     scheme : Scheme
@@ -95,7 +97,7 @@ def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: in
     with np.errstate(all="ignore"):
         for feature in kind.features:
             narrower = kind.narrowed(feature)
-            if _ask(scheme, narrower, measure, seed, [0]).refuting:
+            if accepts(scheme, narrower, seed) and _ask(scheme, narrower, measure, seed, [0]).refuting:
                 kind = narrower
     return kind
 

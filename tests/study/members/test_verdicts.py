@@ -15,6 +15,7 @@ from facade import (
     HalfExplicitEuler,
     MemberClass,
     SemiImplicitProjectionEuler,
+    StochasticTheta,
     Strong,
     Weak,
     WrongLag,
@@ -130,6 +131,40 @@ def test_a_diagonal_gram_matrix_is_refuted_and_named():
     assert row.why.endswith("only with several constraints")
 
 
+class OneUpdate(ConstrainedEuler):
+    """Onto the manifold by one update of Newton's method."""
+
+    name: ClassVar[str] = "one-update"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        y = state + problem.strength * noise.dW + h * problem.drift(state)
+        old, new = problem.near(state).J, problem.near(y)
+        return Step(y - old.transposed(new.J.gram(old).solve(new.zeta)))
+
+
+class SmoothUpdate(SemiImplicitProjectionEuler):
+    """The position onto the constraint by one update of Newton's method, near round-off after short steps."""
+
+    name: ClassVar[str] = "smooth-update"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        right = super().step(problem, state, t, h, noise)
+        y = state.r + h * state.v
+        J = problem.linearised(y)
+        r = y - problem.push(J, J.gram(J).solve(problem.constraint(y)))
+        return Step(right.state._replace(r=r, v=problem.tangent(problem.linearised(r), right.state.v)[0]))
+
+
+def test_an_iteration_that_ends_early_is_not_verified():
+    """One update of Newton's method is refuted where positions are noisy, and left open where velocities are."""
+    assert verdicts(OneUpdate(), KEPT, [Drift()])["drift"].verdict is ClassVerdict.REFUTED
+    row = verdicts(SmoothUpdate(), MECHANICS, [Drift()])["drift"]
+    assert row.verdict is ClassVerdict.PREMISE
+    assert "too few iterations" in row.premise
+
+
 def test_a_tangent_step_is_refuted_where_constraints_are_curved():
     """A scheme that stays in the tangent plane leaves the manifold where it is curved, and nowhere else."""
     row = verdicts(FlatLimit(), KEPT, [Drift()])["drift"]
@@ -142,6 +177,23 @@ def test_a_forgotten_delay_is_refuted_and_named():
     row = verdicts(WrongLag(reading="present"), DELAYS, [Drift()])["drift"]
     assert row.verdict is ClassVerdict.REFUTED
     assert row.why.endswith("only with algebraic components and a delay")
+
+
+class TooStrong(StochasticTheta):
+    """Euler's step with a tenth too much noise."""
+
+    name: ClassVar[str] = "too-strong"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step with other noise."""
+        return super().step(problem, state, t, h, noise._replace(dW=1.1 * noise.dW))
+
+
+def test_a_defect_on_every_member_needs_no_feature():
+    """Where a claim is refuted with all features left out, delay and algebraic components too, none is named."""
+    row = verdicts(TooStrong(theta=0.0), DELAYS, [Strong()])["strong"]
+    assert row.verdict is ClassVerdict.REFUTED
+    assert "only with" not in row.why
 
 
 class Noting(Measure):
