@@ -158,6 +158,8 @@ class RootForSquare(UniformExpansion):
         """Return the coefficients of a step of size h."""
         right = super().weights(problem, h)
         full = 0.5 * problem.strength**2 * h
+        if not full:
+            return right
         return right._replace(traces=full * float(1.0 - np.sqrt(max(0.0, 1.0 - right.traces / full))))
 
 

@@ -79,7 +79,8 @@ def _shortened(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
 
 def _beyond_rounding(off: Array, size: Array, motion: Array) -> float:
     explained = ROUNDINGS * EPS * (1.0 + size)
-    return float(np.nan_to_num(np.max((off - explained).clip(0.0)) / np.max(motion), nan=np.inf))
+    with np.errstate(all="ignore"):
+        return float(np.nan_to_num(np.max((off - explained).clip(0.0)) / np.max(motion), nan=np.inf))
 
 
 def _compared(scheme: Scheme, relatives: Relatives, nodes: Nodes, h: float) -> list[tuple[Array, Array, Array]]:
