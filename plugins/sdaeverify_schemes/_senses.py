@@ -10,7 +10,7 @@ REJECTED = "Milstein & Tretyakov 2005: means without exploding paths"
 
 
 def in_probability(*claims: Claim) -> tuple[Claim, ...]:
-    """Return claims that hold in probability alone, whatever the coefficients grow like."""
+    """Return claims that hold in probability, for coefficients of any growth."""
     sources = {claim.measure: REJECTED if claim.measure == "weak" else ALONG_PATHS for claim in claims}
     return tuple(replace(claim, sense="in probability", source=sources[claim.measure]) for claim in claims)
 

@@ -6,7 +6,7 @@ is for all step sizes the sum of a few powers of h,
 
     Phi_h(x; xi) - [x + f h + B dW] = a h + b h^(3/2) + c h^2 + d h^(5/2) + ...,
 
-so that four step sizes tell it at one between them.
+so that its values at four step sizes determine it at one between them.
 """
 
 import numpy as np
@@ -69,8 +69,8 @@ def unlike(step: OneStep, count: int, others: tuple[int, ...]) -> float:
     h = np.array([step.view.horizon / steps for steps in (count, *others)])
     beside, rounding = zip(*(_beside_euler(step, float(size)) for size in h), strict=True)
     powers = h[:, None] ** POWERS
-    told = np.tensordot(np.linalg.solve(powers[1:].T, powers[0]), np.stack(beside[1:]), 1)
-    sizes = [float(np.sqrt(np.nanmean(part**2))) for part in (beside[0] - told, *beside[1:])]
+    expected = np.tensordot(np.linalg.solve(powers[1:].T, powers[0]), np.stack(beside[1:]), 1)
+    sizes = [float(np.sqrt(np.nanmean(part**2))) for part in (beside[0] - expected, *beside[1:])]
     return float(sizes[0] / (max(sizes[1:]) + ROUNDINGS * max(rounding)))
 
 

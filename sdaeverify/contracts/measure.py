@@ -98,6 +98,20 @@ class Evidence:
     probed: Tally | None = None
     sampled: Tally | None = None
 
+    @classmethod
+    def of_one_step(cls, scheme: Scheme, view: Problem, tally: Tally | None = None) -> "Evidence":
+        """Return evidence on a problem without truths, found without paths.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        view : Problem
+            In the scheme's form.
+        tally : Tally, optional
+            What was found; nothing if left out.
+        """
+        return cls(scheme, view, view, Settings(), Tally() if tally is None else tally, Tally())
+
     @property
     def along_paths(self) -> Tally:
         """What paths tell: judged alone, or beside what is found without them, it is read once."""

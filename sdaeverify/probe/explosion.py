@@ -4,7 +4,7 @@ A path whose state grows with the power m > 1 from step to step, |x_{n+1}| >= c 
 R^(m^n) after n steps. If noise takes it beyond R(h) with probability exp(-R(h)^q) at least, and R(h) grows like a
 power of 1/h, the moments E|x_N|^p tend to infinity as h falls, because the size grows doubly exponentially in 1/h and
 the probability falls exponentially in a power of 1/h (Hutzenthaler, Jentzen & Kloeden 2011, Theorem 1). No order in
-mean square exists then, whatever samples show.
+mean square exists then, although no sample shows the growth.
 
 A run of the scheme is measured, so that noise has to reach where the state grows, constraints are kept as the scheme
 keeps them, and growth that is not fed back into itself (y = int W^3 dt) does not count. Sizes are compared with each
@@ -28,7 +28,7 @@ from .step.nodes import SEED
 # are close, as states of steep coefficients overflow at once beyond them.
 FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
 PATHS = 6
-# Ordinary steps before the large one, so that no start is special; at most, and at least, so many after it.
+# Ordinary steps before the large one, so that no start is special; largest and least number of steps after it.
 BEFORE, MOST, FEWEST = 2, 12, 5
 # Step sizes as a part of the unit of time: what runs away at the first is confirmed at the second.
 PARTS = 2.0**8, 2.0**10
@@ -39,7 +39,7 @@ WINDOW, RISE = 3, 1.6
 NAME = "explosion"
 # A run begins at the start of the horizon, and again after this part of it.
 LATE = 0.7
-# The step that is shown is the first that takes a state so many decades outwards.
+# The reason shows the first step that takes a state this number of decades outwards.
 SHOWN = 2.0
 # Share of the paths that must run away: one alone may owe its powers to the noise of the steps that follow.
 SHARE = 0.5

@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings, whole
+from ..contracts.settings import whole
 from ..contracts.spelling import did_you_mean
 from ..errors import UsageError
 from ..registry.load import load_registry
@@ -19,11 +19,11 @@ from ..trees.classes import EquationClass, tree_classes_of
 from ..trees.conditions import INVARIANT, Condition
 from ..trees.problem_file import problem_file
 from ..trees.report import rows_of
+from .class_rows import SEED
 from .members.classes import MemberClass, member_classes, member_of
 from .members.rows import member_rows, refuting_class
 
 MOST_MOTIONS, MOST_WEIGHT = 4, 8
-SEED = Settings().seed
 MEMBER = '''"""A random member of the class {name} on which {measure} of {scheme} is refuted.
 
 Written by sdaeverify orders. The member has: {features}.

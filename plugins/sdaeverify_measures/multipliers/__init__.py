@@ -75,9 +75,7 @@ class MultiplierExponents(Measure):
         """Return a finding for each multiplier that the scheme gives, as on any other problem."""
         if self.refuses(scheme, view) or why_not_claimed(scheme, view, self.name):
             return ()
-        settings = Settings()
-        tally = self.probe(scheme, view, settings)
-        return self.judge(Evidence(scheme, view, view, settings, tally, Tally())).findings
+        return self.judge(Evidence.of_one_step(scheme, view, self.probe(scheme, view, Settings()))).findings
 
 
 @hookimpl

@@ -138,7 +138,7 @@ class Uniformity(Measure):
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
         """Return the finding on the local weak error, uniformly in eps, along a random family of problems."""
-        evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
+        evidence = Evidence.of_one_step(scheme, view)
         covered = one_step_coverage(evidence)
         if covered.claim is None or why_not_family(scheme, view):
             return ()

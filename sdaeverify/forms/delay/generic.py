@@ -76,13 +76,17 @@ def draw_index_one(form: Callable[..., Any], rng: Generator, without: frozenset[
     """
     x = 1.0 + draw_signed(rng, (COMPONENTS,))
     f, g, u, y = _draw_coefficients(rng, np.concatenate([x, x]), without | {LAGGED})
-    given = {name: _Pastless(each) if callable(each) else each for name, each in _constraint(u, y).items()}
+    constraint = {
+        "constraint": lambda t, x, y: u(t, x, x, y),
+        "constraint_partials": lambda t, x, y: u.partials(t, x, x, y)[::2],
+        "algebraic": y,
+    }
     return form(
-        drift=_Pastless(f),
-        diffusion=_Pastless(g),
-        drift_partials=_Pastless(f.partials),
+        drift=lambda t, x, y: f(t, x, x, y),
+        diffusion=lambda t, x, y: g(t, x, x, y),
+        drift_partials=lambda t, x, y: f.partials(t, x, x, y)[::2],
         start=x,
-        **given,
+        **(constraint if len(y) else {}),
         **_given(g, without),
     )
 
@@ -104,6 +108,7 @@ class _DelayCoefficient:
         return self.f(_stacked(t, x, v, y)).reshape(*self.shape, -1)
 
     def partials(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives in x, v and y."""
         D = self.first(_stacked(t, x, v, y)).reshape(*self.shape, len(self.f.centre), -1)
         d = len(x)
         return Partials(D[:, 1 : 1 + d], D[:, 1 + d : 1 + 2 * d], D[:, 1 + 2 * d :])
@@ -112,16 +117,6 @@ class _DelayCoefficient:
 def _stacked(t: float, x: Array, v: Array, y: Array) -> Array:
     # Without algebraic components, y may have fewer paths than x.
     return np.concatenate([t + 0.0 * x[:1], x, v, np.broadcast_to(y, (len(y), x.shape[1]))])
-
-
-class _Pastless:
-    # A function of (t, x, v, y) that does not depend on v, as one of (t, x, y).
-    def __init__(self, f: Callable[..., Any]) -> None:
-        self.f = f
-
-    def __call__(self, t: float, x: Array, y: Array) -> Any:
-        found = self.f(t, x, x, y)
-        return (found.x, found.y) if isinstance(found, Partials) else found
 
 
 def _draw_coefficients(rng: Generator, xv: Array, without: frozenset[str]) -> tuple[Any, Any, Any, Array]:

@@ -104,6 +104,7 @@ class _MechanicalCoefficient:
         return self.f(_stacked(t, r, v)).reshape(*self.shape, -1)
 
     def derivatives(self, t: float, r: Array, v: Array) -> tuple[Array, Array]:
+        """Return the derivatives by r and by v."""
         n = len(r)
         found = self.first(_stacked(t, r, v)).reshape(*self.shape, 1 + 2 * n, -1)
         return found[:, 1 : 1 + n], found[:, 1 + n :]

@@ -6,8 +6,6 @@ from ...contracts.claimed import Order
 from ...contracts.finding import Finding
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Scheme
-from ...contracts.settings import Settings
-from ...contracts.tally import Tally
 from ...forms import Problem
 from ...probe.local.delay_links import remove_delay, why_not_algebraic
 from ...probe.local.strong_defects import local_strong_from
@@ -31,7 +29,7 @@ def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Fin
     measure : str
         Under which name claims are looked up.
     """
-    evidence, pair = Evidence(scheme, view, view, Settings(), Tally(), Tally()), remove_delay(scheme, view)
+    evidence, pair = Evidence.of_one_step(scheme, view), remove_delay(scheme, view)
     step = OneStep(*pair)
     why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
     why = why or step.why_not_probed(beside=True, run=False, levy=True)

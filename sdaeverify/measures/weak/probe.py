@@ -393,7 +393,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
     opinion = judge_weak(order, value.least, TOLERANCE)
-    evidence = Evidence(scheme, view, view, Settings(), Tally(), Tally())
+    evidence = Evidence.of_one_step(scheme, view)
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})
 

@@ -2,7 +2,7 @@
 
 A step that follows dx = f dt + B dW path by path differs from x + h f + B dW by less than any part of sqrt(h) B as h
 tends to 0, the noise dW/sqrt(h) being held. Means over the nodes of a rule do not show where it does not: of many
-motions all nodes have the same size. So the step is made along 10^4 random draws of the noise, for whatever number of
+motions all nodes have the same size. So the step is made along 10^4 random draws of the noise, for any number of
 motions, and the largest difference counts, if it has a limit beside 0. Each motion of a draw is normal, or with some
 probability uniform in [-Z, Z], with
 

@@ -125,7 +125,7 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     x = step.usable_states(_last_but_one(view))
     nodes = _half_step_nodes(step)
     x = _affordable(x, len(nodes.whole.weights))
-    probe = _Probe(step, ((x, nodes), _further(step)), times(step, x))
+    probe = _probe(step, ((x, nodes), _further(step)), times(step, x))
     with np.errstate(all="ignore"):
         if shortest:
             return probe.at(SHORTEST * step.time_unit)
@@ -148,7 +148,7 @@ def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    probe = _Probe(step, ((x, _half_step_nodes(step)),), (ProbeTime(step.time),))
+    probe = _probe(step, ((x, _half_step_nodes(step)),), (ProbeTime(step.time),))
     with np.errstate(all="ignore"):
         return probe.at(LEVELS[NOT_ASYMPTOTIC:] * step.time_unit)
 
@@ -160,19 +160,21 @@ def _half_step_nodes(step: OneStep) -> HalfSteps:
 
 
 class _Probe(NamedTuple):
-    # A step, groups of states with the noise of its halves, those near the start first, and the times of the step.
+    # A step, groups of states with the noise of its halves, those near the start first, the times of the step, the
+    # units of components, and which errors reach which components.
     step: OneStep
     groups: Groups
     when: tuple[ProbeTime, ...]
+    units: Array
+    reached: Array
 
     def at(self, h: Array) -> LocalStrong:
         """Return the defects of steps of all sizes h."""
-        step, groups, when = self
+        step, groups, when, units, reached = self
         x, nodes = groups[0]
         every = np.concatenate([states for states, _ in groups], axis=1)
         degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
         counts = np.array(degree), np.array(float(len(when))), np.array(float(x.shape[1]))
-        units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
         levels = [_level(step, groups, float(size), when) for size in h]
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
@@ -181,7 +183,14 @@ class _Probe(NamedTuple):
         begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
         truncated = np.concatenate([step.truncated(every, h, times) for times in begins])
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
-        return LocalStrong(h, rms, mean, turned, scale, reach(step, x), *counts)
+        return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
+
+
+def _probe(step: OneStep, groups: Groups, when: tuple[ProbeTime, ...]) -> _Probe:
+    x = groups[0][0]
+    with np.errstate(all="ignore"):
+        units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
+        return _Probe(step, groups, when, units, reach(step, x))
 
 
 def _further(step: OneStep) -> tuple[Array, HalfSteps]:

@@ -40,7 +40,7 @@ ERRORS = 3.0
 # Differences below this part of what a run moves are rounding; below the other one, a solver's tolerance if they do
 # not fall: the bounds of `probe.local.orders`.
 ROUNDING, TOLERANCE, FLAT = 1e-11, 1e-6, 0.35
-# Two orders of what memory changes are told apart by half of what orders of schemes are multiples of.
+# Two orders of the effect of memory differ if they are half of 1/2 apart: orders of schemes are multiples of 1/2.
 NEAR = 0.25
 # The least order that a right scheme has is 1/2; strong orders are known to 0.1. What falls more slowly stays.
 LEAST_ORDER = 0.4
@@ -161,7 +161,7 @@ def _orders(step: EnteredSteps, seen: list[list[Array]]) -> MemoryOrders:
     rms = np.sqrt(np.stack([squares[:, :, rows].sum(axis=2) for rows in step.names.values()], axis=2))
     off = _functions(own) - _functions(anew)
     means = np.abs(off.mean(axis=3)) + ERRORS * off.std(axis=3) / np.sqrt(off.shape[3])
-    # The largest of all looks: memory that acts every so many steps has not acted at each of them.
+    # The largest of all looks: memory that acts periodically may not have acted at each of them.
     strong, weak = _falls(rms.max(axis=1)), _falls(means.max(axis=1)).min()
     return MemoryOrders(strong, np.maximum(weak, strong.min()))
 

@@ -11,7 +11,7 @@ from ...contracts.scheme import Claim, Scheme
 from ...errors import FAULTS
 from ...forms.generic import GenericClass
 
-# A class is narrowed by up to so many features, or by all of them.
+# Largest number of features by which a class is narrowed, unless all are left out.
 FEATURES = 2
 
 
