@@ -109,7 +109,7 @@ function matrixTable(chosen) {
   const head = el("thead", {}, el("tr", {}, el("th", { class: "corner" }), problems.map((name, column) => el("th", { scope: "col", ...(column === problems.length - 1 ? last : room) }, el("a", { href: link("problem", name) }, name)))));
   const body = el("tbody", { onkeydown: moveFocus }, schemes.map((scheme, row) => el("tr", {}, el("th", { scope: "row" }, schemeLink(scheme)),
     problems.map((problem, column) => el("td", {}, matrixCell(scheme, problem, cells.get(JSON.stringify([scheme, problem])) || [], row + column === 0))))));
-  return { table: el("table", { class: "matrix" }, el("caption", { class: "soft" }, kept.length ? "" : "Nothing fits these filters."), head, body), cells: cells.size };
+  return { table: el("table", { class: "matrix", style: `--columns: ${problems.length}` }, el("caption", { class: "soft" }, kept.length ? "" : "Nothing fits these filters."), head, body), cells: cells.size };
 }
 
 function matrixCell(scheme, problem, findings, first) {
