@@ -231,6 +231,20 @@ def uses_declared_noise(trial: Trial) -> str:
     return "" if same else f"uses noise that it does not declare: {', '.join(undeclared)}"
 
 
+def reads_only_the_equation(trial: Trial) -> str:
+    """Expect a step to depend on the equation alone: not on a problem's source, observables or truths.
+
+    Make the step for a copy of the problem without them.
+    """
+    bare = replace(trial.view, source="a copy", units="", observables={}, truths=(), controls=())
+    same = same_step(trial.first, replace(trial, view=bare, given=trial.state).first)
+    return (
+        ""
+        if same
+        else "the same equation with another source, observables and truths is stepped otherwise"
+    )
+
+
 def _nothing(part: Array) -> Array:
     return np.full(part.shape, np.nan)
 

@@ -58,6 +58,8 @@ any-number-of-steps (behaviour)
     Expect steps of a run of 10 and of 50 steps to be like those of runs of 2^k steps, which all levels have.
 declared-noise-only (behaviour)
     Expect a step to use no noise but what it declares: the rest may not be drawn, or be anything.
+equation-alone (behaviour)
+    Expect a step to depend on the equation alone: not on a problem's source, observables or truths.
 noise-is-used (behaviour)
     Expect a step to use the increment of the Brownian motion wherever the equation has noise.
 own-memory (behaviour)

@@ -60,6 +60,7 @@ SCHEME_CHECKS = (
     _step("paths-alone", behaviour.check_alone),
     _step("any-number-of-steps", behaviour.check_any_count, since=2),
     _step("declared-noise-only", behaviour.on_trials(contract.uses_declared_noise)),
+    _step("equation-alone", behaviour.on_trials(contract.reads_only_the_equation), since=2),
     _step("noise-is-used", behaviour.on_trials(contract.hears_its_noise)),
     _step("own-memory", behaviour.on_trials(contract.keeps_no_noise)),
     _step("state-is-whole", behaviour.check_whole_state),

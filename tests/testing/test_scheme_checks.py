@@ -254,6 +254,10 @@ FAULTS = {
         (ruled(wrong_for_fifty), "a step of T/50 is unlike"),
     ],
     "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
+    "equation-alone": [
+        (ruled(lambda p, x, h, n: euler(p, x, h, n) if "Kloeden" in p.source else x), "another source"),
+        (ruled(lambda p, x, h, n: euler(p, x, h if p.truths else 2.0 * h, n)), "stepped otherwise"),
+    ],
     "noise-is-used": [
         (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "changes nothing on"),
         (
