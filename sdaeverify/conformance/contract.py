@@ -238,11 +238,7 @@ def reads_only_the_equation(trial: Trial) -> str:
     """
     bare = replace(trial.view, source="a copy", units="", observables={}, truths=(), controls=())
     same = same_step(trial.first, replace(trial, view=bare, given=trial.state).first)
-    return (
-        ""
-        if same
-        else "the same equation with another source, observables and truths is stepped otherwise"
-    )
+    return "" if same else "the same equation with another source, observables and truths is stepped otherwise"
 
 
 def _nothing(part: Array) -> Array:
