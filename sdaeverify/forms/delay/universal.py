@@ -253,11 +253,13 @@ def _random_field(rng: np.random.Generator, shape: tuple[int, int], variables: i
     """Return a random quadratic field in x, y and t, shape (n, l, P); a constant one of no variables."""
     shapes = (shape, (*shape, variables), (*shape, variables, variables))
     constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
+    rows = np.prod(shape)
+    matrix = np.concatenate([linear.reshape(rows, variables), quadratic.reshape(rows, variables**2)], axis=1)
 
     def field(t: float, x: Array, y: Array) -> Array:
         z = np.concatenate([x, y, np.full((1, x.shape[1]), t)])[:variables]
-        bent = np.einsum("nlij,ip,jp->nlp", quadratic, z, z)
-        return np.asarray(constant[..., None] + np.einsum("nli,ip->nlp", linear, z) + bent)
+        products = (z[:, None] * z).reshape(-1, z.shape[1])
+        return np.asarray(constant[..., None] + (matrix @ np.concatenate([z, products])).reshape(*shape, x.shape[1]))
 
     return field
 
