@@ -21,7 +21,7 @@ from ..contracts.matching import match
 from ..contracts.measure import Followed, Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
-from ..contracts.specs import ProblemSpec
+from ..contracts.specs import ProblemSpec, built
 from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
@@ -208,7 +208,7 @@ def _keep_freed_memory() -> None:
 
 def _run_block(task: Task, block: int, marker: Marker) -> tuple[SchemeEvidence, ...]:
     with marker.of(PROBLEM):
-        problem = task.spec.build()
+        problem = built(task.spec)
         asked_for = any(_needs_truth(entry, problem) for entry in task.entries)
         reference = Reference(problem, task.sampled, max(block, 0), asked_for=asked_for)
     first = block == (SCREENING if task.screened else 0)
