@@ -92,7 +92,7 @@ from sdaeverify.numerics.statistics import (
     log_functional,
     lower_term_weights,
 )
-from sdaeverify.probe.explosion import explosion
+from sdaeverify.probe.explosion import explosion, rests_on_moments
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
