@@ -199,7 +199,7 @@ def test_linear_growth_is_measured(problem, linear):
 
 @pytest.mark.parametrize("sense", ["in mean square", "in probability"])
 def test_only_what_rests_on_moments_is_held_against_their_growth(sense: str) -> None:
-    """An order in mean square and an invariant law do; an order in probability does not, and no run is made for it."""
+    """An order in mean square and an invariant law do, an order in probability does not: no run is made for it."""
     expected = {Strong(): sense == "in mean square", Invariant(): True, Stability(): False}
     for measure, rests in expected.items():
         assert rests_on_moments(Claim(measure=measure.name, value=1.0, sense=sense, source="test"), measure) is rests
