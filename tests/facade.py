@@ -3,7 +3,8 @@
 from functools import partial
 
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
-from sdaeverify.cli.exit_codes import WORDS, ExitCode, code_of_gate
+from sdaeverify.cli.codes_of_runs import code_of_gate
+from sdaeverify.cli.exit_codes import WORDS, ExitCode
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
     contract_violation,
@@ -91,7 +92,7 @@ from sdaeverify.numerics.statistics import (
     log_functional,
     lower_term_weights,
 )
-from sdaeverify.probe.explosion import explosion
+from sdaeverify.probe.explosion import explosion, rests_on_moments
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT

@@ -25,8 +25,9 @@ from ..study.unseen import unseen_features
 from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
+from .codes_of_runs import code_of_gate
 from .console import complain, output_to_stderr
-from .exit_codes import ExitCode, code_of_gate
+from .exit_codes import ExitCode
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20

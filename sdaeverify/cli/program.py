@@ -11,7 +11,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 
 import click
-from click.shell_completion import shell_complete
+from click.shell_completion import CompletionItem, shell_complete
 
 from .. import __version__
 from ..contracts.spelling import did_you_mean
@@ -37,6 +37,11 @@ class _Commands(click.Group):
         except PluginError as error:
             complain("warning", str(error))
             return None
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        # By name alone: the help of a command is in its module, which takes a second to import with its libraries.
+        names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
+        return [*map(CompletionItem, names), *click.Command.shell_complete(self, ctx, incomplete)]
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -31,8 +31,9 @@ from ..workers.executors import PROCESSES, LostExecutorError, Workers
 from ..workers.limits import Limits, available_cores
 from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
+from .codes_of_runs import code_of_results
 from .console import complain, output, output_to_stderr, print_json, print_texts
-from .exit_codes import ExitCode, code_of_results
+from .exit_codes import ExitCode
 
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
 # that is taken to be so many seconds a cell.

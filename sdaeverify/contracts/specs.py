@@ -7,7 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import takewhile
 from pathlib import Path
 
@@ -113,6 +113,23 @@ class ProblemSpec:
             where = f"{self.function.__qualname__} in {Path(inspect.getfile(self.function)).name}"
             raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
         return problem
+
+
+# Its equation, views and references are found once with it. So many problems are kept, those asked for last.
+@lru_cache(maxsize=64)
+def built(spec: ProblemSpec) -> Problem:
+    """Return the problem of a recipe, built once in this process until a plan is made anew.
+
+    Parameters
+    ----------
+    spec : ProblemSpec
+
+    Raises
+    ------
+    ParameterError, ProblemError
+        As `ProblemSpec.build`.
+    """
+    return spec.build()
 
 
 def problem_spec(function: Callable[..., Problem], texts: Mapping[str, str] | None = None) -> ProblemSpec:

@@ -7,6 +7,8 @@ E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are
     on a problem that is mean-square stable, the scheme is so for every step size of a wide scan;
 ``conditional``
     on such a problem it is so for all small step sizes.
+
+Where nothing is claimed, the step sizes of the run alone are looked at: the largest is told up to which it is stable.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,11 +36,12 @@ from ..probe.stability.stability import (
     delay_stability,
     stability,
     why_not_delay_stability,
+    why_not_in_runs,
     why_not_stability,
 )
 from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage
+from ..verdicts.coverage import coverage, why_not_claimed
 from ..verdicts.opinions import finding, judge_claim, leave_open
 
 QUANTITY = "second moment"
@@ -48,6 +51,8 @@ LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTI
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = Method("spectral radius", 2)
+UNSCANNED = "the step sizes of the run alone were looked at, as nothing was claimed then"
+UNLIKE_RUNS = "the step cannot be probed: steps of a run differ from those that enter begins"
 
 
 class Stability(Measure):
@@ -56,7 +61,7 @@ class Stability(Measure):
     name: ClassVar[str] = "stability"
     value_of: ClassVar[str] = "largest stable h"
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "windows": "step sizes at which second moments tend to 0",
+        "windows": "step sizes at which second moments tend to 0; without a claim, of those of the run",
         "undecided": "step sizes of the scan at which the spectral radius is not told from 1",
         "growth_rate": "growth rate of second moments of the equation, negative where it is stable",
         "proved_below": "step size below which the scheme proves stability",
@@ -82,13 +87,17 @@ class Stability(Measure):
             return f"it cannot be tested whether the step is linear: {one_line(error)}"
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the spectral radius on a wide range of step sizes and at those of the run."""
+        """Return the spectral radius at the step sizes of the run and, for a claim, on a wide range of them."""
         sizes = [view.horizon / count for count in settings.steps]
+        claimed = not why_not_claimed(scheme, view, self.name)
         if view.capability(Delayed) is None:
-            return packed(QUANTITY, stability(scheme, view, sizes))
+            if why_not_in_runs(scheme, view):
+                return Tally()
+            return packed(QUANTITY, stability(scheme, view, sizes, scan=claimed))
         found = Tally()
         for scale in limits(scheme, view, QUARTER * view.delay):
-            found = found.merge(packed(LIMITS[scale], delay_stability(scheme, view, sizes, scale)))
+            record = delay_stability(scheme, view, sizes, scale, scan=claimed)
+            found = found.merge(packed(LIMITS[scale], record))
         return found
 
     def judge(self, evidence: Evidence) -> Judgement:
@@ -101,9 +110,7 @@ class Stability(Measure):
         findings = [_finding(evidence, name, record) for name, record in known.items()]
         rows = tuple(row for name, record in known.items() for row in _levels(name, record))
         covered = coverage(evidence, self.name, QUANTITY)
-        return Judgement(
-            tuple(findings or [finding(covered, leave_open(covered, "the step cannot be probed"))]), rows
-        )
+        return Judgement(tuple(findings or [finding(covered, leave_open(covered, UNLIKE_RUNS))]), rows)
 
 
 @hookimpl
@@ -129,15 +136,25 @@ def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
     return finding(
         covered,
         opinion._replace(tier=2),
-        estimate=smallest_boundary(record.windows) if linear else np.nan,
+        estimate=_boundary(record) if linear else np.nan,
         method=METHOD,
         details={
-            "windows": describe_windows(record.windows) if linear else "",
+            "windows": _windows(record) if linear else "",
             "undecided": len(find_undecided(record.scan.sign)),
             "growth_rate": float(record.abscissa),
             "proved_below": evidence.scheme.stable_below(evidence.view),
         },
     )
+
+
+def _boundary(record: StabilityRecord) -> float:
+    return smallest_boundary(record.windows) if record.scan.h.size else record.most
+
+
+def _windows(record: StabilityRecord) -> str:
+    if record.scan.h.size:
+        return describe_windows(record.windows)
+    return f"h <= {record.most:.6g} in the run" if record.most else "none in the run"
 
 
 def _levels(name: str, record: StabilityRecord) -> Iterator[LevelFinding]:
@@ -157,6 +174,8 @@ def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opini
     if not record.decays:
         rate = f"growth rate {float(record.abscissa):.3g}"
         return Opinion(Verdict.OUT_OF_SCOPE, Reason(f"nothing to test: the exact solution is not stable ({rate})"))
+    if not record.scan.h.size:
+        return Opinion(Verdict.INCONCLUSIVE, Reason(UNSCANNED))
     sign = record.scan.sign
     unstable = sign > 0 if claim.value == A_STABLE else sign[:1] > 0
     if unstable.any():

@@ -21,12 +21,12 @@ from ..contracts.matching import match
 from ..contracts.measure import Followed, Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
-from ..contracts.specs import ProblemSpec
+from ..contracts.specs import ProblemSpec, built
 from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
-from ..probe.explosion import NAME, explosion
+from ..probe.explosion import NAME, explosion, rests_on_moments
 from .reference import Reference
 from .tracks import SchemeTracks, follow
 
@@ -208,7 +208,7 @@ def _keep_freed_memory() -> None:
 
 def _run_block(task: Task, block: int, marker: Marker) -> tuple[SchemeEvidence, ...]:
     with marker.of(PROBLEM):
-        problem = task.spec.build()
+        problem = built(task.spec)
         asked_for = any(_needs_truth(entry, problem) for entry in task.entries)
         reference = Reference(problem, task.sampled, max(block, 0), asked_for=asked_for)
     first = block == (SCREENING if task.screened else 0)
@@ -401,7 +401,8 @@ class _Run:
         if self.place.first:
             with watch.catch_errors():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
-                if watch.measure.follows and any(c.measure == watch.measure.name for c in self.entry.scheme.promises):
+                claims = (c for c in self.entry.scheme.promises if c.measure == watch.measure.name)
+                if any(c.when <= self.view.traits and rests_on_moments(c, watch.measure) for c in claims):
                     probed = probed.merge(packed(NAME, explosion(self.entry.scheme, self.view)))
                 if watch.measure.resolved_by_steps:
                     probed = probed.merge(compared_steps(self.entry.scheme, self.view, self.followed))

@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.matching import match
 from ..contracts.scheme import Scheme, State, Step, flatten
+from ..contracts.specs import built
 from ..errors import FAULTS
 from ..forms import Problem
 from ..forms.truths import Moment, Pathwise, Truth
@@ -45,7 +46,7 @@ def behaviours(task: Task, marker: Marker | None = None) -> tuple[Behaviour | No
     with np.errstate(all="ignore"), one_thread():
         try:
             with marker.of(PROBLEM):
-                problem = task.spec.build()
+                problem = built(task.spec)
                 did = problem_digest(problem)
         except FAULTS:
             return tuple(None for _ in task.entries)

@@ -9,7 +9,7 @@ from ..contracts.finding import Verdict
 from ..contracts.matching import Match, match
 from ..contracts.measure import NONE_FOLLOW, Followed, Measure
 from ..contracts.scheme import Claim, Scheme
-from ..contracts.specs import ProblemSpec
+from ..contracts.specs import ProblemSpec, built
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..forms.controls import Control
@@ -149,6 +149,8 @@ def plan(
     UsageError
         If a problem does not accept the parameters that were asked for.
     """
+    # What problem functions read may have changed since another plan was made.
+    built.cache_clear()
     plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else {}) for spec in specs]
     known = Followed.by(measures) if followed is None else followed
     controls = (tuple(_controls(made, measures, resolve)) for made in plans)
@@ -163,7 +165,7 @@ def _problem_plan(
     if None in fatal:
         return _unbuilt_plan(spec, schemes, measures, fatal[None])
     try:
-        problem = spec.build()
+        problem = built(spec)
     except FAULTS as error:
         if spec.parameters and isinstance(error, UsageError):
             raise

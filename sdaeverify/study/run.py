@@ -113,7 +113,9 @@ class Study:
         yield from self._screen(waiting, blocks, window)
         yield from self._look(waiting, blocks, window)
         if self.orders:
-            results = [result for results in self.finished.values() for result in results]
+            # In the order of the plan: problems end in another one with other workers.
+            ended = (self.finished.get(problem.spec.label, ()) for problem in self.plan.problems)
+            results = [result for results in ended for result in results]
             self.class_rows = class_rows(results, blocks.workers, self.settings.seed)
 
     def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:

@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
-from ..contracts.specs import ProblemSpec
+from ..contracts.specs import ProblemSpec, built
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import PROBLEM, Entry, Marker, Task
 from ..workers.batches import Batch
@@ -71,7 +71,7 @@ def try_asking(task: Task, marker: Marker) -> list[Death]:
     """
     try:
         with marker.of(PROBLEM):
-            problem = task.spec.build()
+            problem = built(task.spec)
     except StopError as stop:
         return [Lost(Mark(PROBLEM), one_line(stop))] * len(task.entries)
     except FAULTS:

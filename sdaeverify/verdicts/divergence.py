@@ -1,12 +1,9 @@
 """Which claims cannot hold because moments of the scheme tend to infinity as the step size falls."""
 
-from ..contracts.claimed import IN_MEAN_SQUARE
 from ..contracts.measure import Measure
 from ..contracts.scheme import Claim
 from ..contracts.tally import Tally, unpacked
-from ..probe.explosion import NAME, Explosion
-
-STATIONARY = "stationary law"
+from ..probe.explosion import NAME, STATIONARY, Explosion, rests_on_moments
 
 
 def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
@@ -24,8 +21,8 @@ def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
     if claim is None or found is None or not found.explodes:
         return ""
     step = f"a step of {float(found.h):.2g} leads from |x| = {float(found.before):.0e} to {float(found.after):.0e}"
+    if not rests_on_moments(claim, measure):
+        return ""
     if measure.follows == STATIONARY:
         return f"rare paths of the scheme explode ({step}), so that it has no invariant law"
-    if claim.sense != IN_MEAN_SQUARE:
-        return ""
     return f"E|x_n|^p grows without bound as h falls ({step}): claim it with sense='in probability'"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from evidence import rows_of
-from facade import WORDS, ExitCode
+from facade import WORDS, ExitCode, Processes
 from sdaeverify import Settings
 from sdaeverify.report.tables.command import command_of, reproduce
 
@@ -84,6 +84,12 @@ def test_dry_run(call, tmp_path):
     assert "not_applicable  half-explicit-euler  gbm       strong   needs a HolonomicSDAE" in outcome.out
     assert "5 of 8 cells would be run" in outcome.out
     assert not list(tmp_path.iterdir())
+
+
+def test_a_dry_run_starts_no_worker(call, monkeypatch):
+    """Schemes and problems are asked in the process itself."""
+    monkeypatch.setattr(Processes, "submit", None)
+    assert call("matrix", "--dry-run", "-s", "milstein", "-p", "gbm", "-j", "2").code == 0
 
 
 def test_dry_run_of_nothing(call):

@@ -1,6 +1,9 @@
 """What is said at the end of a run, and how a finished one is looked at again."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -178,6 +181,17 @@ def test_a_shell_completes_commands(call, monkeypatch):
     monkeypatch.setenv("COMP_WORDS", "sdaeverify ma")
     monkeypatch.setenv("COMP_CWORD", "1")
     assert call().out == "plain,matrix\n"
+
+
+@pytest.mark.parametrize("given", [{}, {"_SDAEVERIFY_COMPLETE": "bash_complete"}], ids=["version", "completion"])
+def test_a_short_answer_loads_no_library_of_numbers(given):
+    """The version and the names of commands are told before numpy is imported, which takes longer than all else."""
+    shell = {**os.environ, "COMP_WORDS": "sdaeverify ma", "COMP_CWORD": "1", **given}
+    words = [sys.executable, "-X", "importtime", "-m", "sdaeverify", "--version"]
+    told = subprocess.run(words, env=shell, capture_output=True, text=True, check=True)
+    assert told.stdout.startswith("plain,matrix" if given else "sdaeverify ")
+    assert "click" in told.stderr
+    assert "numpy" not in told.stderr
 
 
 def test_info_is_told_to_programs(call):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from facade import delay_linear, delay_martingale, delay_ou, delay_test, noisy_circuit
+from facade import delay_linear, delay_martingale, delay_ou, delay_test, gbm_algebraic, noisy_circuit
 from forms.refusing import refusal
 from sdaeverify import SDE, Array, DelaySDAE, HolonomicSDAE, ParameterError, Partials
 
@@ -188,7 +188,10 @@ def test_without_y_the_coefficients_are_those_at_the_solved_y() -> None:
 
 
 def test_views_with_and_without_delay() -> None:
-    """Only without delay x alone is a state: then there is an equation of x, the same object each time."""
+    """Only without delay x alone is a state: then there is an equation of x, the same object each time.
+
+    Its growth is known of the view that schemes get, and not looked at where steps are compared with it.
+    """
     late, prompt = make(), make(delay=0.0, algebraic=1, history=lambda t: [1.0, 0.5])
 
     assert late.view(DelaySDAE) is late
@@ -196,8 +199,11 @@ def test_views_with_and_without_delay() -> None:
     assert late.ito() is None
     assert prompt.view(HolonomicSDAE) is None
     equation = prompt.view(SDE)
-    assert equation is prompt.ito()
     assert isinstance(equation, SDE)
+    assert equation is prompt.view(SDE)
+    assert prompt.ito() is prompt.ito()
+    affine = gbm_algebraic()
+    assert affine.view(SDE).traits - affine.ito().traits == {"linear-growth"}
     x = states()[0]
     y = prompt.eliminated(0.3, x, x)
     np.testing.assert_allclose(equation.drift(0.3, x), drift(0.3, x, x, y), rtol=1e-13)

@@ -1,6 +1,7 @@
 """The stability measure: claims that are kept, broken and not decided."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from cells import Rule
 from facade import (
     EulerMaruyama,
     HalfExplicitEuler,
+    LaggedAlgebraicTheta,
     Milstein,
     Stability,
     StochasticTheta,
@@ -16,13 +18,14 @@ from facade import (
     double_well,
     forced_ou,
     gbm,
+    gbm_algebraic,
     harmonic_langevin,
     linear_test,
     ou,
     pendulum,
 )
 from probe import linear_cells as c
-from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Problem, Scheme, Settings
+from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Problem, Scheme, Settings, Step
 from sdaeverify.measuring import Evidence, Finding, Judgement, Tally, Verdict
 
 SETTINGS = Settings(paths=40, levels=3)
@@ -157,7 +160,7 @@ def turned(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 def test_what_cannot_be_decided_is_inconclusive_with_a_reason(rule: Rule, reason: str) -> None:
     """Steps that are not linear, poles in the noise, and radii of 1, whichever of the two is claimed."""
     problem = c.linear(-2.0 * np.eye(2), [np.eye(2)])
-    tally = Stability().probe(c.Formula(rule), problem, SETTINGS)
+    tally = Stability().probe(c.Formula(rule, (A_STABLE,)), problem, SETTINGS)
     for claim in (A_STABLE, CONDITIONAL):
         evidence = Evidence(c.Formula(rule, (claim,)), problem, problem, SETTINGS, tally, Tally())
         (found,) = Stability().judge(evidence).findings
@@ -182,13 +185,47 @@ def test_a_step_without_root_is_inconclusive() -> None:
 
 
 def test_claims_that_are_not_known_or_not_made_are_not_judged() -> None:
-    """An order of stability means nothing; without a claim, the windows are shown all the same."""
+    """An order of stability means nothing; without a claim, the largest stable step of the run is told."""
     unknown = finding(theta(0.5), linear_test(), replace(A_STABLE, value="L-stable"))
     assert unknown.verdict is Verdict.INCONCLUSIVE
     assert "'L-stable'" in str(unknown.reason)
-    (unclaimed,) = judged(c.Formula(c.euler), linear_test()).findings
-    assert unclaimed.verdict is Verdict.OUT_OF_SCOPE
-    assert unclaimed.details["windows"] == "h < 0.75"
+    for rate, most in ((-2.0, 1 / 8), (-22.0, 1 / 16), (-200.0, 0.0)):
+        (unclaimed,) = judged(c.Formula(c.euler), linear_test(rate, 0.5)).findings
+        assert unclaimed.verdict is Verdict.OUT_OF_SCOPE
+        assert unclaimed.estimate == most
+        assert unclaimed.details["windows"] == (f"h <= {most} in the run" if most else "none in the run")
+
+
+def test_a_claim_is_not_judged_by_the_step_sizes_of_the_run() -> None:
+    """Evidence that was made without the claim verifies nothing, though all these step sizes are stable."""
+    rule, problem = theta(0.0), linear_test()
+    tally = Stability().probe(c.Formula(rule), problem, SETTINGS)
+    for claim in (A_STABLE, CONDITIONAL):
+        evidence = Evidence(c.Formula(rule, (claim,)), problem, problem, SETTINGS, tally, Tally())
+        (found,) = Stability().judge(evidence).findings
+        assert found.verdict is Verdict.INCONCLUSIVE
+        assert "step sizes of the run alone" in str(found.reason)
+
+
+@dataclass(frozen=True)
+class NeverSolved(LaggedAlgebraicTheta):
+    """A step that keeps the y of the start, which `enter` makes consistent."""
+
+    name: ClassVar[str] = "never-solved"
+    claims: ClassVar[tuple[Claim, ...]] = (A_STABLE,)
+
+    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
+        """Make the step, and take y back."""
+        made = super().step(problem, state, t, h, noise)
+        return made._replace(state=made.state._replace(y=state.y))
+
+
+def test_steps_that_a_run_does_not_make_decide_nothing() -> None:
+    """The memory of a run is looked at where evidence is made; the same step with its y solved for is measured."""
+    for scheme, unlike in ((NeverSolved(), True), (LaggedAlgebraicTheta(), False)):
+        (found,) = judged(scheme, gbm_algebraic()).findings
+        assert ("steps of a run differ" in str(found.reason)) is unlike
+        assert found.verdict is (Verdict.INCONCLUSIVE if unlike else Verdict.OUT_OF_SCOPE)
 
 
 def test_levels_are_the_spectral_radii_at_the_step_sizes_of_the_run() -> None:
@@ -248,7 +285,7 @@ def test_missing_evidence_is_inconclusive() -> None:
 def test_a_scheme_with_a_reversible_memory_is_unstable_at_every_step_size(claims: tuple[Claim, ...]) -> None:
     """The companion of the reversible Heun method grows: its cell comes back, within bounds that its memory sets."""
     (found,) = judged(c.ReversibleHeun(claims), harmonic_langevin()).findings
-    assert found.details["windows"] == "none"
+    assert found.details["windows"] == ("none" if claims else "none in the run")
     assert found.verdict is (Verdict.REFUTED if claims else Verdict.OUT_OF_SCOPE)
 
 

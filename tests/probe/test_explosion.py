@@ -14,10 +14,13 @@ from facade import (
     ExplicitProjectionEuler,
     HalfExplicitEuler,
     Heun,
+    Invariant,
     Milstein,
     PlatenWeak2,
     SemiImplicitProjectionEuler,
+    Stability,
     StochasticTheta,
+    Strong,
     TamedEuler,
     delay_test,
     double_well,
@@ -28,8 +31,9 @@ from facade import (
     levy_area,
     ou,
     pendulum,
+    rests_on_moments,
 )
-from sdaeverify import SDE, DelaySDAE, Step
+from sdaeverify import SDE, Claim, DelaySDAE, Step
 
 ONE = np.ones((1, 1, 1))
 
@@ -191,3 +195,11 @@ def test_linear_growth_is_measured(problem, linear):
     """The trait is set by the form: no author states it."""
     assert grows_linearly(problem) is linear
     assert ("linear-growth" in problem.traits) is linear
+
+
+@pytest.mark.parametrize("sense", ["in mean square", "in probability"])
+def test_only_what_rests_on_moments_is_held_against_their_growth(sense: str) -> None:
+    """An order in mean square and an invariant law do, an order in probability does not: no run is made for it."""
+    expected = {Strong(): sense == "in mean square", Invariant(): True, Stability(): False}
+    for measure, rests in expected.items():
+        assert rests_on_moments(Claim(measure=measure.name, value=1.0, sense=sense, source="test"), measure) is rests

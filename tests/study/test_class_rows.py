@@ -11,18 +11,21 @@ from facade import (
     CellResult,
     ClassVerdict,
     EulerMaruyama,
+    HalfExplicitEuler,
     Strong,
+    Study,
     Workers,
     class_cells,
     class_of,
     class_results,
     class_rows,
     gbm,
+    pendulum,
     plan,
     problem_spec,
     results_of_class,
 )
-from sdaeverify import Claim, verify
+from sdaeverify import Claim, Settings, verify
 from sdaeverify.measuring import Finding, Verdict
 
 
@@ -71,6 +74,16 @@ def test_rows_are_those_of_the_measures_of_the_run():
     assert wrong["scalar"] == wrong["general"] == ClassVerdict.REFUTED
     (row,) = (row for row in rows if (row.scheme, row.kind) == ("promising", "scalar"))
     assert row.why == "order 0.5: the condition b1(b1) fails, found 0, wanted I"
+
+
+def test_rows_are_in_the_order_of_the_plan():
+    """Whichever problem ends first: which one does is a matter of workers."""
+    schemes = HalfExplicitEuler(), EulerMaruyama()
+    for problems, first in (((gbm, pendulum), "euler-maruyama"), ((pendulum, gbm), "half-explicit-euler")):
+        made = plan(schemes, [*map(problem_spec, problems)], [Strong()])
+        study = Study(made, Settings(paths=40, block=40, levels=3), orders=True)
+        assert list(study.run())
+        assert study.class_rows[0].scheme == first
 
 
 def test_workers_find_the_same():

@@ -112,7 +112,9 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     with workers(*options_of(options), registry, options["executor"]) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
         with output_to_stderr():
-            todo = plan_of(registry, schemes, problems, measures, crew.executor)
+            # A table of cells is not worth the start of workers, which takes as long as all else.
+            asked = None if options["dry_run"] else crew.executor
+            todo = plan_of(registry, schemes, problems, measures, asked)
         if options["lf"]:
             todo = _open_part(todo, options["out"])
         if options["shard"]:

@@ -64,6 +64,14 @@ def _is_number(given: object) -> TypeGuard[int]:
     return isinstance(given, int | np.integer)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Compared(SDE):
+    """The equation that steps are compared with: its growth is no matter, and y far out takes long to solve for."""
+
+    def _grows_linearly(self) -> bool:
+        return False
+
+
 @briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DelaySDAE(Delayed):
@@ -280,7 +288,7 @@ class DelaySDAE(Delayed):
 
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
-        return None if self.delay else self._sde
+        return None if self.delay else self._compared
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
         """Return f, g and u at the rows x and y of states; the delayed x of a path is that of another one."""
@@ -367,9 +375,13 @@ class DelaySDAE(Delayed):
         now = determinant(self.linearised_constraint(t, x, v, self.eliminated(t, x, v)).y)
         return np.asarray(~(before * now > 0.0))
 
-    def _make_sde(self) -> SDE:
+    @cached_property
+    def _compared(self) -> SDE:
+        return self._make_sde(_Compared)
+
+    def _make_sde(self, kind: type[SDE] = SDE) -> SDE:
         plain, y = self.without_y(), np.zeros((0, 1))
-        return SDE(
+        return kind(
             drift=lambda t, x: plain.drift(t, x, x, y),
             diffusion=lambda t, x: plain.diffusion(t, x, x, y),
             start=self.past(0.0)[:, 0],

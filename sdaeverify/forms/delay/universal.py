@@ -11,7 +11,7 @@ z being components of x or y, or t - t_0. Of the solution they are products of w
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -62,6 +62,7 @@ def constraint(t, x, y):
 {constraint}    return u - y
 '''
 Coefficient = Callable[[float, Array, Array], Array]
+Given = TypeVar("Given")
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,14 @@ class IndexOneTrees(TreeClass):
         u, U = _lifted(rng, maps, "y", 1)
         (A, c), (C, e) = maps["x"], maps["y"]
         start = (A @ START[:, None] + c)[:, 0]
+        later = scale.later(u.partials)
         below = self._random(
-            scale.later(f), scale.later(b), lambda *z: scale.later(u)(*z) + (e - z[2])[:, None], start
+            scale.later(f),
+            scale.later(b),
+            lambda *z: scale.later(u)(*z) + (e - z[2])[:, None],
+            start,
+            drift_partials=scale.later(f.partials),
+            constraint_partials=lambda *z: (later(*z)[0], later(*z)[1] - np.eye(len(e))[..., None]),
         )
 
         def above(motions: Array) -> Any:
@@ -171,7 +178,7 @@ class IndexOneTrees(TreeClass):
         moved = {"x": (A / scale.size, c - A @ scale.x / scale.size), "y": (C / scale.size, e)}
         return [Relatives(below, above(each), moved, each, LATER + scale.late) for each in placed]
 
-    def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array) -> Any:
+    def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array, **given: Any) -> Any:
         probe = np.zeros((1, 1)) + start[:, None]
         of_y = HIGH[1] if len(start) == HIGH[0] else LOW[1]
         return self._equation(
@@ -181,6 +188,7 @@ class IndexOneTrees(TreeClass):
             start,
             algebraic=of_y,
             noise_dim=b(0.0, probe, np.zeros((of_y, 1))).shape[1],
+            **given,
         )
 
     def _equation(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array, **given: Any) -> Any:
@@ -218,7 +226,7 @@ class _Scale(NamedTuple):
         """A start of the equation above that is as large as its coefficients, shape (5,)."""
         return np.asarray(self.size * START + 0.75 * self.x[:, 0])
 
-    def later(self, field: Coefficient) -> Coefficient:
+    def later(self, field: Callable[[float, Array, Array], Given]) -> Callable[[float, Array, Array], Given]:
         """Return a coefficient of the equation below, constant before it begins: y has to exist at time 0."""
         return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
 
@@ -234,13 +242,13 @@ def _lifted(
     columns: int,
     *,
     constant: bool = False,
-) -> tuple[Coefficient, Coefficient]:
+) -> tuple["_Field", Coefficient]:
     """Return random fields below and above that the maps of x and y relate, as a part of the equation."""
     (A, c), (C, e) = maps["x"], maps["y"]
     rows, more = maps[part][0].shape
     inverse, kernel = np.linalg.pinv(maps[part][0]), np.linalg.svd(maps[part][0])[2][rows:].T
-    below = _random_field(rng, (rows, columns), 0 if constant else sum(LOW) + 1)
-    beside = _random_field(rng, (more - rows, columns), 0 if constant else sum(HIGH) + 1)
+    below = _Field.random(rng, (rows, columns), 0 if constant else sum(LOW) + 1)
+    beside = _Field.random(rng, (more - rows, columns), 0 if constant else sum(HIGH) + 1)
 
     def above(t: float, x: Array, y: Array) -> Array:
         related = np.einsum("ij,jnp->inp", inverse, below(t + LATER, A @ x + c, C @ y + e))
@@ -249,17 +257,44 @@ def _lifted(
     return below, above
 
 
-def _random_field(rng: np.random.Generator, shape: tuple[int, int], variables: int) -> Coefficient:
-    """Return a random quadratic field in x, y and t, shape (n, l, P); a constant one of no variables."""
-    shapes = (shape, (*shape, variables), (*shape, variables, variables))
-    constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
+class _Field(NamedTuple):
+    """A quadratic field c + L z + Q (z, z) of the first V of x, y and t.
 
-    def field(t: float, x: Array, y: Array) -> Array:
-        z = np.concatenate([x, y, np.full((1, x.shape[1]), t)])[:variables]
-        bent = np.einsum("nlij,ip,jp->nlp", quadratic, z, z)
-        return np.asarray(constant[..., None] + np.einsum("nli,ip->nlp", linear, z) + bent)
+    Attributes
+    ----------
+    constant : ndarray, shape (n, l)
+    linear : ndarray, shape (n, l, V)
+    quadratic : ndarray, shape (n, l, V, V)
+    """
 
-    return field
+    constant: Array
+    linear: Array
+    quadratic: Array
+
+    @classmethod
+    def random(cls, rng: np.random.Generator, shape: tuple[int, int], variables: int) -> "_Field":
+        """Return a random field, a constant one of no variables."""
+        shapes = (shape, (*shape, variables), (*shape, variables, variables))
+        return cls(*(size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True)))
+
+    def __call__(self, t: float, x: Array, y: Array) -> Array:
+        """Return the values, shape (n, l, P)."""
+        z = self._variables(t, x, y)
+        n, l, count = self.linear.shape
+        matrix = np.concatenate([self.linear, self.quadratic.reshape(n, l, count**2)], axis=2).reshape(n * l, -1)
+        products = (z[:, None] * z).reshape(-1, z.shape[1])
+        return np.asarray(self.constant[..., None] + (matrix @ np.concatenate([z, products])).reshape(n, l, -1))
+
+    def partials(self, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the first column in x and y, shapes (n, d, P) and (n, q, P)."""
+        z, Q = self._variables(t, x, y), self.quadratic[:, 0]
+        n, count, _ = Q.shape
+        slopes = ((Q + Q.swapaxes(1, 2)).reshape(n * count, count) @ z).reshape(n, count, -1)
+        found = self.linear[:, 0, :, None] + slopes
+        return found[:, : len(x)], found[:, len(x) : len(x) + len(y)]
+
+    def _variables(self, t: float, x: Array, y: Array) -> Array:
+        return np.concatenate([x, y, np.full((1, x.shape[1]), t)])[: self.linear.shape[2]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from ...forms.truths import Moment
 from ...numerics.statistics import EPS
 from ..operator.functional_orders import FunctionalOrder, order_of
 from ..stability.spectral import DENSE
-from ..stability.stability import why_not_stability
+from ..stability.stability import why_not_in_runs, why_not_stability
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.times import changing
@@ -106,7 +106,7 @@ class MomentErrors(NamedTuple):
 
 def why_not_moments(scheme: Scheme, view: Problem) -> str:
     """Return why moments cannot be propagated, or an empty string."""
-    if reason := why_not_stability(scheme, view):
+    if reason := why_not_stability(scheme, view) or why_not_in_runs(scheme, view):
         return reason
     k, step = len(flatten(scheme.start(view, 1, view.horizon))), OneStep(scheme, view)
     if (k + 1) * (k + 2) // 2 > DENSE:

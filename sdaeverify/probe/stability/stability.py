@@ -86,7 +86,7 @@ class StabilityRecord(NamedTuple):
     Attributes
     ----------
     scanned : ndarray, shape (6, S)
-        `Radius` on the grid, ascending in h.
+        `Radius` on the grid, ascending in h; empty where it was not looked at.
     asked : ndarray, shape (6, L)
         `Radius` at the run's step sizes.
     boundaries : ndarray, shape (C,)
@@ -117,6 +117,13 @@ class StabilityRecord(NamedTuple):
         return Radius(*self.asked)
 
     @property
+    def most(self) -> float:
+        """The largest of the run's step sizes up to which the scheme is stable at all of them, 0 if there is none."""
+        order = np.argsort(self.run.h)
+        stable = np.cumprod(self.run.sign[order] < 0).astype(bool)
+        return float(self.run.h[order].max(where=stable, initial=0.0))
+
+    @property
     def windows(self) -> list[Window]:
         """The intervals of step sizes on which the scheme is stable."""
         return stable_windows(self.scan.h, self.scan.sign, self.boundaries)
@@ -129,10 +136,24 @@ def why_not_stability(scheme: Scheme, view: Problem) -> str:
     if reason := reason or why_not_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
         return reason
     # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
-    return one_step.why_not_entered() if view.has_constraints else ""
+    return one_step.why_not_entered(run=False) if view.has_constraints else ""
 
 
-def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> StabilityRecord:
+def why_not_in_runs(scheme: Scheme, view: Problem) -> str:
+    """Return that steps of a run do not go on from admissible states as single steps do, or an empty string.
+
+    It makes a run, and is asked where evidence is made.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `why_not_stability` has nothing against.
+    """
+    return OneStep(scheme, view).why_not_entered() if view.has_constraints else ""
+
+
+def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], *, scan: bool = True) -> StabilityRecord:
     """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
 
     Parameters
@@ -141,6 +162,8 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> Sta
     view : Problem
         Of a pair that `why_not_stability` has nothing against.
     step_sizes : sequence of float
+    scan : bool
+        Whether the grid is looked at; if not, `scanned` and `boundaries` are empty.
 
     Returns
     -------
@@ -150,15 +173,15 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> Sta
     equation = essential_equation(one_step)
     time = 1.0 / equation.rate if equation.rate > 0.0 else 1.0
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
-    h = np.geomspace(low, high, round(COUNT * np.log(high / low) / np.log(MOST / LEAST)))
+    h = np.geomspace(low, high, round(COUNT * np.log(high / low) / np.log(MOST / LEAST)) if scan else 0)
     with np.errstate(all="ignore"):
         # Of the scan, signs count and six digits are told.
-        scan = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
+        found = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
-        boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
+        boundaries = crossings(lambda size: step_radius(one_step, size), found.h, found.sign)
     at_rest = float(linear_equation(one_step.equation).starts_at_rest)
     growth = equation.abscissa, NUMBERS[equation.decays()], at_rest
-    return StabilityRecord(np.array(scan), np.array(run), boundaries, *growth)
+    return StabilityRecord(np.array(found), np.array(run), boundaries, *growth)
 
 
 def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
@@ -220,7 +243,9 @@ def why_not_delay_stability(scheme: Scheme, view: Delayed) -> str:
     return why_not_lasting_step(scheme, view, view.delay / 4.0)
 
 
-def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], scale: float) -> StabilityRecord:
+def delay_stability(
+    scheme: Scheme, view: Delayed, step_sizes: Sequence[float], scale: float, *, scan: bool = True
+) -> StabilityRecord:
     """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
 
     Parameters
@@ -231,6 +256,8 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
     step_sizes : sequence of float
     scale : float
         Size of the states at which the step is taken for linear, see `limits`.
+    scan : bool
+        As for `stability`.
 
     Returns
     -------
@@ -245,9 +272,10 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
 
     with np.errstate(all="ignore"):
         abscissa, decays = _equation(view, scale)
-        scan, run = refine_scan(row, _scan(view, scale)), radii([row(h) for h in step_sizes])
-        boundaries = crossings(lambda h: row(h)[1], scan.h, scan.sign)
-    return StabilityRecord(np.array(scan), np.array(run), boundaries, abscissa, decays, float(at_rest(view)))
+        grid = _scan(view, scale) if scan else np.array([])
+        found, run = refine_scan(row, grid), radii([row(h) for h in step_sizes])
+        boundaries = crossings(lambda h: row(h)[1], found.h, found.sign)
+    return StabilityRecord(np.array(found), np.array(run), boundaries, abscissa, decays, float(at_rest(view)))
 
 
 def _equation(view: Delayed, scale: float) -> tuple[float, float]:

@@ -15,13 +15,14 @@ q = min(q2 - 1/2, q1 - 1) if values of D a fixed number of steps apart are uncor
 up faster, differences that telescope add up more slowly. Runs have all of that, so that X - Y itself is measured.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import count
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, each
 from ...contracts.scheme import Scheme, State, Stepper
 from ...forms import Problem
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
@@ -115,42 +116,68 @@ def memory_orders(step: EnteredSteps) -> MemoryOrders:
 
 
 def _compare(step: EnteredSteps, horizon: float) -> MemoryOrders:
-    runs = [_PairedRuns(step, horizon / COARSE, halvings) for halvings in HALVINGS]
+    finest = _runs(step, horizon, HALVINGS[-1:])
+    if all(size.max() <= ROUNDING for size in _sizes(step, finest)):
+        # Whatever longer steps show: most memory is of components that each step solves for.
+        return MemoryOrders(np.full(len(step.names), np.inf), np.array(np.inf))
+    strong, weak = map(_falls, _sizes(step, [*_runs(step, horizon, HALVINGS[:-1]), *finest]))
+    return MemoryOrders(strong, np.maximum(weak.min(), strong.min()))
+
+
+def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int]) -> list[Array]:
+    """Return both states at the start and each look, shape (1 + L, 2, d, P), of runs with so many halvings."""
+    runs = [_PairedRuns(step, horizon / COARSE, halvings) for halvings in sizes]
     fields, source = step.view.noise & {*BROWNIAN} | USUAL, Source(SEED, "memory", 0, PATHS)
     drawn = brownian_steps(source, step.view.noise_dim, horizon / COARSE, HALVINGS[-1], fields, step.view.records)
     for place, levels in zip(range(COARSE), drawn, strict=False):
         for run in runs:
             run.follow(levels[run.halvings])
             if (place + 1) % (COARSE // LOOKS) == 0:
-                run.look()
-    return _orders(step, [run.seen for run in runs])
+                run.seen.append(run.both)
+    return [np.array(run.seen) for run in runs]
 
 
 class _PairedRuns:
-    """A run, and one on the same noise that is entered anew at each step."""
+    """A run, and one on the same noise that is entered anew at each step: their paths make each step together."""
 
     def __init__(self, step: EnteredSteps, coarsest: float, halvings: int) -> None:
         self.step, self.halvings, self.h = step, halvings, coarsest / 2**halvings
         self.make: Stepper = step.scheme.prepare(step.view, self.h)
         self.own: State = step.scheme.start(step.view, PATHS, self.h)
-        self.anew = step.read(self.own)
-        self.places = count()
-        # Both states at each look, shape (2, d, P).
-        self.seen = [np.stack([self.anew, self.anew])]
+        self.both = np.stack([step.read(self.own)] * 2)
+        self.places, self.seen = count(), [self.both]
 
     def follow(self, noise: LevelNoise) -> None:
+        twice = each(lambda part: np.concatenate([part, part], axis=-1), noise)
         for n in range(len(noise.dW)):
-            given: Increment = self.step.scheme.law.increment(noise.increment(n), self.h)
+            given: Increment = self.step.scheme.law.increment(twice.increment(n), self.h)
             t = next(self.places) * self.h
-            self.own = self.make(self.own, t, given).state
-            self.anew = self.step.read(self.make(self.step.enter(self.anew, t, self.h), t, given).state)
-
-    def look(self) -> None:
-        self.seen.append(np.stack([self.step.read(self.own), self.anew]))
+            state = self.make(_side_by_side(self.own, self.step.enter(self.both[1], t, self.h)), t, given).state
+            self.own = each(lambda part: part[..., :PATHS], state)
+            self.both = np.stack(np.split(self.step.read(state), 2, axis=1))
 
 
-def _orders(step: EnteredSteps, seen: list[list[Array]]) -> MemoryOrders:
-    """Return the orders from both states at each look, of each size."""
+def _side_by_side(a: State, b: State) -> State:
+    """Return the paths of two states as those of one."""
+    if isinstance(a, tuple):
+        return type(a)(*(np.concatenate(parts, axis=-1) for parts in zip(a, b, strict=True)))
+    return np.concatenate([a, b], axis=-1)
+
+
+def _sizes(step: EnteredSteps, seen: list[Array]) -> tuple[Array, Array]:
+    """Return the largest differences of both states at a look, in the root mean square and in means.
+
+    Parameters
+    ----------
+    step : EnteredSteps
+    seen : list of H ndarrays
+        Of runs of each size, the finest last; see `_runs`.
+
+    Returns
+    -------
+    tuple of ndarray, shapes (H, C) and (H, F)
+        By component, and of functions: memory that acts periodically may not have acted at each look.
+    """
     found: Array = np.array(seen)
     begin, own, anew = found[:1, :1, 0], found[:, 1:, 0], found[:, 1:, 1]
     # In units of what the finest run moves: of a component that stays, of its size.
@@ -161,9 +188,7 @@ def _orders(step: EnteredSteps, seen: list[list[Array]]) -> MemoryOrders:
     rms = np.sqrt(np.stack([squares[:, :, rows].sum(axis=2) for rows in step.names.values()], axis=2))
     off = _functions(own) - _functions(anew)
     means = np.abs(off.mean(axis=3)) + ERRORS * off.std(axis=3) / np.sqrt(off.shape[3])
-    # The largest of all looks: memory that acts periodically may not have acted at each of them.
-    strong, weak = _falls(rms.max(axis=1)), _falls(means.max(axis=1)).min()
-    return MemoryOrders(strong, np.maximum(weak, strong.min()))
+    return rms.max(axis=1), means.max(axis=1)
 
 
 def _functions(x: Array) -> Array:
