@@ -25,15 +25,15 @@ def each(change: Callable[[Array], Array], batch: Any) -> Any:
     return None if batch is None else change(batch)
 
 
-def join_batches(batches: Sequence[Any]) -> Any:
-    """Return batches of the same kind as one, joined along the first axis."""
+def join_batches(batches: Sequence[Any], axis: int = 0) -> Any:
+    """Return batches of the same kind as one, joined along an axis: the first, or the last for their paths."""
     first = batches[0]
     if isinstance(first, tuple):
-        parts: list[Any] = [join_batches(part) for part in zip(*batches, strict=True)]
+        parts: list[Any] = [join_batches(part, axis) for part in zip(*batches, strict=True)]
         return type(first)(*parts)
     if isinstance(first, Mapping):
-        return {name: join_batches([batch[name] for batch in batches]) for name in first}
-    return None if first is None else np.concatenate(batches)
+        return {name: join_batches([batch[name] for batch in batches], axis) for name in first}
+    return None if first is None else np.concatenate(batches, axis=axis)
 
 
 def arrays(batch: Any) -> Iterator[Array]:

@@ -197,7 +197,8 @@ from sdaeverify.probe.step.nodes import (
 from sdaeverify.probe.step.one_step import TRUNCATED
 from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES, follows_coefficients
 from sdaeverify.probe.step.states import STRATA as states_STRATA
-from sdaeverify.probe.step.times import DIFFERENT, odd_step, same_in_a_row, strata, times
+from sdaeverify.probe.step.times import DIFFERENT, odd_step, strata, times
+from sdaeverify.probe.step.together import PathBatch, together
 from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry

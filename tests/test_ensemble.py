@@ -1,6 +1,7 @@
 """The time loop: shared noise, isolation of what goes wrong, counts that lose nothing."""
 
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import ClassVar
 
 import numpy as np
@@ -222,6 +223,22 @@ def test_a_scheme_with_hidden_state_is_told():
     """A step that gives something else when it is repeated is no function of its arguments."""
     assert "must depend on its arguments alone" in lanes(gbm, [Moody()])[0].violation
     assert "depends on hidden state" in lanes(gbm, [Moody()], block=LATER)[0].errors[0]
+
+
+class Tiring(EulerMaruyama):
+    """A scheme that is off by a rounding error from some call of a prepared step on."""
+
+    name: ClassVar[str] = "tiring"
+
+    def prepare(self, problem, h):
+        step, calls = super().prepare(problem, h), count()
+        return lambda state, t, noise: Step(step(state, t, noise).state * (1.0 + 1e-15 * (next(calls) >= 40)))
+
+
+def test_a_step_that_counts_its_calls_is_told_after_the_run():
+    """The first step of a run is made once more when the run has ended: it leads where it led."""
+    assert "depends on hidden state" in lanes(gbm, [Tiring()])[0].errors[0]
+    assert not lanes(gbm, [EulerMaruyama()])[0].errors[0]
 
 
 class Clumsy(Strong):

@@ -22,7 +22,7 @@ from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
-from ..probe.step.times import in_a_row, same_in_a_row
+from ..probe.step.times import in_a_row
 from .batches import equal, freeze, take_paths
 from .own_run import level_noise, stops_along
 from .trial import Trial
@@ -138,29 +138,25 @@ def repeats_itself(trial: Trial) -> str:
     if not same_step(first, again):
         return "the same step made twice gives two results: it must depend on its arguments alone"
     anew = trial.scheme.prepare(trial.view, trial.h)(trial.state, WHEN * trial.view.horizon, trial.noise)
-    return _counts_calls(trial) if same_step(again, anew) else "a step prepared anew gives other numbers"
+    return "" if same_step(again, anew) else "a step prepared anew gives other numbers"
+
+
+def repeats_itself_for_long(trial: Trial) -> str:
+    """Expect the same call to give the same bits, however often the step was made.
+
+    Make the step again, after another one, by a step that is prepared anew, and as often as a long run makes steps. A
+    run of the program repeats the first step of each run of paths after the last one.
+    """
+    return repeats_itself(trial) or _counts_calls(trial)
 
 
 def _counts_calls(trial: Trial) -> str:
-    """Make the step of two paths as often as a long run makes steps, or before and after such a row of them."""
     state, noise = take_paths(trial.state, FEW), take_paths(trial.noise, FEW)
     first = trial.step(state, noise)
-    calls = range(1, 2 if _same_in_a_row(trial) else in_a_row(trial.view))
-    found = next((call for call in calls if not same_step(first, trial.step(state, noise))), 0)
-    return (
-        f"the same step gives another result at call {found + 1}: it must depend on its arguments alone"
-        if found
-        else ""
-    )
-
-
-def _same_in_a_row(trial: Trial) -> bool:
-    """Tell whether the steps of a row, which are made anyway to compare times, are the same to the last bit."""
-    try:
-        return trial.x is not None and same_in_a_row(OneStep(trial.scheme, trial.view))
-    except FAULTS:
-        # Of another time: who asks for orders tells it.
-        return False
+    for call in range(2, in_a_row(trial.view) + 1):
+        if not same_step(first, trial.step(state, noise)):
+            return f"the same step gives another result at call {call}: it must depend on its arguments alone"
+    return ""
 
 
 def follows_the_paths(trial: Trial) -> str:

@@ -381,6 +381,8 @@ class _Run:
         probes: list[Tally] = []
         if not (self.error or self.violation):
             with self._catch_errors():
+                if self.place.sampled:
+                    self.tracks.repeat_first_steps()
                 tallies = [watch.tally() for watch in self.watches]
                 probes = [self._probe(watch) for watch in self.watches]
         if self.error or self.violation:

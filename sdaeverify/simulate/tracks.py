@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..arrays import Mask, Parts
+from ..arrays import Array, Mask, Parts, each
 from ..contracts.measure import Observer, Snapshot
 from ..contracts.scheme import Scheme, State, Step, flatten, same_kind
 from ..contracts.settings import Settings
@@ -42,6 +42,8 @@ class Track:
         self.costs: dict[str, float] = {}
         self.counted: dict[str, int] = {}
         self.step = 0
+        # State, noise and result of the first step.
+        self.first: tuple[State, Increment, Array] | None = None
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
         """Make successive steps."""
@@ -118,11 +120,25 @@ class Track:
 
     def _first_step(self, increment: Increment) -> Step:
         _freeze(self.state)
-        result, again = (self.stepper(self.state, 0.0, increment) for _ in range(2))
+        result = self.stepper(self.state, 0.0, increment)
         same_kind(self.state, result)
-        if not np.array_equal(flatten(result.state), flatten(again.state), equal_nan=True):
-            raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
+        self.first = self.state, each(np.array, increment), np.array(flatten(result.state))
         return result
+
+    def repeat_first_step(self) -> None:
+        """Make the first step once more, after all others.
+
+        Raises
+        ------
+        SchemeError
+            If it leads elsewhere.
+        """
+        if self.first is None:
+            return
+        state, increment, led = self.first
+        again = flatten(self.stepper(state, 0.0, increment).state)
+        if not np.array_equal(led, again, equal_nan=True):
+            raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
 
 
 def follow(
@@ -160,6 +176,11 @@ class SchemeTracks:
         """Make the steps of a piece of noise, if there is a track at its level."""
         if piece.level in self.tracks:
             self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
+
+    def repeat_first_steps(self) -> None:
+        """Make the first step of each track once more: a step that counts its calls leads elsewhere."""
+        for track in self.tracks.values():
+            track.repeat_first_step()
 
     def find_ended(self, problem: Problem) -> None:
         """Note the paths on which the solution has ended, where y was eliminated from the scheme's equation."""

@@ -55,7 +55,7 @@ SCHEME_CHECKS = (
     _step("state-like-its-own", behaviour.on_trials(contract.returns_its_kind)),
     _step("any-number-of-paths", behaviour.check_any_number),
     _step("finite", behaviour.on_trials(contract.stays_finite)),
-    _step("same-call-same-bits", behaviour.on_trials(contract.repeats_itself)),
+    _step("same-call-same-bits", behaviour.on_trials(contract.repeats_itself_for_long)),
     _step("paths-in-any-order", behaviour.on_trials(contract.follows_the_paths)),
     _step("paths-alone", behaviour.check_alone),
     _step("any-number-of-steps", behaviour.check_any_count, since=2),

@@ -1,6 +1,5 @@
 """Times at which a step is probed: one where nothing depends on time, more where something does."""
 
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from facade import (
     judge_weak,
     local_strong,
     local_weak,
-    same_in_a_row,
     strata,
     strong_orders,
     times,
@@ -76,19 +74,3 @@ def test_a_right_step_is_verified_at_all_times():
 
     assert judge_strong(strong_orders(local_strong(right, MOVING))[-1], 0.5).verdict is Verdict.VERIFIED
     assert judge_weak(weak_order(local_weak(right, MOVING)), 1.0).verdict is Verdict.VERIFIED
-
-
-def counter():
-    """Return an Euler step that is off by a rounding error from its hundredth call on."""
-    calls = count()
-    return lambda p, x, t, h, n: euler(p, x, t, h, n) * (1.0 + 1e-15 * (next(calls) > 100))
-
-
-@pytest.mark.parametrize(
-    ("formula", "problem", "expected"),
-    [(euler, STILL, True), (euler, MOVING, False), (late, STILL, False), (counter(), STILL, False)],
-    ids=["nothing", "the equation", "the step", "its calls"],
-)
-def test_steps_in_a_row_are_the_same(formula, problem, expected):
-    """Steps in a row go to the same place to the last bit where neither time nor the number of calls counts."""
-    assert same_in_a_row(OneStep(scheme(formula), problem)) is expected

@@ -25,6 +25,7 @@ from ...numerics.statistics import EPS
 from ..step.nodes import Nodes, law_nodes
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import cloud, reached_states, time_unit
+from ..step.together import PathBatch
 from .delay_links import remove_delay, why_not_algebraic
 from .orders import TOLERANCE
 from .reach import core
@@ -357,11 +358,11 @@ class _ShortSteps(NamedTuple):
         return np.array([np.zeros(S, bool) if m is None else m.reshape(S, -1).any(axis=1) for m in masks])
 
     def _made(self, places: Array, nodes: Nodes, h: float) -> Iterator[tuple[Array, Step]]:
-        """Yield the states of each time, each as often as there are nodes, shape (d, S K), and the step from them."""
-        make, noise = self.step.scheme.prepare(self.step.view, h), nodes.increment(h, self.rates.x.shape[-1])
+        """Return the states of each time, once for each node, shape (d, S K), and the step from them."""
+        noise = nodes.increment(h, self.rates.x.shape[-1])
         wide = np.repeat(self.rates.x[places], len(nodes.weights), axis=2)
-        for t, x in zip(self.rates.t[places].tolist(), wide, strict=True):
-            yield x, make(self.step.enter(x, t, h), t, noise)
+        batches = [PathBatch(x, t, h, noise) for t, x in zip(self.rates.t[places].tolist(), wide, strict=True)]
+        return zip(wide, self.step.together(batches), strict=True)
 
     def _norms(self, mean: Array, square: Array) -> Array:
         """Return the sizes of errors of the rates of each component, shape (2, C, n, S)."""

@@ -5,10 +5,10 @@ At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermit
     d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2),     d_em = Phi_h(x; xi) - [x + f h + B dW].
 """
 
-from collections.abc import Callable, Iterator
-from functools import lru_cache
-from itertools import product
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from functools import lru_cache, partial
+from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, Rule, fifth_degree_ru
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import SPREAD, in_batches, spread_states, time_unit
 from ..step.times import ProbeTime, times
+from ..step.together import PathBatch, together
 from .orders import ROUNDING, SETTLED, TOLERANCE, last_orders
 from .reach import reach
 
@@ -42,6 +43,8 @@ FURTHER_WORK, FEW_NODES = 20_000, 4
 SMALL = range(3, len(COUNTS) + 1)
 # States, and the nodes of steps from these.
 Groups = tuple[tuple[Array, HalfSteps], ...]
+# Root mean squares and means of the defects of steps, and what else `_defects_of` returns.
+Defects = tuple[Array, ...]
 # How `LocalStrong.means` says that nodes are a rule of the third degree.
 UP_TO_1 = 0.5
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
@@ -175,7 +178,7 @@ class _Probe(NamedTuple):
         every = np.concatenate([states for states, _ in groups], axis=1)
         degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
         counts = np.array(degree), np.array(float(len(when))), np.array(float(x.shape[1]))
-        levels = [_level(step, groups, float(size), when) for size in h]
+        levels = _levels(step, groups, h.tolist(), when)
         rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         turned = _find_turns(means, list(step.names.values()))
         rms, mean = keep_defined(rms / units, scale), keep_defined(mean / units, scale)
@@ -241,11 +244,30 @@ def _slows_down(record: LocalStrong) -> bool:
     return False
 
 
-def _level(step: OneStep, groups: Groups, h: float, when: tuple[ProbeTime, ...]) -> tuple[Array, ...]:
-    """Return root mean squares and means of the defects, of all times; see `_defects_at`."""
-    some, begins = list(_batches(step, groups, h)), [moment.of_size(step, h) for moment in when]
-    found = zip(*(_defects_at(step, *batch, h, t) for t in begins for batch in some), strict=True)
-    return tuple(np.concatenate(parts, axis=-1) for parts in found)
+class _Case(NamedTuple):
+    # States, shape (d, S), the noise of two half steps from there, the size of the whole step, and when it begins.
+    x: Array
+    nodes: HalfSteps
+    h: float
+    t: float
+
+    def at_distinct(self, nodes: Nodes, h: float) -> tuple[PathBatch, Array]:
+        """Return a step of size h from every state at each noise of the nodes, asked once, and the path of each."""
+        states, (some, place) = self.x.shape[1], nodes.find_distinct()
+        wide = np.repeat(self.x, len(some.weights), axis=1)
+        places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()
+        return PathBatch(wide, self.t, h, some.increment(self.h, states)), places
+
+
+def _levels(step: OneStep, groups: Groups, sizes: list[float], when: tuple[ProbeTime, ...]) -> list[Defects]:
+    """Return root mean squares and means of the defects of each size, of all times; see `_defects_of`."""
+    cases = [
+        [_Case(*batch, h, moment.of_size(step, h)) for moment in when for batch in _batches(step, groups, h)]
+        for h in sizes
+    ]
+    found = _defects(step, [case for level in cases for case in level])
+    levels = [zip(*islice(found, len(level)), strict=True) for level in cases]
+    return [tuple(np.concatenate(parts, axis=-1) for parts in level) for level in levels]
 
 
 def _batches(step: OneStep, groups: Groups, h: float) -> Iterator[tuple[Array, HalfSteps]]:
@@ -254,8 +276,40 @@ def _batches(step: OneStep, groups: Groups, h: float) -> Iterator[tuple[Array, H
         yield from ((states, nodes) for states in in_batches(x, len(nodes.whole.weights)) if states.size)
 
 
-def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, ...]:
-    """Return the defects of a step from time t.
+def _defects(step: OneStep, cases: list[_Case]) -> Iterator[Defects]:
+    """Yield the defects of a step of each case, see `_defects_of`: the steps of all cases are made in few calls."""
+
+    def one(x: Array, t: float, h: float, noise: Increment) -> Array:
+        return np.stack([step(x, t, h, noise), step.euler(x, t, h, noise)])
+
+    def first(x: Array, t: float, h: float, noise: Increment) -> State:
+        return step.make(x, t, h, noise).state
+
+    def second(state: State, t: float, h: float, noise: Increment) -> Array:
+        return np.stack([step.read(step.advance(state, t, h, noise)), step.euler(step.read(state), t, h, noise)])
+
+    def halves() -> Iterator[PathBatch]:
+        states = together(first, [batch for batch, _ in begun])
+        for case, (_, places), state in zip(cases, begun, states, strict=True):
+            half, noise = 0.5 * case.h, case.nodes.second.increment(case.h, case.x.shape[1])
+            yield PathBatch(each(partial(np.take, indices=places, axis=-1), state), case.t + half, half, noise)
+
+    whole = [case.at_distinct(case.nodes.whole, case.h) for case in cases]
+    begun = [case.at_distinct(case.nodes.first, 0.5 * case.h) for case in cases]
+    made = together(one, [batch for batch, _ in whole])
+    for case, (_, places), wide, ends in zip(cases, whole, made, together(second, halves()), strict=True):
+        yield _defects_of(step, case, wide, np.concatenate([np.take(wide, places, axis=-1), ends]))
+
+
+def _defects_of(step: OneStep, case: _Case, made: Array, ends: Array) -> Defects:
+    """Return the defects of a step.
+
+    Parameters
+    ----------
+    made : ndarray, shape (2, d, P)
+        Where the step and that of Euler's method lead at distinct noise.
+    ends : ndarray, shape (4, d, S K)
+        Where both lead at all nodes, two half steps, and a half step of Euler's method after one of the scheme.
 
     Returns
     -------
@@ -268,21 +322,9 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
     ndarray, shape (S,)
         Scale.
     """
-    states, weights, half = x.shape[1], nodes.whole.weights, 0.5 * h
-
-    def one(wide: Array, noise: Increment) -> Array:
-        return np.stack([step(wide, t, h, noise), step.euler(wide, t, h, noise)])
-
-    def first(wide: Array, noise: Increment) -> State:
-        return step.advance(step.enter(wide, t, half), t, half, noise)
-
-    made, spread = _at_distinct(nodes.whole, x, h, one)
+    x, (once, alone, twice, later) = case.x, ends
+    states, weights = x.shape[1], case.nodes.whole.weights
     scale = np.maximum(np.abs(x).max(axis=0), np.abs(made[0]).max(axis=0).reshape(states, -1).max(axis=1))
-    entered, spread_halves = _at_distinct(nodes.first, x, h, first)
-    (once, alone), state = spread(made), each(spread_halves, entered)
-    second = nodes.second.increment(h, states)
-    twice = step.read(step.advance(state, t + half, half, second))
-    later = step.euler(step.read(state), t + half, half, second)
     defects = np.empty((3, *once.shape))
     for pair, defect in zip(((once, twice), (once, alone), (twice, later)), defects, strict=True):
         np.subtract(*pair, out=defect)
@@ -293,16 +335,3 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
         np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
     )
     return rms, mean, means[SELF], scale
-
-
-def _at_distinct(
-    nodes: Nodes, x: Array, h: float, advance: Callable[[Array, Increment], Any]
-) -> tuple[Any, Callable[[Array], Array]]:
-    """Return what becomes of every state at each noise of the nodes, and what spreads it over them.
-
-    Each noise of many nodes is asked once.
-    """
-    states, (some, place) = x.shape[1], nodes.find_distinct()
-    wide = np.repeat(x, len(some.weights), axis=1)
-    places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()
-    return advance(wide, some.increment(h, states)), lambda part: np.take(part, places, axis=-1)

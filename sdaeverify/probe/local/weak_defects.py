@@ -30,6 +30,7 @@ from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import SPREAD, WHEN, cloud, in_batches, spread_states, time_unit
 from ..step.times import times
+from ..step.together import PathBatch
 from .romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from .weak_order import FINEST, LocalWeak
 
@@ -296,11 +297,8 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
     Of steps that are truncated they are NaN, and a state has none where some of the finest are.
     """
     some = in_batches(known.states, len(nodes.weights) * -(-len(known.means) // FUNCTIONS))
-    levels = [
-        tuple(map(np.hstack, zip(*(_level(step, known, nodes, level, x) for x in some), strict=True)))
-        for level in range(len(known.h))
-    ]
-    means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    parts = [_levels(step, known, nodes, x) for x in some]
+    means, largest = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
     truncated = step.truncated(known.states, known.h, known.t)
     kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
     return defect[:, kept], (largest + known.scale)[:, kept]
@@ -312,11 +310,13 @@ def _nodes(scheme: Scheme, noises: int) -> Nodes:
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 
 
-def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int, x: Array) -> tuple[Array, Array]:
-    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S), at some states x."""
-    states, count = x.shape[1], len(nodes.weights)
-    t, h = known.t[level], float(known.h[level])
-    wide = np.repeat(x, count, axis=1)
-    phi = test_functions.values(known.frame.of(step(wide, t, h, nodes.increment(h, states))))
-    phi = phi.reshape(len(phi), states, count)
-    return nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))
+def _levels(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> tuple[Array, Array]:
+    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S, H), at some states x."""
+    states, count, found = x.shape[1], len(nodes.weights), []
+    wide, when = np.repeat(x, count, axis=1), zip(known.t, known.h.tolist(), strict=True)
+    for made in step.together(PathBatch(wide, t, h, nodes.increment(h, states)) for t, h in when):
+        phi = test_functions.values(known.frame.of(step.read(made.state)))
+        phi = phi.reshape(len(phi), states, count)
+        found.append((nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))))
+    means, largest = (np.stack(part, axis=-1) for part in zip(*found, strict=True))
+    return means, largest

@@ -22,7 +22,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...arrays import Array, each
+from ...arrays import Array, each, join_batches
 from ...contracts.scheme import Scheme, State, Stepper
 from ...forms import Problem
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
@@ -152,16 +152,9 @@ class _PairedRuns:
         for n in range(len(noise.dW)):
             given: Increment = self.step.scheme.law.increment(twice.increment(n), self.h)
             t = next(self.places) * self.h
-            state = self.make(_side_by_side(self.own, self.step.enter(self.both[1], t, self.h)), t, given).state
+            state = self.make(join_batches([self.own, self.step.enter(self.both[1], t, self.h)], -1), t, given).state
             self.own = each(lambda part: part[..., :PATHS], state)
             self.both = np.stack(np.split(self.step.read(state), 2, axis=1))
-
-
-def _side_by_side(a: State, b: State) -> State:
-    """Return the paths of two states as those of one."""
-    if isinstance(a, tuple):
-        return type(a)(*(np.concatenate(parts, axis=-1) for parts in zip(a, b, strict=True)))
-    return np.concatenate([a, b], axis=-1)
 
 
 def _sizes(step: EnteredSteps, seen: list[Array]) -> tuple[Array, Array]:

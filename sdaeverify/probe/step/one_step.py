@@ -1,13 +1,13 @@
 """A scheme as a black-box one-step map between flat states."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contracts.scheme import Scheme, State, flatten
+from ...contracts.scheme import Scheme, State, Step, flatten
 from ...errors import SchemeError
 from ...forms import Equation, Problem, components
 from ...forms.names import article
@@ -15,6 +15,7 @@ from ...noise.brownian import Increment
 from .memory import MemoryOrders, memory_orders
 from .nodes import SEED, Nodes, law_nodes, step_nodes
 from .states import WHEN, cloud, follows_coefficients, states_near_start, time_unit
+from .together import PathBatch, together
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
@@ -225,12 +226,17 @@ class OneStep:
         nodes = self._few_nodes()
         wide = np.repeat(x, len(nodes.weights), axis=1)
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
-        for place, (size, t) in enumerate(zip(h.tolist(), times, strict=True) if not self.view.records else ()):
-            step = self.scheme.prepare(self.view, size)
-            mask = step(self.enter(wide, t, size), t, nodes.increment(size, x.shape[1])).truncated
-            if mask is None:
-                break
-            found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
+        if self.view.records:
+            return found
+        batches = [
+            PathBatch(wide, t, size, nodes.increment(size, x.shape[1]))
+            for size, t in zip(h.tolist(), times, strict=True)
+        ]
+        if not batches or self.make(*batches[0]).truncated is None:
+            return found
+        for place, made in enumerate(self.together(batches)):
+            if made.truncated is not None:
+                found[:, place] = made.truncated.reshape(x.shape[1], -1).any(axis=1)
         return found
 
     def _few_nodes(self) -> Nodes:
@@ -256,6 +262,20 @@ class OneStep:
         for name, rows in self.names.items():
             x[rows] = parts[name]
         return x
+
+    def make(self, x: Array, t: float, h: float, noise: Increment) -> Step:
+        """Return the step from states of shape (d, P): all memory, flags and outputs."""
+        return self.scheme.prepare(self.view, h)(self.enter(x, t, h), t, noise)
+
+    def together(self, batches: Iterable[PathBatch]) -> Iterator[Step]:
+        """Yield the steps of batches that differ in time and size, in few calls where that changes no bit.
+
+        Parameters
+        ----------
+        batches : iterable of PathBatch
+            With x of shape (d, P).
+        """
+        return together(self.make, batches)
 
     def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
         """Return Phi(x, t, h, noise), shape (d, P)."""

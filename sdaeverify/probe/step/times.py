@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.scheme import Step, flatten
 from ...forms import Problem, components
 from ...noise.brownian import Increment
 from .nodes import SEED
 from .one_step import OneStep
 from .states import WHEN, cloud
+from .together import PathBatch, together
 
 # Parts of the horizon with a time in each of them, and times that are taken beside the first.
 STRATA, FURTHER = 32, 2
@@ -64,12 +64,10 @@ class ProbeTime(NamedTuple):
 
 
 class _Row(NamedTuple):
-    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation; whether all
-    # steps are the same to the last bit.
+    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation.
     t: Array
     bend: Array
     off: Array
-    same: bool = False
 
     @property
     def odd(self) -> float:
@@ -101,13 +99,13 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
     h, t = H * step.time_unit, strata(step.view.horizon)
-    noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
+    batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
-        there = np.array([step.read(make(step.enter(x, at, h), at, noise).state) for at in t])
+        there = np.array([step.read(made.state) for made in step.together(batches)])
         size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
         chosen = [0]
         if not all(np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]):
-            beside = there - np.array([step.euler(x, at, h, noise) for at in t])
+            beside = there - np.array([*together(step.euler, batches)])
             chosen = _unlike(_unlike(chosen, beside, size), there, size)
     return tuple(ProbeTime(t[place]) for place in chosen)
 
@@ -147,11 +145,6 @@ def odd_step(step: OneStep) -> float | None:
     return found.odd if (found.bend > 0.0).any() else None
 
 
-def same_in_a_row(step: OneStep) -> bool:
-    """Tell whether a row of steps go to the same place to the last bit: neither time nor their number counts."""
-    return _first_row(step).same
-
-
 # The schemes of a problem are tried one after the other, and probed when all have been.
 @lru_cache(maxsize=64)
 def _first_row(step: OneStep) -> _Row:
@@ -168,23 +161,17 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
     # The row ends before the last step.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
-    noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
+    noise = _noise(step, h, x.shape[1])
+    batches = [PathBatch(x, at, h, noise) for at in t.tolist()]
     with np.errstate(all="ignore"):
-        made = (make(step.enter(x, at, h), at, noise) for at in t.tolist())
-        found = [(step.read(one.state), _to_bytes(one)) for one in made]
-        there, same = np.array([part for part, _ in found]), len({told for _, told in found}) == 1
+        there = np.array([step.read(made.state) for made in step.together(batches)])
         bend, allowed = _bend(there), SAME * np.abs(there).max(where=np.isfinite(there), initial=0.0)
         if not (bend > allowed).any():
-            return _Row(t[1:-1], np.zeros_like(bend), bend, same)
-        equation = np.array([step.euler(x, at, h, noise) for at in t.tolist()])
+            return _Row(t[1:-1], np.zeros_like(bend), bend)
+        equation = np.array([*together(step.euler, batches)])
         allowed += UNLIKE * _bend(equation).max(initial=0.0)
         off = np.nan_to_num(np.abs(there - equation).reshape(len(t), -1)).max(axis=1)
         return _Row(t[1:-1], np.where(bend > allowed, bend, 0.0), off[1:-1])
-
-
-def _to_bytes(made: Step) -> tuple[bytes, ...]:
-    """Return state and outputs of a step to the last bit, as they are before the next one is made."""
-    return (flatten(made.state).tobytes(), *(np.asarray(part).tobytes() for part in made.outputs.values()))
 
 
 def _bend(values: Array) -> Array:
