@@ -41,6 +41,7 @@ from ...probe.operator.transition_errors import TransitionErrors, chart_observab
 from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
 from ...probe.step.states import WHEN, cloud, states_near_start
+from ...probe.step.two_rules import SHAPED
 from ...verdicts.coverage import Coverage, claim_for
 from ...verdicts.opinions import (
     finding,
@@ -429,10 +430,8 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     low = order.orders < claim - tolerance
     short = low & order.settled & (order.last < claim - tolerance)
     moving = low & ~short
-    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
-        return local_doubt(
-            f"no weak order from one step: it is not finite, or a solver's tolerance hides its error{void}"
-        )
+    if why := _why_silent(order, claim - tolerance):
+        return local_doubt(why + void)
     states = np.asarray(short.any(axis=0))
     share, (few, among) = float(order.share(states)), order.count_states(states)
     if share and order.rises(short, claim - tolerance):
@@ -450,3 +449,12 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
     left_out = f" ({moving.sum()} of {moving.size} moments: sign changes)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")
+
+
+def _why_silent(order: WeakOrder, bound: float) -> str:
+    """Return why one step says nothing of a weak order, or an empty string."""
+    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
+        return "no weak order from one step: it is not finite, or a solver's tolerance hides its error"
+    if order.differing_share(bound) >= MANY:
+        return f"two rules for the noise differ at the order {order.rules.min():.2f}: {SHAPED}"
+    return ""
