@@ -87,6 +87,7 @@ from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, signifi
 from sdaeverify.numerics.statistics import (
     EPS,
     chernoff_interval,
+    correct_for_skewness,
     corrected_slope_weights,
     leave_out,
     log_functional,

@@ -6,10 +6,27 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+import scipy
 
-from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Increment, Law, clipped_gaussian, orders, verify
+from sdaeverify import (
+    GAUSSIAN,
+    SDE,
+    THREE_POINT,
+    TWO_POINT,
+    Claim,
+    Increment,
+    Law,
+    Scheme,
+    Step,
+    UsageError,
+    clipped_gaussian,
+    orders,
+    verify,
+)
 from sdaeverify_schemes.milstein import Milstein
 
+# A standard normal variable is within it with probability 1/2.
+QUARTILE = 0.6744897501960817
 BOUNDED = pytest.mark.parametrize("law", [THREE_POINT, TWO_POINT], ids=lambda law: law.name)
 
 
@@ -120,3 +137,59 @@ def test_clipped_increments_have_the_order_of_normal_ones_where_p_is_large_enoug
         assert found == {"verified"} if expected == "verified" else "verified" not in found
         (of_class,) = classes.verdict[classes.measure == measure]
         assert of_class == ("verified" if expected == "verified" else "premise fails")
+
+
+def euler_with(law):
+    """Return Euler-Maruyama with increments of a law, which claims weak order 1."""
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+    claims = (Claim(measure="weak", value=1.0, source="made up"),)
+    return type("Given", (Scheme,), {"name": "given", "form": SDE, "law": law, "claims": claims, "step": step})()
+
+
+def uniform(size):
+    """Return a coupling to uniform variables in [-size/2, size/2]."""
+    return lambda x: size * (scipy.special.ndtr(x) - 0.5)
+
+
+UNUSABLE = {
+    "uniform, variance 1": (Law("uniform", uniform(sqrt(12.0))), "no atoms"),
+    "uniform, variance 1/12": (Law("uniform", uniform(1.0)), "no atoms"),
+    "clipped and coupled": (Law("clipped", uniform(1.0), clip=1.0), "no atoms"),
+    "clipped and atoms": (TWO_POINT._replace(clip=1.0), "clipped and has atoms"),
+    "small atoms": (
+        Law("small", lambda x: np.sign(x) / sqrt(12.0), (-0.288675, 0.288675), (0.5, 0.5)),
+        "1",
+    ),
+    "atoms of mean 1": (Law("shifted", lambda x: np.where(x < 0, 0.0, 2.0), (0.0, 2.0), (0.5, 0.5)), "have mean 1"),
+    "weights of sum 2": (TWO_POINT._replace(weights=(1.0, 1.0)), "of sum 1"),
+    "a weight too few": (TWO_POINT._replace(weights=(1.0,)), "of sum 1"),
+    "another variable": (TWO_POINT._replace(couple=lambda x: x), "none of its atoms"),
+    "another quantile": (
+        THREE_POINT._replace(couple=lambda x: sqrt(3) * np.trunc(np.clip(x, -1, 1))),
+        "probability 0.68",
+    ),
+    "one number": (TWO_POINT._replace(couple=np.max), "as many numbers"),
+    "raises": (TWO_POINT._replace(couple=lambda x: x[5]), "IndexError"),
+    "no law": ("two-point", "expects a Law"),
+}
+
+
+@pytest.mark.parametrize("name", UNUSABLE)
+def test_a_law_that_is_not_what_it_says_is_refused(name):
+    """A coupling without atoms, which would not be applied, and atoms that are no standard variable cost one line."""
+    law, told = UNUSABLE[name]
+
+    with pytest.raises(UsageError, match=told) as raised:
+        verify(euler_with(law), "ou", "weak", paths=256)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_law_with_atoms_is_used():
+    """The same scheme with the atoms that it couples is verified, by a coupling that is not monotone as well."""
+    turned = TWO_POINT._replace(couple=lambda x: np.where(np.abs(x) < QUARTILE, -1.0, 1.0))
+
+    for law in (THREE_POINT, TWO_POINT, turned):
+        assert set(verify(euler_with(law), "ou", "weak", paths=256).verdicts.verdict) == {"verified"}

@@ -173,9 +173,9 @@ class Scheme(_Frozen):
         compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
     local_order_is_global : bool
-        Whether its global strong order shows in one step. It does not where the errors of single steps are taken
-        back later: effective order, processing, a projection that resets the defect. A low local order then
-        decides nothing.
+        Whether its global order, strong or weak, shows in one step. It does not where the errors of single steps are
+        taken back later: effective order, processing, steps of two kinds in turns, a projection that resets the
+        defect. A low local order then decides nothing.
     discontinuous_in_noise : bool
         Whether a step jumps as a function of its noise, as one that accepts or rejects does. Cubature nodes tell no
         order of it then, which paths and chains judge; short steps follow the equation all the same.

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import ParameterError, ProblemError, SdaeverifyError, UsageError, one_line
+from ..errors import FAULTS, ParameterError, ProblemError, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
+from ..noise.laws import Law, why_unusable
 from .labels import (
     REQUIRED,
     Parameter,
@@ -226,6 +227,18 @@ def check_scheme(scheme: object) -> None:
     if kind.label is not Scheme.label:
         raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
     _check_declarations(owner, kind)
+    _check_law(owner, scheme.law)
+
+
+def _check_law(owner: str, law: object) -> None:
+    if not isinstance(law, Law):
+        raise UsageError(f"{owner}: law expects a Law, such as THREE_POINT, got {describe(law)}")
+    try:
+        why = why_unusable(law)
+    except FAULTS as error:
+        why = one_line(error)
+    if why:
+        raise UsageError(f"{owner}: the law {law.name!r:.200} cannot be used: {why}")
 
 
 def _lost_parameters(kind: type[Scheme]) -> set[str]:

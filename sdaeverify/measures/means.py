@@ -14,10 +14,10 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
 from ..forms.truths import Moment
-from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
+from ..numerics.statistics import EPS, Estimate, estimates, group_sums, jackknives, leave_out
 from .slopes import Slopes
 
-VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
+VALUES, SQUARES, CUBES, SIZES, KNOWN = "values ", "squares ", "cubes ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
 REFERENCE, BLURRED = "reference ", "blurred "
 
@@ -55,6 +55,7 @@ class MeanObserver:
             paths = values.shape[-1]
             sums[VALUES + name] = group_sums(values)
             sums[SQUARES + name] = group_sums(values[-1] ** 2)
+            sums[CUBES + name] = group_sums(values[-1] ** 3)
             sums[SIZES + name] = group_sums(np.abs(values[-1]))
             sums |= {key + name: group_sums(known) for key, known in self._truths(name)}
         return Tally(sums={**sums, "paths": group_sums(np.ones(paths))})
@@ -98,6 +99,8 @@ class Means(Slopes):
         being half as fine.
     sizes : ndarray, shape (G,), or None
         Of the absolute values at the finest level.
+    cubes : ndarray, shape (G,), or None
+        Of the third powers at the finest level.
     """
 
     name: str
@@ -108,6 +111,7 @@ class Means(Slopes):
     squares: Array | None = None
     off_reference: tuple[Estimate, float] | None = None
     sizes: Array | None = None
+    cubes: Array | None = None
 
     @property
     def left_out(self) -> Array:
@@ -131,6 +135,17 @@ class Means(Slopes):
         if self.sizes is None:
             return abs(self.mean(len(self.h) - 1).value)
         return float(self.sizes.sum() / self.counts.sum())
+
+    @property
+    def skewness(self) -> float:
+        """E (phi - E phi)^3 over the third power of the standard deviation, at the finest level; 0 if not known."""
+        if self.squares is None or self.cubes is None:
+            return 0.0
+        columns = self.sums[:, len(self.h) - 1], self.squares, self.cubes
+        mean, square, cube = (float(part.sum() / self.counts.sum()) for part in columns)
+        variance = square - mean**2
+        third = cube - 3.0 * mean * square + 2.0 * mean**3
+        return third / variance**1.5 if variance > EPS * square and np.isfinite(third) else 0.0
 
     @property
     def heavy(self) -> bool:
@@ -201,7 +216,7 @@ def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
     for name in names:
         coupled = KNOWN + name in sums
         noted = np.column_stack([sums[VALUES + name], sums[KNOWN + name]]) if coupled else sums[VALUES + name]
-        further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name)
+        further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name), sums.get(CUBES + name)
         found[name] = Means(name, h, noted, sums["paths"], coupled, *further)
     return found
 

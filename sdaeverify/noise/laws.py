@@ -13,12 +13,16 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from ..arrays import Array
 from .brownian import Increment
 
 # P(|N| <= QUANTILE) = 2/3 for a standard normal N.
 QUANTILE = 0.967421566101701
+# Quantiles of the normal law at which a coupling is looked at, ends of intervals on which it is constant at most, and
+# rounding of moments that are sums of decimal numbers.
+QUANTILES, EDGES, SUMMED = 20_000, 64, 1e-9
 
 
 class Law(NamedTuple):
@@ -72,6 +76,49 @@ class Law(NamedTuple):
             return noise
         H = None if noise.H is None else np.sqrt(h / 12.0) * _two_point(noise.H)
         return noise._replace(dW=np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), H=H)
+
+
+def why_unusable(law: Law) -> str:
+    """Return why a law cannot be given to a scheme, or an empty string.
+
+    Atoms are the law: their mean is 0 and their variance 1, and `couple` takes each of them with its probability. A
+    variable without atoms is the normal one, clipped or not: rules for other means are not known.
+
+    Parameters
+    ----------
+    law : Law
+    """
+    x = scipy.special.ndtri((np.arange(QUANTILES) + 0.5) / QUANTILES)[None]
+    coupled = np.asarray(law.couple(x.copy()))
+    if coupled.shape != x.shape:
+        return f"its couple expects to return as many numbers as it is given, got shape {coupled.shape}"
+    if not law.bounded:
+        if np.array_equal(coupled, x):
+            return ""
+        return (
+            "its couple is another variable than the normal one and it has no atoms: give their values and weights, "
+            "or shape dW in the step and set discontinuous_in_noise"
+        )
+    return "it is clipped and has atoms: leave one of them out" if law.clip else _why_unlike(law, coupled)
+
+
+def _why_unlike(law: Law, coupled: Array) -> str:
+    """Return that atoms are no standard variable, or that coupled quantiles of the normal law are not these atoms."""
+    values, weights = np.array(law.values), np.array(law.weights)
+    if values.shape != weights.shape or not (weights > 0.0).all() or abs(weights.sum() - 1.0) > SUMMED:
+        return "weights expects a positive number for each atom, of sum 1"
+    mean, variance = float(weights @ values), float(weights @ values**2)
+    if max(abs(mean), abs(variance - 1.0)) > SUMMED:
+        return f"its atoms have mean {mean:.4g} and second moment {variance:.4g}, expected 0 and 1"
+    taken = np.isclose(coupled[0], values[:, None], rtol=SUMMED, atol=SUMMED)
+    shares = taken.mean(axis=1)
+    if not taken.any(axis=0).all():
+        return f"its couple returns {coupled[0][~taken.any(axis=0)][0]:.6g}, which is none of its atoms"
+    off = int(np.argmax(np.abs(shares - weights)))
+    if abs(shares[off] - weights[off]) > EDGES / QUANTILES:
+        found = f"its couple takes the atom {values[off]:.4g} with probability {shares[off]:.4g}"
+        return f"{found}, its weight is {weights[off]:.4g}"
+    return ""
 
 
 def _normal(x: Array) -> Array:

@@ -8,17 +8,15 @@ from math import nan
 import numpy as np
 
 from ..probe.step.memory import NEAR
+from ..probe.step.two_rules import AGREEMENT, SHAPED
 from .asymptotic import SIZES, Rate, order_left, rates, slowest
 from .conditions import INVARIANT, STRONG, WEAK, Condition, Weighed, belongs, breaking, means_of_products, order_of
-from .nodes import FEWER, rule_nodes
 from .probes import Probe
 from .record import Record
 from .weights import H
 
 # Rates are compared with orders, which are multiples of 1/2.
 HALF = 0.25
-# A mean refutes only if two rules agree on it to this part of its defect.
-AGREEMENT = 0.1
 # How far below a claim the order of what memory changes may be: as far as orders of single steps.
 MARGINS = {STRONG: 0.1, WEAK: 0.25, INVARIANT: 0.25}
 MEMORY = "memory changes runs by errors of order {:.2f}, which steps without a history do not show"
@@ -116,26 +114,37 @@ class Examined:
         slow = slowest(self.rates, measure)
         return [slow.condition._replace(power=slow.power)] if slow.order(measure) < 0.5 * (self.probe.top - 1) else []
 
-    def why_not_exact(self, measure: str) -> str:
-        """Return why the first failing mean is not known, or an empty text: two rules disagree on it.
+    def why_not_exact(self, measure: str, p: float) -> str:
+        """Return why a mean is not known, or an empty text: two rules disagree on it.
 
         Rules are exact for polynomials of the noise. A step that is none, as one with the modulus of dW, has means
-        that no rule gives exactly.
+        that no rule gives exactly. Those of an order count, and where weights depend on h, the first that fails.
 
         Parameters
         ----------
         measure : str
+        p : float
+            The order.
         """
-        probe, first = self.probe, next(iter(self.breaking(measure)), None)
-        if first is None or first.on_paths or probe.all_sizes or probe.scheme.law.bounded or not probe.fixed:
+        probe, failing = self.probe, list(self.breaking(measure))
+        if probe.scheme.law.bounded or (failing and failing[0].on_paths):
             return ""
-        other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
-        found = self._mean_at(first, other)
-        if abs(found - first.found) <= AGREEMENT * abs(first.found - float(first.wanted)):
+        if probe.fixed:
+            h, some = H, [] if probe.is_polynomial else self._means_of(measure, p)
+        else:
+            h, some = SIZES[0], failing[:1]
+        if not some:
             return ""
-        return (
-            f"two rules give {first.found:.3g} and {found:.3g} for {first.name}: a step is no polynomial of its noise"
-        )
+        rules = probe.weighed(probe.rule, h), probe.weighed(probe.other_rule, h)
+        for condition in some:
+            found, other = (self._mean_at(condition, rule) for rule in rules)
+            defect, rounding = abs(found - float(condition.wanted)), condition.tolerance * (1.0 + abs(found))
+            if abs(found - other) > max(AGREEMENT * defect, rounding):
+                return f"two rules give {found:.3g} and {other:.3g} for {condition.name}: {SHAPED}"
+        return ""
+
+    def _means_of(self, measure: str, p: float) -> list[Condition]:
+        return [each for each in self.found if not each.on_paths and belongs(each, measure, p)]
 
     def why_spoilt(self, measure: str, claim: float) -> str:
         """Return that the memory of runs changes them by errors of a lower order than the claim, or an empty text.

@@ -16,7 +16,9 @@ from ..probing import Nodes, step_nodes
 
 SEED = 20260101
 # Points where paths are compared, and nodes a variable of a rule; fewer where rules are long.
-POINTS, COUNT, FEWER, FEWEST = 12, 5, 4, 3
+POINTS, COUNT, FEWEST = 12, 5, 3
+# Standard deviations that a line through the noise goes to either side.
+REACH = 2.0
 # A rule of signs of more variables than three is one of strength 3 for up to eight of them.
 FEW_SIGNS = 3
 
@@ -38,7 +40,33 @@ def random_points(motions: int, law: Law) -> Nodes:
     return Nodes(dW, H / sqrt(12.0), weights, exact=False, K=K / sqrt(720.0), A=A / 2.0)
 
 
-def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT) -> Nodes:
+def line_points(motions: int, noise: frozenset[str], count: int) -> Nodes:
+    """Return noise of a step of length 1 on a straight line that does not meet 0, at roots of a Chebyshev polynomial.
+
+    Each variable, and most products of two, change their sign along it, and each goes beyond a standard deviation.
+
+    Parameters
+    ----------
+    motions : int
+    noise : frozenset of str
+        What of dW, H, K and A is used.
+    count : int
+        Number of points.
+    """
+    rng = np.random.Generator(np.random.Philox(key=SEED + 1))
+    s = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+    def line(rows: int, scale: float) -> Array:
+        slopes = rng.uniform(0.75, 1.0, (rows, 1)) * rng.choice([-1.0, 1.0], (rows, 1))
+        return np.asarray(scale * (REACH * slopes * s + rng.uniform(-0.5, 0.5, (rows, 1))))
+
+    dW, H, K = (line(motions, sqrt(1.0 / part)) for part in (1, 12, 720))
+    A = line(motions * (motions - 1) // 2, 0.5)
+    parts = {name: part for name, part in (("H", H), ("K", K), ("A", A)) if name in noise}
+    return Nodes(dW, parts.get("H"), np.full(count, 1.0 / count), exact=False, K=parts.get("K"), A=parts.get("A"))
+
+
+def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT, *, other: bool = False) -> Nodes:
     """Return a rule for the noise of a step of length 1.
 
     K is a normal variable of its own, and so is what dW, H and K leave of A, of which signs have the moments that
@@ -53,10 +81,12 @@ def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT
         Of dW, and of H where it is bounded.
     count : int
         Nodes a variable at most.
+    other : bool
+        Whether dW, H and K are at other nodes, which give the means of polynomials as well.
     """
-    nodes = step_nodes(motions, count, areas="H" in noise, law=law)
+    nodes = step_nodes(motions, count, areas="H" in noise, law=law, other=other)
     if "K" in noise:
-        K, weights = (part := step_nodes(motions, FEWEST)).dW, part.weights
+        K, weights = (part := step_nodes(motions, FEWEST, other=other)).dW, part.weights
         nodes = _crossed(nodes, weights)._replace(K=np.tile(K / sqrt(720.0), len(nodes.weights)))
     if "A" in noise and motions > 1:
         signs = _signs(motions * (motions - 1) // 2)

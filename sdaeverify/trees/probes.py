@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import inf
 
+import numpy as np
+
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
@@ -16,7 +18,7 @@ from .classes import EquationClass
 from .conditions import STRONG, Conditions, Weighed
 from .grow import Tree
 from .moments import ExactMoments
-from .nodes import COUNT, FEWEST, random_points, rule_nodes
+from .nodes import COUNT, FEWEST, line_points, random_points, rule_nodes
 from .relatives import distance, distance_far
 from .sdes.equivariance import Family, related_equations
 from .sdes.taylor import RichEquation, TaylorWeights, taylor_weights
@@ -26,6 +28,8 @@ from .weights import OTHERS, H, NoStepError, Weighing
 SAME = 1e-8
 # Of weights from a Taylor series: those of weight 4 have errors of 1e-6, those of weight 5 of 1e-4.
 TAYLOR, SERIES = 1e-3, 1e-7
+# Points on a line, beyond the degree of a polynomial.
+FURTHER = 5
 # Conditions that are kept: of the classes that one scheme is asked about.
 SHARED = 16
 # Random points of a series are no farther out than so many standard deviations of a normal variable.
@@ -81,9 +85,32 @@ class Probe:
         return self.scheme.noise
 
     @property
+    def count(self) -> int:
+        """Nodes of a rule a variable at most."""
+        return COUNT
+
+    @property
     def rule(self) -> Nodes:
         """A rule for expectations."""
-        return rule_nodes(self.noises, self.noise, self.scheme.law)
+        return rule_nodes(self.noises, self.noise, self.scheme.law, self.count)
+
+    @property
+    def other_rule(self) -> Nodes:
+        """A rule at other nodes, which gives the means of polynomials as well."""
+        return rule_nodes(self.noises, self.noise, self.scheme.law, self.count, other=True)
+
+    @cached_property
+    def is_polynomial(self) -> bool:
+        """Whether weights are polynomials of the noise of degree `top` at most along a line, so that rules are exact.
+
+        Weights have to be known at each step size; see `fixed`.
+        """
+        points = line_points(self.noises, self.noise, self.top + FURTHER)
+        psi = self.weighed(points).psi
+        s = points.dW[0]
+        fit = np.polynomial.Polynomial.fit
+        rest = [float(np.abs(row - fit(s, row, self.top)(s)).max()) for row in psi]
+        return max(rest, default=0.0) <= self.tolerance * (1.0 + float(np.abs(psi).max(initial=0.0)))
 
     @property
     def points(self) -> Nodes:
@@ -351,9 +378,9 @@ class DiagonalProbe(SDEProbe):
         return self.scheme.noise - {"A"}
 
     @property
-    def rule(self) -> Nodes:
-        """A rule for expectations, of fewer nodes where there are many variables."""
-        return rule_nodes(self.noises, self.noise, self.scheme.law, FEWEST if "H" in self.noise else COUNT)
+    def count(self) -> int:
+        """Nodes of a rule a variable at most: fewer where there are many variables."""
+        return FEWEST if "H" in self.noise else COUNT
 
     @property
     def points(self) -> Nodes:

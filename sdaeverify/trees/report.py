@@ -202,7 +202,8 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     order = of.order(row.measure)
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     falls_short = claim is not None and of.is_below(row.measure, least)
-    inexact = of.why_not_exact(row.measure) or of.why_taken_back(row.measure) if falls_short else ""
+    inexact = of.why_not_exact(row.measure, least) if claim else ""
+    inexact = inexact or (of.why_taken_back(row.measure) if falls_short else "")
     beyond = _why_not_enough(of, claim) or _why_clipped(of, row, claim) or of.why_spoilt(row.measure, least)
     premise_fails = of.probe.why_not_every or inexact or beyond
     premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.covers, of.probe.premises)

@@ -24,7 +24,7 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
-from ...numerics.statistics import EPS, RISING, Estimate
+from ...numerics.statistics import EPS, RISING, Estimate, correct_for_skewness
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
@@ -210,7 +210,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     if off is None:
         return PathTests.none("the exact mean is not known")
     error, allowed = off[0], _left(means, order, off)
-    wrong = error.p_above(allowed)
+    wrong = _p_wrong(evidence, means, off, allowed)
     if means.heavy:
         # It may look wrong all the same.
         return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
@@ -223,6 +223,15 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     figures = {"error": error.value, "left": allowed}
     reason = Reason(f"{text}: off by {{error:.2g}} at the finest step, {{left:.2g}} is allowed", kind, figures)
     return PathTests(0.0, wrong, reason if wrong <= evidence.level else Reason())
+
+
+def _p_wrong(evidence: Evidence, means: Means, off: Off, allowed: float) -> float:
+    """Return the p-value of the hypothesis that the finest mean is no farther from what is known than allowed."""
+    p, truth = off[0].p_above(allowed), known_mean(evidence.problem, means.name)
+    if truth is None or off != _off_expectation(evidence, means):
+        return p
+    is_low = means.mean(len(means.h) - 1).value < truth
+    return correct_for_skewness(p, means.skewness if is_low else -means.skewness, float(means.counts.sum()))
 
 
 def _grows(means: Means) -> bool:

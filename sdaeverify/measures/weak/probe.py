@@ -41,6 +41,7 @@ from ...probe.operator.transition_errors import TransitionErrors, chart_observab
 from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
 from ...probe.step.states import WHEN, cloud, states_near_start
+from ...probe.step.two_rules import SHAPED
 from ...verdicts.coverage import Coverage, claim_for
 from ...verdicts.opinions import (
     finding,
@@ -188,7 +189,8 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     if known and (found := smoothness(evidence.view, observable)) is not Smoothness.SMOOTH:
         return _judge_rough(evidence, least, observable, found), False
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.value.margin)
-    opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance)
+    sharp = evidence.scheme.local_order_is_global
+    opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance, sharp)
     opinion = opinion and of_smooth(of_law(opinion, least, evidence, paths=False), least, evidence)
     opinion = opinion and _of_mesh(opinion, least, evidence)
     final = opinion is not None and opinion.final
@@ -253,6 +255,7 @@ def _judge_named(
     own = evidence.without_paths.read(_read_own, evidence.view, observable)
     if own is not None:
         judged = _judge_in_runs(own, claim.least, max(TOLERANCE, claim.margin), weak_probe(evidence).memory)
+        judged = _unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
         if judged.verdict is Verdict.REFUTED:
             return judged, False
     return local_doubt(f"{opinion.reason}; it is for other functions, and {observable} may be better"), False
@@ -278,9 +281,26 @@ def _read_own(tally: Tally, view: Problem, observable: str) -> WeakOrder | None:
     return weak_order(record.combine(made_up))._replace(function=observable)
 
 
-def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) -> Opinion | None:
+def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float, sharp: bool) -> Opinion | None:
     probed = tally.read(_read_probe, view)
-    return None if probed.local is None else _judge_in_runs(probed.local, claim, tolerance, probed.memory)
+    if probed.local is None:
+        return None
+    return _unless_taken_back(_judge_in_runs(probed.local, claim, tolerance, probed.memory), sharp=sharp)
+
+
+def _unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
+    """Return what one step says of a weak order: nothing against it if later steps take its errors back.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of the order of one step.
+    sharp : bool
+        Whether that is the order at T, see `Scheme.local_order_is_global`.
+    """
+    if sharp or not (opinion.verdict is Verdict.REFUTED or opinion.speaks_against):
+        return opinion
+    return local_doubt(f"{opinion.reason}; the scheme says that later steps take errors of single steps back")
 
 
 def _judge_in_runs(order: WeakOrder, claim: float, tolerance: float, memory: float) -> Opinion:
@@ -365,7 +385,8 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     """Return what one step says of each order that a scheme claims."""
     values = (claim.value for claim in scheme.promises if claim.measure == "weak")
     orders = (value for value in values if isinstance(value, Order))
-    return [judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict for value in orders]
+    judged = (judge_weak(order, value.least, max(TOLERANCE, value.margin)) for value in orders)
+    return [_unless_taken_back(opinion, sharp=scheme.local_order_is_global).verdict for opinion in judged]
 
 
 @lru_cache(maxsize=16)
@@ -392,7 +413,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
-    opinion = judge_weak(order, value.least, TOLERANCE)
+    opinion = _unless_taken_back(judge_weak(order, value.least, TOLERANCE), sharp=scheme.local_order_is_global)
     evidence = Evidence.of_one_step(scheme, view)
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})
@@ -429,10 +450,8 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     low = order.orders < claim - tolerance
     short = low & order.settled & (order.last < claim - tolerance)
     moving = low & ~short
-    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
-        return local_doubt(
-            f"no weak order from one step: it is not finite, or a solver's tolerance hides its error{void}"
-        )
+    if why := _why_silent(order, claim - tolerance):
+        return local_doubt(why + void)
     states = np.asarray(short.any(axis=0))
     share, (few, among) = float(order.share(states)), order.count_states(states)
     if share and order.rises(short, claim - tolerance):
@@ -450,3 +469,12 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
     left_out = f" ({moving.sum()} of {moving.size} moments: sign changes)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")
+
+
+def _why_silent(order: WeakOrder, bound: float) -> str:
+    """Return why one step says nothing of a weak order, or an empty string."""
+    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
+        return "no weak order from one step: it is not finite, or a solver's tolerance hides its error"
+    if order.differing_share(bound) >= MANY:
+        return f"two rules for the noise differ at the order {order.rules.min():.2f}: {SHAPED}"
+    return ""

@@ -26,6 +26,7 @@ from ..step.nodes import Nodes, law_nodes
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import cloud, reached_states, time_unit
 from ..step.together import PathBatch
+from ..step.two_rules import AGREEMENT
 from .delay_links import remove_delay, why_not_algebraic
 from .orders import TOLERANCE
 from .reach import core
@@ -40,6 +41,9 @@ SMALL = 1e-4
 # A rate has a limit where its last two changes, over a factor of 16 each, are less than this part of it: what falls
 # like h^(1/8) changes by more. What falls faster than with the power 1/3 is not followed further.
 SETTLED, FALLING = 0.25, 0.4
+# Rules that differ on so many of the errors do so because a step is no polynomial of its noise: they agree on others
+# by accident.
+MANY = 0.25
 # A drift that moves a state by more than this in the shortest step may be tamed or truncated in all of them.
 MOVED = 0.01
 # Of the size that drift and noise have at other states: where they are 0 themselves, nothing is a part of them.
@@ -280,6 +284,10 @@ class _Off(NamedTuple):
         return _Off(self.mean[places], self.square[places], self.size[:, :, places])
 
 
+def _between(a: _Off, b: _Off) -> tuple[Array, Array]:
+    return a.mean - b.mean, a.square - b.square
+
+
 class _ShortSteps(NamedTuple):
     """Steps of a scheme whose law is compared with that of the equation, at two sets of nodes in turn."""
 
@@ -297,7 +305,7 @@ class _ShortSteps(NamedTuple):
             left[:, :, asked] = found[-1].size
             if len(found) > len(FINER):
                 found.append(self._off(asked, COARSE))
-                wrong[:, :, asked] = self._stands(asked, found)
+                wrong[:, :, asked] = self._agreed(asked, found[-2], self._stands(asked, found))
         if wrong.any():
             truncated = self._truncated(asked)
             left[:, :, asked] = np.where(truncated, np.nan, left[:, :, asked])
@@ -313,6 +321,14 @@ class _ShortSteps(NamedTuple):
                 break
         return found
 
+    def _agreed(self, asked: Array, finest: _Off, wrong: Mask) -> Mask:
+        """Return which limits both rules give; none if they differ at many, as they do on a step that jumps."""
+        if not wrong.any():
+            return wrong
+        other, large = self._off(asked, FINER[-1]), finest.size > SMALL
+        differ = large & (self._norms(*_between(finest, other)) > AGREEMENT * finest.size)
+        return wrong & ~differ if differ.sum() < MANY * large.sum() else np.zeros_like(wrong)
+
     def _stands(self, asked: Array, found: list[_Off]) -> Mask:
         """Tell where errors have a limit as rates, as moves of the size sqrt(h), or as moves beyond a tolerance."""
         moves = FINER[-1] * self.step.time_unit * self.rates.size[:, :, asked] * found[-2].size
@@ -324,7 +340,7 @@ class _ShortSteps(NamedTuple):
         """Tell where h^power times the last three errors has settled, and that of coarse steps is no smaller."""
         scaled = [_Off(*(size**power * part for part in off)) for size, off in zip(LAST, found[-4:], strict=True)]
         *fine, coarse = scaled
-        changes = [self._norms(a.mean - b.mean, a.square - b.square) for a, b in pairwise(fine)]
+        changes = [self._norms(*_between(a, b)) for a, b in pairwise(fine)]
         least = fine[-1].size
         settled = (np.fmax(*changes) <= SETTLED * least) & (coarse.size > 0.5 * least)
         return np.asarray(settled & (found[-2].size > SMALL))

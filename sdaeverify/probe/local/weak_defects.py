@@ -279,7 +279,9 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
     nodes, known = _nodes(step.scheme, step.view.noise_dim), [*near, *beside]
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
+        apart = _rules_apart(step, near[0], found[0][0])
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
+    apart = keep_defined(apart, scale[:, : apart.shape[1]])
     finite = np.isfinite(defect) & np.isfinite(scale)
     defect, scale = keep_defined(defect, scale), significant(scale, SCALE)
     counts = [each.shape[1] for each in found[0]]
@@ -288,7 +290,16 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
     )
     defect, scale = (np.where(finite, part, np.nan) for part in (defect, scale))
     further = (time >= len(near)).astype(float)
-    return LocalWeak(near[0].h, defect, scale, trees, np.array(float(len(near[0].frame.unit))), time, further)
+    dimension = np.array(float(len(near[0].frame.unit)))
+    return LocalWeak(near[0].h, defect, scale, trees, dimension, time, further, apart)
+
+
+def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Array:
+    """Return by how much defects of a step differ if another rule is taken, (F, S, H); S is 0 for a bounded law."""
+    if step.scheme.law.bounded or not step.view.noise_dim:
+        return np.zeros((len(defect), 0, len(known.h)))
+    other = _nodes(step.scheme, step.view.noise_dim, other=True)
+    return np.asarray(_defects_at(step, known, other)[0] - defect)
 
 
 def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
@@ -304,10 +315,10 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
     return defect[:, kept], (largest + known.scale)[:, kept]
 
 
-def _nodes(scheme: Scheme, noises: int) -> Nodes:
+def _nodes(scheme: Scheme, noises: int, *, other: bool = False) -> Nodes:
     areas = "H" in scheme.noise
     count = COUNTS.get(noises * (2 if areas else 1), FEWEST)
-    return step_nodes(noises, count, areas=areas, law=scheme.law)
+    return step_nodes(noises, count, areas=areas, law=scheme.law, other=other)
 
 
 def _levels(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> tuple[Array, Array]:

@@ -14,6 +14,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...numerics.statistics import EPS
 from ..step import test_functions
+from ..step.two_rules import AGREEMENT
 from .orders import CLEAR, TOLERANCE, finest_usable, pick
 from .romberg import weights
 
@@ -61,6 +62,9 @@ class LocalWeak(NamedTuple):
         they were of different times.
     further : ndarray, shape (S,)
         1 for states that are not of the cloud, else 0.
+    apart : ndarray, shape (F, R, H)
+        By how much the defects at the first R states differ if they are found by another rule for the noise. R is 0
+        if the noise takes few values, so that means are exact.
     """
 
     h: Array
@@ -70,16 +74,23 @@ class LocalWeak(NamedTuple):
     dimension: Array
     time: Array
     further: Array
+    apart: Array
+
+    @property
+    def rules(self) -> "LocalWeak":
+        """The differences between two rules in place of the defects, at the states at which both were taken."""
+        count = self.apart.shape[1]
+        trees, time, further = (part[:count] for part in (self.trees, self.time, self.further))
+        parts = {"scale": self.scale[:, :count], "trees": trees, "time": time, "further": further}
+        return self._replace(defect=self.apart, **parts)
 
     def combine(self, coefficients: Array) -> "LocalWeak":
         """Return the defects of the one function that the test functions make up with these coefficients."""
-        defect, scale = (np.tensordot(c, part, 1)[None] for c, part in self._parts(coefficients))
-        return self._replace(defect=defect, scale=scale)
-
-    def _parts(self, coefficients: Array) -> tuple[tuple[Array, Array], ...]:
         # Of functions that take no part, NaN do not either.
         used = coefficients != 0.0
-        return (coefficients[used], self.defect[used]), (np.abs(coefficients[used]), self.scale[used])
+        c = coefficients[used]
+        defect, apart = (np.tensordot(c, part[used], 1)[None] for part in (self.defect, self.apart))
+        return self._replace(defect=defect, scale=np.tensordot(np.abs(c), self.scale[used], 1)[None], apart=apart)
 
 
 class WeakOrder(NamedTuple):
@@ -104,6 +115,9 @@ class WeakOrder(NamedTuple):
         The shortest step size.
     later : ndarray, shape (F, S), or None
         The orders at much shorter step sizes, where these were asked for.
+    rules : ndarray, shape (F, R)
+        The order below which two rules for the noise agree, at the first R states: that of the means of one step
+        minus 1. Infinite where their difference is rounding, has no settled order, or is a small part of the defect.
     """
 
     orders: Array
@@ -115,6 +129,7 @@ class WeakOrder(NamedTuple):
     function: str = ""
     h: float = 0.0
     later: Array | None = None
+    rules: Array = np.zeros((0, 0))
 
     @property
     def order(self) -> float:
@@ -142,6 +157,10 @@ class WeakOrder(NamedTuple):
             return np.zeros(found.shape[:-1])
         shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
         return np.asarray(np.max(shares, axis=0))
+
+    def differing_share(self, bound: float) -> float:
+        """Return at which share of the states two rules for the noise differ at an order below a bound."""
+        return float((self.rules < bound).any(axis=0).mean()) if self.rules.size else 0.0
 
     def rises(self, low: Mask, bound: float) -> bool:
         """Tell whether most of some orders that are below a bound are seen to be above it at much shorter step sizes.
@@ -177,16 +196,28 @@ def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrde
     -------
     WeakOrder
     """
-    found, fine = _orders(record), None if shortest is None else _orders(shortest)
+    found, fine = (
+        _orders(record)._replace(rules=_rules_order(record)),
+        None if shortest is None else _orders(shortest),
+    )
     if fine is None or fine.orders.shape != found.orders.shape:
         return found
     return found._replace(later=fine.orders)
 
 
+def _rules_order(record: LocalWeak) -> Array:
+    """Return the order of the difference between two rules; see `WeakOrder`."""
+    if not record.apart.size:
+        return np.full(record.apart.shape[:2], np.inf)
+    rules, defect = record.rules, record.defect[:, : record.apart.shape[1]]
+    with np.errstate(invalid="ignore"):
+        agree = np.abs(record.apart) <= np.maximum(AGREEMENT * np.abs(defect), _rounding(rules))
+    found = _orders(rules)
+    return np.where(found.settled & ~agree.all(axis=-1), found.orders, np.inf)
+
+
 def _orders(record: LocalWeak) -> WeakOrder:
-    size = np.abs(record.defect)
-    amplified = [np.abs(weights(int(K))).sum() for K in record.trees]
-    rounding = FLOORS * EPS * np.reshape(amplified, (-1, 1)) * record.scale
+    size, rounding = np.abs(record.defect), _rounding(record)
     noise, rough = _roughness(record, rounding)
     tolerance, plateau_h = _plateau(record, noise, rough)
     usable = size > np.maximum(rounding, CLEAR * tolerance * record.scale)
@@ -206,6 +237,12 @@ def _orders(record: LocalWeak) -> WeakOrder:
     orders = np.where((record.further > 0.0) & ~settled & ~np.isnan(orders), np.inf, orders)
     counts = int(record.dimension), record.time
     return WeakOrder(orders, last - 1.0, settled, plateau_h, *counts, h=float(record.h[-1]))
+
+
+def _rounding(record: LocalWeak) -> Array:
+    """Return below which size a defect has no order, shape (F, S, H)."""
+    amplified = [np.abs(weights(int(K))).sum() for K in record.trees]
+    return np.asarray(FLOORS * EPS * np.reshape(amplified, (-1, 1)) * record.scale)
 
 
 def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:

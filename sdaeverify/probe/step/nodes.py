@@ -19,6 +19,7 @@ from ...noise.areas import outer
 from ...noise.brownian import PARTS, Increment
 from ...noise.laws import GAUSSIAN, Law
 from ...noise.records import NoiseRecord
+from .two_rules import mixing_turn, turn
 
 # Nodes a variable, by the number of variables; of more variables, the fewest that tell the order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
@@ -209,19 +210,13 @@ def orthogonal_rule(n: int) -> Rule:
     signs, axes = _signs(n), np.concatenate([np.eye(n), -np.eye(n)], axis=1)
     count = signs.shape[1]
     weights = np.concatenate([np.full(count, 1.0 / count / b**4), np.full(2 * n, a**-4)])
-    return Rule(_turn(n, SEED + 6) @ np.concatenate([b * signs, a * axes], axis=1), weights, degree=3)
+    return Rule(turn(n, SEED + 6) @ np.concatenate([b * signs, a * axes], axis=1), weights, degree=3)
 
 
 def _signs(n: int) -> Array:
     """Return an orthogonal array of strength 3: the rows of a Hadamard matrix of n variables and their negatives."""
     half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
     return np.concatenate([half, -half], axis=1)
-
-
-def _turn(n: int, seed: int) -> Array:
-    """Return an orthogonal matrix: a rule for independent normals is exact to the same degree when it is turned."""
-    turn, _ = np.linalg.qr(np.random.Generator(np.random.Philox(key=seed)).standard_normal((n, n)))
-    return np.asarray(turn)
 
 
 def resolving_rule(dimension: int, count: int) -> Rule:
@@ -252,7 +247,25 @@ def count_atoms(axes: list[tuple[Array, Array]]) -> int:
     return prod(len(values) for values, _ in axes)
 
 
-def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GAUSSIAN) -> Nodes:
+def other_rule(dimension: int, count: int) -> Rule:
+    """Return a rule that is exact to no lower degree than `normal_rule` and shares no node with it but 0.
+
+    The means of a polynomial are the same by both. Those of a function that jumps or bends differ.
+
+    Parameters
+    ----------
+    dimension : int
+        Number of variables.
+    count : int
+        Nodes of `normal_rule` a variable at most: one less than those of a single variable here.
+    """
+    if dimension == 1:
+        return normal_rule(1, count + 1)
+    rule = normal_rule(dimension, count)
+    return rule._replace(x=mixing_turn(dimension) @ rule.x)
+
+
+def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GAUSSIAN, other: bool = False) -> Nodes:
     """Return nodes for the noise of one step.
 
     Parameters
@@ -265,6 +278,8 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
         Whether H varies beside dW.
     law : Law
         Of dW, and of H where it is bounded.
+    other : bool
+        Whether they are those of `other_rule`; the atoms of a bounded law are the same.
 
     Returns
     -------
@@ -273,7 +288,7 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     if law.bounded:
         rule = atom_rule(law.atoms(dimension, areas=areas))
     else:
-        rule = normal_rule(dimension * (2 if areas else 1), count)
+        rule = (other_rule if other else normal_rule)(dimension * (2 if areas else 1), count)
     H = rule.x[dimension:] / np.sqrt(12.0) if areas else None
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
 
@@ -323,7 +338,7 @@ def _two_rules(n: int) -> tuple[Rule, Rule]:
         rule = tensor_rule([gauss_hermite(FEW_NODES[n][0])] * n)
     else:
         rule = fifth_degree_rule(n) if n <= SMALL else orthogonal_rule(n)
-    return rule, rule._replace(x=_turn(n, SEED + 7) @ rule.x)
+    return rule, rule._replace(x=mixing_turn(n) @ rule.x)
 
 
 def areas_at(dW: Array, H: Array | None, x: Array, h: float) -> Array:
