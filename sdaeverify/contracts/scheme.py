@@ -172,6 +172,9 @@ class Scheme(_Frozen):
         Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``. Mean and covariance of a step are
         compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
+    gives : tuple of str
+        Names of the components of the solution that its state holds; empty for all of them. A scheme for mechanics
+        without multiplier gives ``("r", "v")``: its steps are compared with the equation that these obey alone.
     local_order_is_global : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
@@ -188,6 +191,7 @@ class Scheme(_Frozen):
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
+    gives: ClassVar[tuple[str, ...]] = ()
     local_order_is_global: ClassVar[bool] = True
     discontinuous_in_noise: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
@@ -217,10 +221,11 @@ class Scheme(_Frozen):
         return self.form if isinstance(self.form, tuple) else (self.form,)
 
     def view_of(self, problem: Problem) -> Problem | None:
-        """Return a problem in a form it solves, or None where there is no such view."""
+        """Return a problem in a form it solves and of the components that it gives, or None without such a view."""
         if isinstance(problem, self.forms):
-            return problem
-        return next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
+            return problem.giving(self.gives)
+        seen = next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
+        return None if seen is None else seen.giving(self.gives)
 
     @property
     def law(self) -> Law:

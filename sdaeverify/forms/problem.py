@@ -1,6 +1,6 @@
 """What problems of every form have in common."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from inspect import Signature, signature
@@ -152,6 +152,16 @@ class Problem:
     def view(self, form: "type[Problem]") -> "Problem | None":
         """Return this problem as one of another form, or None where it has no such view."""
         return self if isinstance(self, form) else None
+
+    def giving(self, names: Collection[str]) -> "Problem":  # noqa: ARG002 - forms with pure outputs use it
+        """Return the problem of some components alone, where they obey an equation of their own; else the whole one.
+
+        Parameters
+        ----------
+        names : collection of str
+            Of the components that a scheme gives; empty for all.
+        """
+        return self
 
     # Made once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property

@@ -179,7 +179,13 @@ class OneStep:
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks components that are compared, or an empty string."""
         lacking = [name for name in self.names if name not in self.scheme.parts(self.view, state)]
-        return f"the state of the scheme has no {', '.join(lacking)}" if lacking else ""
+        if not lacking:
+            return ""
+        given = tuple(name for name in self.names if name not in lacking)
+        hint = (
+            f"; if it is to have none, say so by gives = {given}" if self.view.giving(given) is not self.view else ""
+        )
+        return f"the state of the scheme has no {', '.join(lacking)}{hint}"
 
     def enter(self, x: Array, t: float, h: float) -> State:
         """Return the scheme's state at x, for steps of size h from time t.
