@@ -429,6 +429,7 @@ from sdaeverify_problems.tori.torus import TABLE, torus
 from sdaeverify_problems.tori.tube_torus import tube_torus
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.baoab import BAOAB
+from sdaeverify_schemes.delays.drift_implicit_milstein import DriftImplicitMilstein
 from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.displaced_euler import DisplacedEuler

@@ -185,9 +185,10 @@ def _misses(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -
 
 @cache
 def _trivial_problems(form: Any) -> Trivials:
-    # Built once for all schemes.
+    # Built once for all schemes. A form that derives from another one inherits problems that are not its own.
     found: Trivials = form.trivial_problems()
-    return found
+    own = (tuple(each for each in variants if isinstance(each.problem, form)) for variants in found)
+    return tuple(variants for variants in own if variants)
 
 
 class _Try(NamedTuple):
