@@ -378,6 +378,7 @@ from sdaeverify_planted.coefficients import WrongVariance
 from sdaeverify_planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
 from sdaeverify_problems._gaussian_step import gaussian_step
 from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
+from sdaeverify_problems.cir import cir
 from sdaeverify_problems.curves import _circle
 from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.curves.ellipse import ellipse

@@ -51,7 +51,7 @@ def match(scheme: Scheme, problem: Problem) -> Match:
         return Match(
             None, seen.seen_as, f"needs noise {', '.join(sorted(missing))}, which the problem does not declare"
         )
-    if reason := scheme.refuses(seen):
+    if reason := scheme.why_not(seen):
         return Match(None, seen.seen_as, reason)
     return Match(seen, seen.seen_as)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts
 from ..errors import SchemeError, UsageError, is_blank
-from ..forms import Problem, why_unknown
+from ..forms import Domain, Problem, why_not_within, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
 from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
@@ -175,6 +175,9 @@ class Scheme(_Frozen):
     gives : tuple of str
         Names of the components of the solution that its state holds; empty for all of them. A scheme for mechanics
         without multiplier gives ``("r", "v")``: its steps are compared with the equation that these obey alone.
+    domain : Domain, optional
+        States that it is for and stays in, such as ``Domain.orthant()`` for those at or above 0. It is put to
+        problems whose own domain lies in it, and not to order conditions and random members: these are of all states.
     local_order_is_global : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
@@ -192,6 +195,7 @@ class Scheme(_Frozen):
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
     gives: ClassVar[tuple[str, ...]] = ()
+    domain: ClassVar[Domain | None] = None
     local_order_is_global: ClassVar[bool] = True
     discontinuous_in_noise: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
@@ -238,6 +242,10 @@ class Scheme(_Frozen):
     def refuses(self, problem: Any) -> str:  # noqa: ARG002 - most schemes refuse nothing
         """Return why the scheme cannot solve a problem of its form, or an empty string."""
         return ""
+
+    def why_not(self, problem: Any) -> str:
+        """Return why it is not put to a problem of its form: its domain, or what `refuses` says."""
+        return why_not_within(problem, self.domain) or self.refuses(problem)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

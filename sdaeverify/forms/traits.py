@@ -73,6 +73,10 @@ GENERAL: tuple[Trait, ...] = (
         "Drift and diffusion of an SDE grow at most linearly with the state, as globally Lipschitz ones do (set by "
         "the form itself, which evaluates them along rays).",
     ),
+    Trait(
+        "nonnegative",
+        "All components stay at or above 0 (set by the form itself, if the domain of the problem says so).",
+    ),
     Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
 )
 INDEX_ONE: tuple[Trait, ...] = (
@@ -106,4 +110,8 @@ def why_unknown(given: Iterable[str], form: type = object) -> str:
     """Return which of some traits nobody declares, and what may be meant; a `Trait` declares itself."""
     bare, known = {trait for trait in given if not isinstance(trait, Trait)}, known_traits(form)
     unknown = sorted(bare - known.keys())
-    return f"unknown traits {unknown}; known are {sorted(known)}{did_you_mean(unknown[0], known)}" if unknown else ""
+    if not unknown:
+        return ""
+    meant = did_you_mean(unknown[0], known)
+    own = f"; to declare one of your own, give Trait({unknown[0]!r}, meaning) in place of the text"
+    return f"unknown traits {unknown}; known are {sorted(known)}{meant}{own}"

@@ -100,7 +100,7 @@ class HolonomicSDAE(Mechanics):
         C_g of Lindner & Stroot (2.7), finite and at least 1.
     horizon, noise_dim, source, units, traits, noise, observables, truths
         As of any `Problem`.
-    controls, chart, relaxation_time, fastest_time
+    controls, chart, domain, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
-from ...forms import Equation, Problem, components
+from ...forms import Equation, Problem, components, outside
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .memory import MemoryOrders, memory_orders
@@ -21,6 +21,9 @@ RESOLVED = 64.0
 # Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and a bound
 # for round-off.
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
+# The nodes of a step are no farther out, in standard deviations: those of Gauss-Hermite rules of up to 9 points are
+# within 4.52.
+OUTERMOST = 4.52
 TRUNCATED = "steps are truncated at every state, however short they are"
 
 
@@ -219,7 +222,8 @@ class OneStep:
     def truncated(self, x: Array, h: Array, times: Sequence[float]) -> Mask:
         """Tell at which states a step of each size is truncated by some noise of its size, shape (S, H).
 
-        A truncated step is not yet what the scheme tends to: it has no order there.
+        A truncated step is not yet what the scheme tends to: it has no order there. A step of Euler's method that
+        leaves the domain of the problem counts as one: there, schemes that stay in it make another step.
 
         Parameters
         ----------
@@ -232,12 +236,30 @@ class OneStep:
         wide = np.repeat(x, len(nodes.weights), axis=1)
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
         for place, (size, t) in enumerate(zip(h.tolist(), times, strict=True) if not self.view.records else ()):
-            step = self.scheme.prepare(self.view, size)
-            mask = step(self.enter(wide, t, size), t, nodes.increment(size, x.shape[1])).truncated
-            if mask is None:
+            step, noise = self.scheme.prepare(self.view, size), nodes.increment(size, x.shape[1])
+            mask = step(self.enter(wide, t, size), t, noise).truncated
+            if mask is None and self.view.domain is None:
                 break
-            found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
+            left = self.leaves_domain(wide, t, size, noise._replace(dW=OUTERMOST * noise.dW))
+            found[:, place] = (left if mask is None else mask | left).reshape(x.shape[1], -1).any(axis=1)
         return found
+
+    def leaves_domain(self, x: Array, t: float, h: float, noise: Increment) -> Mask:
+        """Return on which paths a step of Euler's method leaves the domain of the problem, shape (P,).
+
+        Parameters
+        ----------
+        x : ndarray, shape (d, P)
+        t : float
+            Start of the step.
+        h : float
+            Its size.
+        noise : Increment
+            On the same paths.
+        """
+        if self.view.domain is None:
+            return np.zeros(x.shape[1], dtype=bool)
+        return outside(self.view, self.euler(x, t, h, noise))
 
     def _few_nodes(self) -> Nodes:
         l, noise, law = self.view.noise_dim, self.scheme.noise, self.scheme.law
