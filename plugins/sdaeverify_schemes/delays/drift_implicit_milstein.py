@@ -10,7 +10,7 @@ from sdaeverify.numerics import directional, is_analytic, solve
 from ._root import hold_failed, regular
 from ._theta import Begun, solve_coupled
 
-PAPER = "Winkler 2003: drift-implicit schemes keep on an equation of index 1 the order that they have on an SDE"
+PAPER = "Winkler 2004: drift-implicit schemes keep on an equation of index 1 the order that they have on an SDE"
 LOCAL = "a step is off by h^(3/2) along paths and by h^2 in the mean: Milstein & Tretyakov 2004, Theorem 1.1"
 
 
@@ -34,7 +34,7 @@ class DriftImplicitMilstein(Scheme):
         Claim(measure="weak", value=1.0, source=f"{LOCAL}; Kloeden & Platen 1992, section 14.1"),
         Claim(measure="drift", value="round-off", when=frozenset({"algebraic"}), source="y solves the constraint"),
     )
-    source: ClassVar[str] = "Winkler 2003, J. Comput. Appl. Math. 157, 477; Kloeden & Platen 1992, (12.2.10)"
+    source: ClassVar[str] = "Winkler 2004, J. Comput. Appl. Math. 163, 435; Kloeden & Platen 1992, section 12.2"
 
     def refuses(self, problem: IndexOneSDAE) -> str:
         """Refuse drifts and diffusions that complex steps cannot differentiate."""
