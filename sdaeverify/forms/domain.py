@@ -100,6 +100,17 @@ class Domain:
 
         return cls(f"|x| <= {radius:g}", contains, sample)
 
+    def repeated(self, count: int) -> "Domain":
+        """Return the states whose blocks of components are all in it, such as a solution and its past."""
+
+        def contains(x: Array) -> Mask:
+            return np.asarray(np.all([self.contains(block) for block in np.split(x, count)], axis=0))
+
+        def sample(rng: np.random.Generator, d: int, paths: int) -> Array:
+            return np.concatenate([self.sample(rng, d // count, paths) for _ in range(count)])
+
+        return Domain(self.name, contains, sample, nonnegative=self.nonnegative)
+
     def draw(self, d: int, count: int, seed: int = SEED) -> Array:
         """Return random states, shape (d, count), the same for the same seed.
 

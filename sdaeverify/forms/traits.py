@@ -92,7 +92,7 @@ INDEX_ONE: tuple[Trait, ...] = (
     Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
 )
 # Traits that forms set themselves: a problem without one of them lacks it, however little its author declares.
-SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic"})
+SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic", "nonnegative"})
 # Each of these makes noises commute.
 COMMUTING = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
 # What follows from noise that is additive, beside itself.

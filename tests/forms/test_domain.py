@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from facade import cir, gbm
-from sdaeverify import SDE, Claim, Domain, ProblemError, SchemeError, Trait
+from sdaeverify import SDE, Claim, DelaySDAE, Domain, ProblemError, SchemeError, Trait
 from sdaeverify.forms import why_not_within
+from sdaeverify.forms.delay.linked import linked_equation
+from sdaeverify.probing import cloud
 
 DOMAINS = {
     "orthant": Domain.orthant(),
@@ -44,6 +46,27 @@ def test_the_way_to_a_state_outside_ends_at_the_boundary(name):
     assert domain.contains(end).all()
     assert not domain.contains(end + 1e-6 * (y - x)).any()
     assert np.array_equal(domain.farthest(x, x), x)
+
+
+def test_a_solution_and_its_past_are_both_inside():
+    """A delay equation as one without delay has the domain of both blocks."""
+    twice = Domain.box([0.0, -1.0], [1.0, 2.0]).repeated(2)
+    x = twice.draw(4, 50)
+    assert twice.contains(x).all()
+    assert not twice.contains(x + np.array([[0.0], [0.0], [0.0], [9.0]])).any()
+    problem = DelaySDAE(
+        drift=lambda t, x, v, y: 0.3 * (v - x),
+        diffusion=lambda t, x, v, y: 0.4 * np.sqrt(np.maximum(x, 0.0))[:, None],
+        delay=0.3,
+        history=lambda t: [1.0 + t],
+        noise_dim=1,
+        horizon=1.0,
+        source="a test",
+        domain=Domain.orthant(),
+    )
+    equation = linked_equation(problem, 2, 2.0)
+    assert equation.dimension == 2
+    assert (cloud(equation, equation) >= 0.0).all()
 
 
 def test_a_state_outside_is_replaced_by_the_one_before():

@@ -1,6 +1,6 @@
 """Schemes for states that stay in a domain: right ones are not refuted, wrong twins are."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
@@ -12,6 +12,7 @@ from facade import (
     cir,
     exactness_violation,
     gbm,
+    load_registry,
     match,
     member_classes,
     ou,
@@ -21,6 +22,7 @@ from facade import (
 )
 from sdaeverify import SDE, Claim, Domain, Scheme, Step, verify
 from sdaeverify.probing import OneStep, cloud
+from sdaeverify.testing.hunting.attacks import _forms, _matching
 
 CLAIMS = (
     Claim(measure="strong", value=0.5, source="made up"),
@@ -88,6 +90,13 @@ class Everywhere(Reflected):
     domain: ClassVar[Domain | None] = None
 
 
+class Asking(Everywhere):
+    """The same, whose claims ask for states at or above 0."""
+
+    name: ClassVar[str] = "reflected-asking"
+    claims: ClassVar[tuple[Claim, ...]] = tuple(replace(each, when=frozenset({"nonnegative"})) for each in CLAIMS)
+
+
 BEYOND = partial(cir, sigma=2.0)
 RIGHT = (Reflected(), FullTruncation())
 WRONG = (
@@ -121,6 +130,24 @@ def test_a_missing_reflection_is_named():
 def test_without_a_domain_the_scheme_is_put_to_all_states():
     """The modulus misses dx = 0 below 0: a scheme has to say what it is for."""
     assert "not exact on dx = 0" in violation(Everywhere(), cir())
+
+
+def test_claims_about_nonnegative_states_alone_are_not_put_to_others():
+    """A scheme may say by the trait of its claims what it is for: T0 and members have no such problem."""
+    scheme = Asking()
+    assert violation(scheme, cir()) == ""
+    assert "another equation" in violation(Asking(noise_factor=0.9), cir())
+    assert member_classes(scheme, 1) == {}
+
+
+def test_hunts_have_registered_problems_in_the_domain():
+    """Equations that are drawn at random are of all states: a scheme with a domain is not put to them."""
+    assert _forms(Reflected(), ()) == ["registered"]
+    assert _forms(Reflected(), ("SDE", "registered")) == ["registered"]
+    assert _forms(Everywhere(), ()) == ["SDE"]
+    found = {spec.name for spec in _matching(load_registry(), Reflected())}
+    assert "gbm" in found
+    assert "ou" not in found
 
 
 def test_trivial_equations_stay_in_the_domain():
