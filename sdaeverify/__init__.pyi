@@ -18,6 +18,7 @@ from .forms.delay.dissipation import Dissipation as Dissipation
 from .forms.delay.index_one import IndexOneSDAE as IndexOneSDAE
 from .forms.delay.mesh import Lag as Lag
 from .forms.delay.partials import Partials as Partials
+from .forms.domain import Domain as Domain
 from .forms.langevin.langevin import Langevin as Langevin
 from .forms.mechanics.holonomic import HolonomicSDAE as HolonomicSDAE, HolonomicState as HolonomicState
 from .forms.mechanics.jacobian import (

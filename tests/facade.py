@@ -381,6 +381,7 @@ from sdaeverify_planted.coefficients import WrongVariance
 from sdaeverify_planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
 from sdaeverify_problems._gaussian_step import gaussian_step
 from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
+from sdaeverify_problems.cir import cir
 from sdaeverify_problems.curves import _circle
 from sdaeverify_problems.curves.circle import circle
 from sdaeverify_problems.curves.ellipse import ellipse
@@ -432,6 +433,7 @@ from sdaeverify_problems.tori.torus import TABLE, torus
 from sdaeverify_problems.tori.tube_torus import tube_torus
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.baoab import BAOAB
+from sdaeverify_schemes.delays.drift_implicit_milstein import DriftImplicitMilstein
 from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.displaced_euler import DisplacedEuler

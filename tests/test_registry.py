@@ -292,6 +292,8 @@ TWO = "Fake(order=2.0), Fake()"
         ("name: ClassVar[str]", "name: str", "scheme 'fake-scheme': annotate name as ClassVar"),
         ("= SDE\n", "= 3\n", "scheme 'fake-scheme': form must be the form of problem it solves"),
         ("= SDE\n", "= SDE\n    claims = (3,)\n", "scheme 'fake-scheme': claims must be a tuple of Claim"),
+        ("= SDE\n", "= SDE\n    gives = 'r'\n", "scheme 'fake-scheme': gives must be a tuple of names of components"),
+        ("= SDE\n", "= SDE\n    domain = 'x >= 0'\n", "scheme 'fake-scheme': domain must be a Domain"),
         ("= 1.0", "= field(kw_only=True)", "parameter order of scheme 'fake-scheme' has no default"),
         ('str = "plain"', "tuple = (1,)", "parameter mode of scheme 'fake-scheme' has a default of type tuple"),
         (f"return [{TWO}]", BARE, "scheme 'fake-scheme': put @dataclass(frozen=True) above the class Bare, for more"),

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, hookimpl
+from sdaeverify import SDE, Array, Domain, Increment, MeanSquareStability, Moment, hookimpl
 
 from . import _controls as controls
 from ._known import moments, monomials, solution
@@ -38,6 +38,7 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
         start=[x_0],
         noise_dim=1,
         horizon=horizon,
+        domain=Domain.orthant() if x_0 >= 0.0 else None,
         traits=frozenset({"diagonal-noise"}),
         noise=frozenset({"dW"}),
         observables=monomials("x", "x^2", "x^3"),

@@ -21,6 +21,7 @@ from ..arrays import Array, Parts
 from ..contracts.measure import Followed
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SchemeError, SdaeverifyError, one_line
+from ..forms import Domain
 from ..forms.traits import SET_BY_FORM
 from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
@@ -170,7 +171,7 @@ def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Follo
         If a step raises.
     """
     forms: Any = scheme.forms
-    every = chain.from_iterable(map(_trivial_problems, forms))
+    every = chain.from_iterable(_trivial_problems(form, scheme.domain) for form in forms)
     missed = (variants for variants in every if _misses(scheme, variants, followed))
     texts = (_first_miss(_tries(scheme, variants, followed), motions) for variants in missed)
     return next(filter(None, texts), "")
@@ -184,10 +185,11 @@ def _misses(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -
 
 
 @cache
-def _trivial_problems(form: Any) -> Trivials:
-    # Built once for all schemes.
-    found: Trivials = form.trivial_problems()
-    return found
+def _trivial_problems(form: Any, domain: Domain | None) -> Trivials:
+    # Built once for all schemes. A form that derives from another one inherits problems that are not its own.
+    found: Trivials = form.trivial_problems() if domain is None else form.trivial_problems_in(domain)
+    own = (tuple(each for each in variants if isinstance(each.problem, form)) for variants in found)
+    return tuple(variants for variants in own if variants)
 
 
 class _Try(NamedTuple):
@@ -213,7 +215,7 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
 def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
     """Yield what a scheme does on each variant that it refuses neither beforehand nor in its step."""
     for trivial in variants:
-        tried = _is_claimed(scheme, trivial) and not scheme.refuses(trivial.problem)
+        tried = _is_claimed(scheme, trivial) and not scheme.why_not(trivial.problem)
         if tried and (found := _try(scheme, trivial, followed)) is not None:
             yield found
 

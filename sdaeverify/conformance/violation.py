@@ -16,6 +16,7 @@ from ..probe.local.far_noise import noise_departure
 from ..probe.local.run_memory import run_memory
 from ..probe.local.step_law import law_departure, law_resolution
 from .contract import contract_violation
+from .domain_kept import domain_violation
 from .exactness import exactness_violation
 
 # Under which name the comparison of single steps is evidence.
@@ -66,7 +67,7 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
         What a step raises at states of the view: nothing can be said of such a scheme.
     """
     with np.errstate(all="ignore"):
-        if text := contract_violation(scheme, view):
+        if text := contract_violation(scheme, view) or domain_violation(scheme, view):
             return text
         if text := exactness_violation(scheme, view.noise_dim, followed=followed):
             return text

@@ -1,10 +1,11 @@
 """Which scheme can be put to which problem, and in which view."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..forms import Problem
 from ..forms.names import article
 from .scheme import Scheme
+from .spelling import did_you_mean
 
 
 class Match(NamedTuple):
@@ -43,11 +44,27 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     if seen is None:
         needed = " or ".join(article(form.__name__) for form in scheme.forms)
         return Match(None, reason=f"needs {needed}; this problem is {article(type(problem).__name__)}")
+    if reason := _why_not_given(scheme, seen):
+        return Match(None, seen.seen_as, reason, failed=True)
     # One Brownian motion has no areas with others.
     if missing := scheme.noise - seen.noise - ({"A"} if seen.noise_dim == 1 else set()):
         return Match(
             None, seen.seen_as, f"needs noise {', '.join(sorted(missing))}, which the problem does not declare"
         )
-    if reason := scheme.refuses(seen):
+    if reason := scheme.why_not(seen):
         return Match(None, seen.seen_as, reason)
     return Match(seen, seen.seen_as)
+
+
+def _why_not_given(scheme: Scheme, seen: Any) -> str:
+    """Return that a scheme says it gives a component that the problem lacks, or an empty string."""
+    if not scheme.gives:
+        return ""
+    known = [*seen.parts(seen.initial(1))]
+    unknown = [name for name in scheme.gives if name not in known]
+    # Of several forms, some may have other components altogether.
+    if not unknown or (len(scheme.forms) > 1 and len(unknown) == len(scheme.gives)):
+        return ""
+    meant = did_you_mean(unknown[0], known)
+    expected = f"components of {article(type(seen).__name__)}: {', '.join(known)}"
+    return f"gives {', '.join(unknown)}, expected {expected}{meant}"

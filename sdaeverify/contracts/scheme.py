@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts
 from ..errors import SchemeError, UsageError, is_blank
-from ..forms import Problem, why_unknown
+from ..forms import Domain, Problem, why_not_within, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
 from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
@@ -172,6 +172,12 @@ class Scheme(_Frozen):
         Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``. Mean and covariance of a step are
         compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
+    gives : tuple of str
+        Names of the components of the solution that its state holds; empty for all of them. A scheme for mechanics
+        without multiplier gives ``("r", "v")``: its steps are compared with the equation that these obey alone.
+    domain : Domain, optional
+        States that it is for and stays in, such as ``Domain.orthant()`` for those at or above 0. It is put to
+        problems whose own domain lies in it, and not to order conditions and random members: these are of all states.
     local_order_is_global : bool
         Whether its global order, strong or weak, shows in one step. It does not where the errors of single steps are
         taken back later: effective order, processing, steps of two kinds in turns, a projection that resets the
@@ -188,6 +194,8 @@ class Scheme(_Frozen):
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
+    gives: ClassVar[tuple[str, ...]] = ()
+    domain: ClassVar[Domain | None] = None
     local_order_is_global: ClassVar[bool] = True
     discontinuous_in_noise: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
@@ -217,10 +225,11 @@ class Scheme(_Frozen):
         return self.form if isinstance(self.form, tuple) else (self.form,)
 
     def view_of(self, problem: Problem) -> Problem | None:
-        """Return a problem in a form it solves, or None where there is no such view."""
+        """Return a problem in a form it solves and of the components that it gives, or None without such a view."""
         if isinstance(problem, self.forms):
-            return problem
-        return next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
+            return problem.giving(self.gives)
+        seen = next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
+        return None if seen is None else seen.giving(self.gives)
 
     @property
     def law(self) -> Law:
@@ -233,6 +242,10 @@ class Scheme(_Frozen):
     def refuses(self, problem: Any) -> str:  # noqa: ARG002 - most schemes refuse nothing
         """Return why the scheme cannot solve a problem of its form, or an empty string."""
         return ""
+
+    def why_not(self, problem: Any) -> str:
+        """Return why it is not put to a problem of its form: its domain, or what `refuses` says."""
+        return why_not_within(problem, self.domain) or self.refuses(problem)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FAULTS, ParameterError, ProblemError, SdaeverifyError, UsageError, one_line
-from ..forms import Problem
+from ..forms import Domain, Problem
 from ..noise.laws import Law, why_unusable
 from .labels import (
     REQUIRED,
@@ -28,10 +28,10 @@ from .labels import (
     read_values,
 )
 from .measure import Measure
-from .scheme import Claim, Scheme
+from .scheme import Claim, Scheme, are_texts
 from .spelling import did_you_mean
 
-CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "local_order_is_global", "source")
+CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "gives", "domain", "local_order_is_global", "source")
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
 # What a command lists by name.
@@ -333,3 +333,8 @@ def _check_declarations(owner: str, kind: type[Scheme]) -> None:
     claims: object = kind.claims
     if not (isinstance(claims, tuple) and all(isinstance(claim, Claim) for claim in claims)):
         raise UsageError(f"{owner}: claims must be a tuple of Claim, got {describe(claims)}")
+    gives: object = kind.gives
+    if not are_texts(gives, tuple):
+        raise UsageError(f"{owner}: gives must be a tuple of names of components, such as ('r', 'v'), got {gives!r}")
+    if not isinstance(kind.domain, Domain | None):
+        raise UsageError(f"{owner}: domain must be a Domain, such as Domain.orthant(), got {describe(kind.domain)}")

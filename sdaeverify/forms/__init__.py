@@ -7,6 +7,7 @@ from .delay.dissipation import Dissipation
 from .delay.index_one import IndexOneSDAE
 from .delay.mesh import Lag, Mesh
 from .delay.partials import Partials
+from .domain import Domain, outside, why_not_within
 from .equation import Equation
 from .langevin.langevin import Damped, Langevin
 from .manifold import LevelSets
@@ -32,6 +33,7 @@ __all__ = [
     "Delayed",
     "DenseJacobian",
     "Dissipation",
+    "Domain",
     "Equation",
     "Gram",
     "HolonomicSDAE",
@@ -52,5 +54,7 @@ __all__ = [
     "as_sde",
     "components",
     "known_traits",
+    "outside",
+    "why_not_within",
     "why_unknown",
 ]

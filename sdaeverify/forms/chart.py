@@ -1,7 +1,9 @@
 """Few coordinates for a problem that looks larger: an angle and its velocity instead of positions and velocities."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..arrays import Array
 
@@ -44,3 +46,19 @@ class Chart:
     axes: tuple[Angle | Line, ...]
     embed: Callable[[Array], Array]
     read: Callable[[Array], Array]
+
+
+def without_rows(chart: Chart, count: int) -> Chart:
+    """Return a chart whose states lack the last rows, which are pure outputs.
+
+    Parameters
+    ----------
+    chart : Chart
+    count : int
+        Number of rows that are left out.
+    """
+
+    def read(x: Array) -> Array:
+        return chart.read(np.concatenate([x, np.zeros((count, x.shape[1]))]))
+
+    return replace(chart, embed=lambda z: chart.embed(z)[:-count], read=read)

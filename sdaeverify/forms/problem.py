@@ -1,6 +1,6 @@
 """What problems of every form have in common."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from inspect import Signature, signature
@@ -15,6 +15,7 @@ from ..noise.brownian import BROWNIAN, USUAL, Increment, complete
 from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
+from .domain import NONNEGATIVE, Domain
 from .equation import Equation
 from .features import Feature
 from .generic import GenericClass
@@ -72,6 +73,8 @@ class Problem:
         One for each order of a measure that may be gated on it.
     chart : Chart, optional
         One or two coordinates that all components but pure outputs are functions of.
+    domain : Domain, optional
+        States that solutions do not leave, if these are not all: single steps are probed in it.
     relaxation_time : float
         Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite where
         it has no invariant law, or none that is known.
@@ -95,6 +98,7 @@ class Problem:
     truths: tuple[Truth, ...] = ()
     controls: tuple[Control, ...] = ()
     chart: Chart | None = None
+    domain: Domain | None = None
     relaxation_time: float = np.inf
     fastest_time: float = np.inf
     seen_as: str = ""
@@ -121,6 +125,9 @@ class Problem:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
         if unknown := why_unknown(traits, type(self)):
             raise ProblemError(unknown)
+        if self.domain is not None and not isinstance(self.domain, Domain):
+            raise ProblemError(f"domain must be a Domain, such as Domain.orthant(), got {self.domain!r:.200}")
+        traits |= {NONNEGATIVE} if self.domain is not None and self.domain.nonnegative else frozenset()
         if not (self.has_constraints or self.seen_as):
             traits |= {"unconstrained"}
         if self.has_constraints:
@@ -152,6 +159,16 @@ class Problem:
     def view(self, form: "type[Problem]") -> "Problem | None":
         """Return this problem as one of another form, or None where it has no such view."""
         return self if isinstance(self, form) else None
+
+    def giving(self, names: Collection[str]) -> "Problem":  # noqa: ARG002 - forms with pure outputs use it
+        """Return the problem of some components alone, where they obey an equation of their own; else the whole one.
+
+        Parameters
+        ----------
+        names : collection of str
+            Of the components that a scheme gives; empty for all.
+        """
+        return self
 
     # Made once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property
@@ -214,6 +231,11 @@ class Problem:
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return problems of the form that every scheme for it solves exactly; none unless the form knows some."""
+        return ()
+
+    @classmethod
+    def trivial_problems_in(cls, domain: Domain) -> Trivials:  # noqa: ARG003 - forms that know some use it
+        """Return such problems whose solutions stay in a domain; none unless the form knows some."""
         return ()
 
     @classmethod

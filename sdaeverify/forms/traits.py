@@ -73,6 +73,10 @@ GENERAL: tuple[Trait, ...] = (
         "Drift and diffusion of an SDE grow at most linearly with the state, as globally Lipschitz ones do (set by "
         "the form itself, which evaluates them along rays).",
     ),
+    Trait(
+        "nonnegative",
+        "All components stay at or above 0 (set by the form itself, if the domain of the problem says so).",
+    ),
     Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
 )
 INDEX_ONE: tuple[Trait, ...] = (
@@ -88,7 +92,7 @@ INDEX_ONE: tuple[Trait, ...] = (
     Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
 )
 # Traits that forms set themselves: a problem without one of them lacks it, however little its author declares.
-SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic"})
+SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic", "nonnegative"})
 # Each of these makes noises commute.
 COMMUTING = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
 # What follows from noise that is additive, beside itself.
@@ -106,4 +110,8 @@ def why_unknown(given: Iterable[str], form: type = object) -> str:
     """Return which of some traits nobody declares, and what may be meant; a `Trait` declares itself."""
     bare, known = {trait for trait in given if not isinstance(trait, Trait)}, known_traits(form)
     unknown = sorted(bare - known.keys())
-    return f"unknown traits {unknown}; known are {sorted(known)}{did_you_mean(unknown[0], known)}" if unknown else ""
+    if not unknown:
+        return ""
+    meant = did_you_mean(unknown[0], known)
+    own = f"; to declare one of your own, give Trait({unknown[0]!r}, meaning) in place of the text"
+    return f"unknown traits {unknown}; known are {sorted(known)}{meant}{own}"

@@ -16,7 +16,7 @@ from ..contracts.matching import Match, match
 from ..contracts.scheme import Scheme, Step
 from ..contracts.specs import ProblemSpec, describe, problem_name
 from ..errors import FAULTS, UsageError, one_line
-from ..forms import Delayed, IndexOne, Problem, as_sde, components
+from ..forms import Delayed, IndexOne, Problem, as_sde, components, outside
 from ..forms.delay.linked import linked_equation
 from ..forms.names import article
 from ..noise.brownian import Increment
@@ -241,11 +241,12 @@ class ProblemSubject:
         with np.errstate(all="ignore"):
             states: Array = stopped_states(Euler(), self.equation, PATHS)
             step = self.equation.horizon / PATHS * norm(self.equation.drift(WHEN, states))
-        if (step <= 1.0 + norm(states)).all():
+        if (step <= 1.0 + norm(states)).all() and not outside(self.equation, states).any():
             return states
         view = self.equation if self.problem.capability(IndexOne) else self.problem
         states = cloud(view, self.equation)[:, -PATHS:]
-        return np.asarray(states + MOVED * (1.0 + norm(states)) * directions(states, 1)[0])
+        moved = states + MOVED * (1.0 + norm(states)) * directions(states, 1)[0]
+        return np.asarray(np.where(outside(self.equation, moved), states, moved))
 
     @property
     def B(self) -> Array:

@@ -43,7 +43,7 @@ class Examined:
             return f"solves the form {forms}"
         if scheme.discontinuous_in_noise:
             return "a step jumps as a function of its noise: it has no expansion"
-        return scheme.refuses(problem)
+        return scheme.why_not(problem)
 
     @cached_property
     def found(self) -> list[Condition]:

@@ -108,7 +108,7 @@ class DelaySDAE(Delayed):
         Those of the equation with y eliminated, where better than `dissipation` implies: schemes that solve for y do.
     horizon, noise_dim, source, units, traits, noise, observables, truths
         As of any `Problem`.
-    controls, chart, relaxation_time, fastest_time
+    controls, chart, domain, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

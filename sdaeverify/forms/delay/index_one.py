@@ -75,7 +75,7 @@ class IndexOneSDAE(DelaySDAE):
         See `DelaySDAE`.
     horizon, noise_dim, source, units, traits, noise, observables, truths
         As of any `Problem`.
-    controls, chart, relaxation_time, fastest_time
+    controls, chart, domain, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

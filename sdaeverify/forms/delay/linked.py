@@ -75,6 +75,7 @@ def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
         noise=problem.noise,
         horizon=span if span > 0.0 else first,
         delay=tau,
+        domain=problem.domain and problem.domain.repeated(links),
         traits=problem.traits - {"scalar-noise", "diagonal-noise", "commutative-noise", "algebraic", "constrained"},
         source=f"as an equation without delay: {problem.source}",
         seen_as="linked equation",

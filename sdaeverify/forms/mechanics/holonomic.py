@@ -4,10 +4,11 @@ Symbols as in Lindner & Stroot (2017), section 2.1: positions r and velocities v
 in R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, multiplier mu in R^m, mu(0) = 0.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import NamedTuple, cast
+from typing import ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from ...arrays import Array, Parts
 from ...errors import ProblemError
 from ...numerics.derivatives import directional, is_analytic, second_directional
 from ...numerics.linalg import apply, norm
+from ..chart import without_rows
 from ..checks import (
     PROBES,
     check_analytic,
@@ -38,12 +40,13 @@ from ..trivial import Trivials
 from .generic import FEATURES, draw_mechanics
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
 from .motion_features import motion_features
-from .multiplied import Mechanics
+from .multiplied import Mechanics, Multiplied
 from .structure import Structure, Unstructured, check_structure
 from .trivial_motions import trivial_motions
 
 # Traits of noise that a projector takes away.
 NOT_PROJECTED = {"additive-noise", "diagonal-noise", "commutative-noise"}
+K = TypeVar("K")
 
 
 class HolonomicState(NamedTuple):
@@ -97,7 +100,7 @@ class HolonomicSDAE(Mechanics):
         C_g of Lindner & Stroot (2.7), finite and at least 1.
     horizon, noise_dim, source, units, traits, noise, observables, truths
         As of any `Problem`.
-    controls, chart, relaxation_time, fastest_time
+    controls, chart, domain, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises
@@ -120,6 +123,9 @@ class HolonomicSDAE(Mechanics):
     force_derivatives: Callable[[float, Array, Array], tuple[Array, Array]] | None = None
     structure: Structure | None = None
     constraint_bound: float | None = None
+
+    # Whether mu is a component of the solution; not for schemes that give r and v alone.
+    _has_multiplier: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -151,7 +157,16 @@ class HolonomicSDAE(Mechanics):
 
     def parts(self, state: HolonomicState) -> Parts:
         """Return the named components of a state."""
-        return state._asdict()
+        parts: Parts = state._asdict()
+        return parts if self._has_multiplier else {name: part for name, part in parts.items() if name != "mu"}
+
+    def giving(self, names: Collection[str]) -> "HolonomicSDAE":
+        """Return the problem of r and v for schemes that give these alone; mu is an output of them."""
+        return self._without_multiplier if {*names} == {"r", "v"} else self
+
+    def capability(self, kind: type[K]) -> K | None:
+        """Return the problem itself for what it is; it is `Multiplied` only with mu as a component."""
+        return None if kind is Multiplied and not self._has_multiplier else super().capability(kind)
 
     def inverse_mass(self, y: Array) -> Array:
         """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
@@ -239,7 +254,7 @@ class HolonomicSDAE(Mechanics):
         """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
         r, v, mu = self.state(x)
         r = onto_manifold(self.constraint, self, r)
-        return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])
+        return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])[: len(x)]
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
@@ -261,13 +276,14 @@ class HolonomicSDAE(Mechanics):
         return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES),)
 
     def ito(self) -> SDE:
-        """Return the inherent SDE of r, v and mu."""
-        return self._with_multiplier
+        """Return the inherent SDE of r, v and, if it is a component, mu."""
+        return self._inherent if self._has_multiplier else self._sde
 
     def state(self, x: Array, t: float = 0.0) -> HolonomicState:  # noqa: ARG002 - the constraint knows no time
-        """Return the state whose components r, v and mu are the rows of x."""
+        """Return the state whose components r, v and mu are the rows of x; mu is 0 if it is no component."""
         n = self.dimension
-        return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])
+        mu = x[2 * n :] if self._has_multiplier else np.zeros((self.constraints, x.shape[1]))
+        return HolonomicState(x[:n], x[n : 2 * n], mu)
 
     def multiplier_scales(self, t: float, x: Array, h: float) -> tuple[Array, Array]:
         """Return |G_M^{-1}| |Dg| times |r|, and times |v + h a + B w|."""
@@ -305,8 +321,16 @@ class HolonomicSDAE(Mechanics):
         return inherent_sde(self)
 
     @cached_property
-    def _with_multiplier(self) -> SDE:
+    def _inherent(self) -> SDE:
         return inherent_sde(self, with_multiplier=True)
+
+    @cached_property
+    def _without_multiplier(self) -> "HolonomicSDAE":
+        other = copy(self)
+        object.__setattr__(other, "_has_multiplier", False)
+        if self.chart is not None:
+            object.__setattr__(other, "chart", without_rows(self.chart, self.constraints))
+        return other
 
     @cached_property
     def _inverse(self) -> Array | None:

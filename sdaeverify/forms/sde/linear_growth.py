@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import FAULTS
 from ...numerics.linalg import norm
+from ..domain import outside
 
 SEED = 20260613
 # Points on a ray, in units of the size of the start; rays of each kind; kinds that move one component alone at most.
@@ -33,7 +34,10 @@ def grows_linearly(equation: Any) -> bool:
             f = np.broadcast_to(equation.drift(WHEN * equation.horizon, x), x.shape)
             B = equation.diffusion(WHEN * equation.horizon, x)
             sizes = norm(f), np.broadcast_to(norm(B.reshape(-1, B.shape[-1])), x.shape[1:])
-            return all(_power(size.reshape(-1, RAYS, len(RADII))) < POWER for size in sizes)
+            # Beyond a domain nothing has to grow at all.
+            known = ~outside(equation, x)
+            inside = [np.where(known, size, np.nan) for size in sizes]
+            return all(_power(size.reshape(-1, RAYS, len(RADII))) < POWER for size in inside)
     except FAULTS:
         # Coefficients that cannot be evaluated far out are not known to be of linear growth.
         return False
@@ -46,8 +50,12 @@ def _rays(equation: Any) -> Array:
     unit = np.abs(start).max() or 1.0
     moved = [np.ones(d), *(np.isin(np.arange(d), np.arange(d)[rows]) for rows in (equation.names or {}).values())]
     moved += list(np.eye(d)[rng.permutation(d)[:SINGLE]])
-    directions = np.array(moved)[:, None] * rng.standard_normal((len(moved), RAYS, d))
-    base = start + unit * rng.uniform(-0.5, 0.5, (RAYS, d))
+    if equation.domain is None:
+        ways, base = rng.standard_normal((len(moved), RAYS, d)), start + unit * rng.uniform(-0.5, 0.5, (RAYS, d))
+    else:
+        # Away from a corner, if there is one.
+        ways, base = np.array([equation.domain.draw(d, RAYS, SEED + k).T for k in range(2)])
+    directions = np.array(moved)[:, None] * ways
     points = base[None, :, None] + unit * RADII[:, None] * directions[:, :, None]
     return np.ascontiguousarray(points.reshape(-1, d).T)
 

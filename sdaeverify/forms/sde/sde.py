@@ -24,6 +24,7 @@ from ..checks import (
     columns,
     vector,
 )
+from ..domain import Domain
 from ..features import (
     Feature,
     differ,
@@ -39,6 +40,7 @@ from ..problem import Problem, Residual, briefly_signed
 from ..traits import COMMUTING
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
 from .linear_growth import grows_linearly
+from .trivial_in_domain import trivial_equations_in
 
 
 @briefly_signed
@@ -69,7 +71,7 @@ class SDE(Problem):
         Dg; by complex step if left out, and g must then be analytic.
     horizon, noise_dim, source, units, traits, noise, observables, truths
         As of any `Problem`.
-    controls, chart, relaxation_time, fastest_time
+    controls, chart, domain, relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises
@@ -111,6 +113,7 @@ class SDE(Problem):
             if not (isinstance(rows, slice) and range(d)[rows]):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
         self._check_constraint(x)
+        self._check_domain(x)
         self._check_traits(x)
         others = self.traits - {"linear-growth"}
         object.__setattr__(self, "traits", others | ({"linear-growth"} if self._grows_linearly() else set()))
@@ -142,6 +145,11 @@ class SDE(Problem):
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
         return _trivial_equations()
+
+    @classmethod
+    def trivial_problems_in(cls, domain: Domain) -> Trivials:
+        """Return rest and motion along a line that stay in a domain: noise of a constant strength leaves it."""
+        return trivial_equations_in(SDE, domain)
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
@@ -300,6 +308,14 @@ class SDE(Problem):
         B = np.broadcast_to(self.diffusion(t, x), (self.dimension, self.noise_dim, x.shape[-1]))
         turned = np.stack([self.derivative_of_diffusion(t, x, B[:, k]) for k in range(self.noise_dim)], axis=2)
         return bool(np.allclose(turned, turned.swapaxes(1, 2), rtol=0.0, atol=1e-10 * np.abs(turned).max()))
+
+    def _check_domain(self, x: Array) -> None:
+        if self.domain is None:
+            return
+        if not self.domain.contains(x).all():
+            raise ProblemError(f"the start {x[:, 0].tolist()} is not in the domain, {self.domain}")
+        if not self.domain.contains(self.domain.draw(self.dimension, PROBES)).all():
+            raise ProblemError(f"domain {self.domain}: sample returns states that contains says are not in it")
 
     def _check_constraint(self, x: Array) -> None:
         if self.constraint is None:

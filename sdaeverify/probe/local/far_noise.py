@@ -135,6 +135,7 @@ def _difference(step: OneStep, rates: EquationRates, draw: _Draw, part: float) -
     explained = ROUNDINGS * EPS * np.abs(draw.x).max(axis=0)
     gap = np.sign(gap) * np.fmax(np.abs(gap) - explained, 0.0) / root
     masks = [mask for mask in (made.failed, made.truncated) if mask is not None]
+    masks.append(step.leaves_domain(draw.x, draw.t, h, noise))
     return np.where(reduce(np.logical_or, masks, ~np.isfinite(gap).all(axis=0)), np.nan, gap), (euler - draw.x) / root
 
 

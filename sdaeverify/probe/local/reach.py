@@ -95,6 +95,9 @@ def _by_steps(step: OneStep, x: Array) -> Mask:
     if step.view.has_constraints:
         nearest = step.view.admissible(states.reshape(len(x), -1)).reshape(states.shape)
         states = np.where(np.isfinite(nearest).all(axis=0), nearest, x[:, None])
+    if step.view.domain is not None:
+        unmoved = np.broadcast_to(x[:, None], states.shape).reshape(len(x), -1)
+        states = step.view.domain.keep(states.reshape(len(x), -1), unmoved).reshape(states.shape)
 
     def steps(wide: Array) -> Array:
         state = step.enter(wide, t, h)

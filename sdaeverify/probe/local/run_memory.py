@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Mask, Parts
 from ...contracts.scheme import Scheme, State, Stepper, flatten
-from ...forms import BROWNIAN, IndexOne, Problem
+from ...forms import BROWNIAN, IndexOne, Problem, components
 from ...noise.brownian import USUAL, Increment, LevelNoise, Source, brownian_steps
 from ..step.nodes import SEED
 
@@ -64,16 +64,17 @@ class Apart(NamedTuple):
 def remembers(scheme: Scheme, view: Any) -> bool:
     """Tell whether a scheme's state is more than the components that are known of an equation without y.
 
-    Memory that `enter` does not set at all is none that could be compared.
+    Memory that `enter` does not set at all is none that could be compared; nor is that of a state which lacks
+    components that a state is entered with.
     """
     form: IndexOne | None = view.capability(IndexOne)
-    start = flatten(scheme.start(view, 1, view.horizon / COARSE))
-    known = form.dimension if form is not None else len(flatten(view.initial(1)))
-    if view.records or len(start) <= known:
+    state = scheme.start(view, 1, view.horizon / COARSE)
+    known = form.dimension if form is not None else components(view)
+    compared = {"x"} if form is not None else {*view.parts(view.initial(1))}
+    if view.records or len(flatten(state)) <= known or not compared <= {*scheme.parts(view, state)}:
         return False
     entered = scheme.enter(view, view.initial(1), 0.0, view.horizon / COARSE)
-    state = scheme.start(view, 1, view.horizon / COARSE)
-    return type(entered) is type(state) and flatten(entered).shape == start.shape
+    return type(entered) is type(state) and flatten(entered).shape == flatten(state).shape
 
 
 def run_memory(scheme: Scheme, view: Problem) -> Apart | None:

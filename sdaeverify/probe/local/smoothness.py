@@ -185,7 +185,10 @@ def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Arra
     for time, states in zip(t.tolist(), x[..., -AT_A_TIME:], strict=True):
         noise = np.sqrt(h) * rng.standard_normal((equation.noise_dim, states.shape[1]))
         move = h * equation.drift(time, states) + equation.diffused(time, states, noise)
-        ends.append(np.stack([states - move, states + move], axis=1))
+        both = [states - move, states + move]
+        if view.domain is not None:
+            both = [view.domain.farthest(states, end) for end in both]
+        ends.append(np.stack(both, axis=1))
     found = np.concatenate(ends, axis=2)
     return np.asarray(found[..., np.isfinite(found).all(axis=(0, 1))])
 

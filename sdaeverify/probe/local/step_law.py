@@ -370,8 +370,12 @@ class _ShortSteps(NamedTuple):
     def _truncated(self, places: Array) -> Mask:
         """Tell from which states the shortest steps are truncated by some noise, (n, S): they have no limit yet."""
         nodes, S, h = self.nodes[-1], self.rates.x.shape[-1], FINER[-1] * self.step.time_unit
-        masks = [made.truncated for _, made in self._made(places, nodes, h)]
-        return np.array([np.zeros(S, bool) if m is None else m.reshape(S, -1).any(axis=1) for m in masks])
+        noise, times = nodes.increment(h, S), self.rates.t[places].tolist()
+        masks = [
+            self.step.leaves_domain(x, t, h, noise) | (False if made.truncated is None else made.truncated)
+            for t, (x, made) in zip(times, self._made(places, nodes, h), strict=True)
+        ]
+        return np.array([mask.reshape(S, -1).any(axis=1) for mask in masks])
 
     def _made(self, places: Array, nodes: Nodes, h: float) -> Iterator[tuple[Array, Step]]:
         """Return the states of each time, once for each node, shape (d, S K), and the step from them."""

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, State, Step, flatten
 from ...errors import SchemeError
-from ...forms import Equation, Problem, components
+from ...forms import Equation, Problem, components, outside
 from ...forms.names import article
 from ...noise.brownian import Increment
 from .memory import MemoryOrders, memory_orders
@@ -22,6 +22,9 @@ RESOLVED = 64.0
 # Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and a bound
 # for round-off.
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
+# The nodes of a step are no farther out, in standard deviations: those of Gauss-Hermite rules of up to 9 points are
+# within 4.52.
+OUTERMOST = 4.52
 TRUNCATED = "steps are truncated at every state, however short they are"
 
 
@@ -180,7 +183,13 @@ class OneStep:
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks components that are compared, or an empty string."""
         lacking = [name for name in self.names if name not in self.scheme.parts(self.view, state)]
-        return f"the state of the scheme has no {', '.join(lacking)}" if lacking else ""
+        if not lacking:
+            return ""
+        given = tuple(name for name in self.names if name not in lacking)
+        hint = (
+            f"; if it is to have none, say so by gives = {given}" if self.view.giving(given) is not self.view else ""
+        )
+        return f"the state of the scheme has no {', '.join(lacking)}{hint}"
 
     def enter(self, x: Array, t: float, h: float) -> State:
         """Return the scheme's state at x, for steps of size h from time t.
@@ -214,7 +223,8 @@ class OneStep:
     def truncated(self, x: Array, h: Array, times: Sequence[float]) -> Mask:
         """Tell at which states a step of each size is truncated by some noise of its size, shape (S, H).
 
-        A truncated step is not yet what the scheme tends to: it has no order there.
+        A truncated step is not yet what the scheme tends to: it has no order there. A step of Euler's method that
+        leaves the domain of the problem counts as one: there, schemes that stay in it make another step.
 
         Parameters
         ----------
@@ -232,12 +242,31 @@ class OneStep:
             PathBatch(wide, t, size, nodes.increment(size, x.shape[1]))
             for size, t in zip(h.tolist(), times, strict=True)
         ]
-        if not batches or self.make(*batches[0]).truncated is None:
-            return found
-        for place, made in enumerate(self.together(batches)):
-            if made.truncated is not None:
-                found[:, place] = made.truncated.reshape(x.shape[1], -1).any(axis=1)
+        if batches and self.make(*batches[0]).truncated is not None:
+            for place, made in enumerate(self.together(batches)):
+                if made.truncated is not None:
+                    found[:, place] = made.truncated.reshape(x.shape[1], -1).any(axis=1)
+        for place, (_, t, size, noise) in enumerate(batches if self.view.domain is not None else ()):
+            left = self.leaves_domain(wide, t, size, noise._replace(dW=OUTERMOST * noise.dW))
+            found[:, place] |= left.reshape(x.shape[1], -1).any(axis=1)
         return found
+
+    def leaves_domain(self, x: Array, t: float, h: float, noise: Increment) -> Mask:
+        """Return on which paths a step of Euler's method leaves the domain of the problem, shape (P,).
+
+        Parameters
+        ----------
+        x : ndarray, shape (d, P)
+        t : float
+            Start of the step.
+        h : float
+            Its size.
+        noise : Increment
+            On the same paths.
+        """
+        if self.view.domain is None:
+            return np.zeros(x.shape[1], dtype=bool)
+        return outside(self.view, self.euler(x, t, h, noise))
 
     def _few_nodes(self) -> Nodes:
         l, noise, law = self.view.noise_dim, self.scheme.noise, self.scheme.law

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...forms import Equation, Problem
+from ...forms import Domain, Equation, Problem, outside
 from ...numerics import all_finite, norm, solve
 from .nodes import BATCH, SEED
 
@@ -169,16 +169,23 @@ def cloud(view: Problem, ito: Equation) -> Array:
     start = ito.initial(1)
     with np.errstate(all="ignore"):
         # Of each path its own time.
-        pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, time_unit(view), rng)))
+        pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, time_unit(view), rng, view.domain)))
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
-        points = np.concatenate([pilot, scattered], axis=1)
+        points = np.concatenate([pilot, _brought_back(view, scattered)], axis=1)
         if view.has_constraints:
             points = view.admissible(points)
         found = np.concatenate([start, np.where(is_allowed(view, ito, points), points, start)], axis=1)
     # All schemes on a problem are given the same array.
     found.flags.writeable = False
     return found
+
+
+def _brought_back(view: Problem, points: Array) -> Array:
+    """Return points, shape (d, S), those outside the domain of a problem replaced by random states in it."""
+    if view.domain is None:
+        return points
+    return view.domain.keep(points, view.domain.draw(*points.shape))
 
 
 def _not_too_far(start: Array, points: Array) -> Array:
@@ -191,18 +198,18 @@ def _not_too_far(start: Array, points: Array) -> Array:
 
 
 def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
-    """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion.
+    """Tell which points of shape (d, S) are on the manifold and in the domain, with finite drift and diffusion.
 
     Parameters
     ----------
     view : Problem
-        What the scheme sees: its constraints say where the manifold is.
+        What the scheme sees: its constraints say where the manifold is, and its domain where solutions stay.
     ito : Equation
         Whose coefficients have to be finite.
     points : ndarray, shape (d, S)
     """
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
-    good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
+    good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1])) & ~outside(view, points)
     if view.has_constraints:
         for value, scale in view.residuals(view.parts(view.state(points))).values():
             good &= (np.abs(value) <= CLOSE * scale).all(axis=0)
@@ -253,7 +260,7 @@ def reached_states(view: Problem, ito: Equation) -> ReachedStates:
     h = ito.horizon / len(normals)
     kept = A_STRATUM * np.arange(STRATA) + rng.integers(1, A_STRATUM + 1, STRATA)
     with np.errstate(all="ignore"):
-        points = _follow_pilot(ito, h, normals, kept)
+        points = _follow_pilot(ito, h, normals, kept, view.domain)
         found = np.stack([x[:, _extremes(x, k, rng)] for k, x in enumerate(points)])
         wide = np.moveaxis(found, 0, 1).reshape(found.shape[1], -1)
         if view.has_constraints:
@@ -330,36 +337,47 @@ def in_batches(x: Array, nodes: int) -> list[Array]:
     return np.array_split(x, max(min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), 1), axis=1)
 
 
-def _pilot(ito: Equation, unit: float, rng: np.random.Generator) -> Array:
+def _pilot(ito: Equation, unit: float, rng: np.random.Generator, domain: Domain | None) -> Array:
     """Return where the pilot's paths are at six times, shape (6, d, P)."""
     longest = PILOT_H * max(unit, 1.0)
     steps = int(np.clip(np.ceil(ito.horizon / longest), FEWEST_STEPS, MOST_STEPS))
     h, normals = min(ito.horizon / steps, longest), rng.standard_normal((steps, ito.noise_dim, PILOT))
-    return _follow_pilot(ito, h, normals, np.linspace(steps / PILOT, steps, PILOT).astype(int))
+    return _follow_pilot(ito, h, normals, np.linspace(steps / PILOT, steps, PILOT).astype(int), domain)
 
 
-def _follow_pilot(ito: Equation, h: float, normals: Array, kept: Array) -> Array:
-    """Return where the pilot's paths are after some numbers of steps, shape (K, d, P); the start if not finite."""
-    points, stiff = _simulate_pilot(ito, h, normals, kept, implicit=False)
+def _follow_pilot(ito: Equation, h: float, normals: Array, kept: Array, domain: Domain | None) -> Array:
+    """Return where the pilot's paths are after some numbers of steps, shape (K, d, P); the start if not finite.
+
+    A step that leaves the domain is not made.
+    """
+    pilot = _Pilot(ito, h, normals, domain)
+    points, stiff = pilot.simulate(kept, implicit=False)
     if stiff:
-        points, _ = _simulate_pilot(ito, h, normals, kept, implicit=True)
+        points, _ = pilot.simulate(kept, implicit=True)
     return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, ito.initial(normals.shape[-1]))
 
 
-def _simulate_pilot(ito: Equation, h: float, normals: Array, kept: Array, *, implicit: bool) -> tuple[Array, bool]:
-    """Return where the paths are after some numbers of steps, and whether a drift was larger than the state."""
-    paths, stiff = normals.shape[-1], False
-    x = ito.initial(paths)
-    points = np.empty((len(kept), *x.shape))
-    for step, xi in enumerate(normals):
-        t = step * h
-        drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
-        if not (implicit or stiff):
-            size = norm(x)
-            stiff = bool(((size > 0.0) & (norm(drift) > size)).any())
-        x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
-        points[kept == step + 1] = x
-    return points, stiff
+class _Pilot(NamedTuple):
+    ito: Equation
+    h: float
+    normals: Array
+    domain: Domain | None
+
+    def simulate(self, kept: Array, *, implicit: bool) -> tuple[Array, bool]:
+        """Return where the paths are after some numbers of steps, and whether a drift was larger than the state."""
+        ito, h, stiff = self.ito, self.h, False
+        x = ito.initial(self.normals.shape[-1])
+        points = np.empty((len(kept), *x.shape))
+        for step, xi in enumerate(self.normals):
+            t = step * h
+            drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
+            if not (implicit or stiff):
+                size = norm(x)
+                stiff = bool(((size > 0.0) & (norm(drift) > size)).any())
+            new = x + (solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else drift + kick)
+            x = new if self.domain is None else self.domain.keep(new, x)
+            points[kept == step + 1] = x
+        return points, stiff
 
 
 def _implicit_matrix(ito: Equation, t: float, x: Array, h: float) -> Array:

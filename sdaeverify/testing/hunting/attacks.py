@@ -89,8 +89,14 @@ def _forms(scheme: Scheme, wanted: Sequence[str]) -> list[str]:
             f"unknown form {', '.join(unknown)}; known are {', '.join(known)}{did_you_mean(unknown[0], known)}"
         )
     if wanted:
-        return [form for form in wanted if form == SHIPPED or scheme.view_of(_problem(form)) is not None]
-    return [form for form in DRAWINGS if isinstance(_problem(form), scheme.forms)]
+        return [form for form in wanted if form == SHIPPED or _draws(scheme, form)]
+    own = [form for form in DRAWINGS if isinstance(_problem(form), scheme.forms) and _draws(scheme, form)]
+    return own if scheme.domain is None else [*own, SHIPPED]
+
+
+def _draws(scheme: Scheme, form: str) -> bool:
+    """Return whether a scheme solves what is drawn of a form: equations of all states."""
+    return scheme.domain is None and scheme.view_of(_problem(form)) is not None
 
 
 def _require_traits(asked: HuntOptions) -> None:
