@@ -22,7 +22,7 @@ from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
 from .report.files import require_writable
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_own, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.passports import noise_in_words, passports
@@ -222,6 +222,7 @@ class Result:
             If the folder cannot be written into.
         """
         target = folder_of("save", folder)
+        require_own(target, "folder")
         require_writable(target)
         asked = {CLASSES: self.classes} if self.results else {}
         save_tables(target, {**self.tables, **asked}, self.run)
@@ -303,6 +304,7 @@ def verify(
         LOG.warning(warning)
     folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
+        require_own(folder, "out")
         require_writable(folder, "out")
     with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)

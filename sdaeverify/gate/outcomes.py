@@ -6,10 +6,7 @@ from enum import StrEnum
 
 from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
-from ..contracts.labels import matches
 from ..contracts.scheme import Claim
-from ..contracts.spelling import did_you_mean
-from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
 from ..study.plan import claims_of, promises_of
@@ -109,29 +106,6 @@ def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
     """Return the expected failures that no finding matches."""
     known = list(found)
     return [one for one in policy.expected_failures if not any(one.matches(**o.key._asdict()) for o in known)]
-
-
-def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outcome]) -> str:
-    """Return that an expected failure names what is not there, whatever part of all is run; empty if it does not.
-
-    Parameters
-    ----------
-    one : FailingClaim
-    registry : Registry
-    found : iterable of Outcome
-        Of things that are registered, and of others.
-    """
-    cells = [outcome.cell for outcome in found]
-    known = {
-        "scheme": {*registry.schemes, *(cell.scheme.name for cell in cells)},
-        "problem": {*registry.problems, *(cell.spec.name for cell in cells)},
-        "measure": {*registry.measures, *(cell.measure.name for cell in cells)},
-    }
-    for kind, names in known.items():
-        name = getattr(one, kind).partition("[")[0]
-        if not any(matches(name, each) for each in names):
-            return f"no {kind} is named {name}{did_you_mean(name, names)}"
-    return ""
 
 
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
