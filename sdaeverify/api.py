@@ -31,7 +31,7 @@ from .report.progress import KINDS
 from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
-from .report.tables.choice import Choices, choices, curves
+from .report.tables.choice import Choices, choices, common_basis, curves
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
@@ -156,12 +156,16 @@ class Result:
     def choose(self, problem: str, measure: str = "strong", quantity: str = "", accuracy: float = nan) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
 
+        Errors are those to one reference, the truth of the problem or the best verified scheme at finer steps, and
+        times are those of the same arrays: paths are made again for that. Of a loaded result the errors and times of
+        its run count, for verified schemes.
+
         Parameters
         ----------
         problem : str
             Label.
         measure : str, optional
-            Of errors: ``strong`` or ``weak``.
+            Of errors: ``strong``, ``weak`` or ``invariant``.
         quantity : str, optional
             The first there is if left out.
         accuracy : float, optional
@@ -174,8 +178,9 @@ class Result:
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        known = curves(self.rows.verdicts, _records(self.levels), self._details)
-        return choices(known, problem, (measure, quantity), self.run.get("noise", {}), accuracy)
+        known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
+        basis = common_basis(self.results, known, problem, asked, self.settings)
+        return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
 
     @property
     def _details(self) -> list[dict[str, object]]:

@@ -12,8 +12,7 @@ from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
-from ..gate.named import require_named, why_never
-from ..gate.outcomes import Outcome, idle, outcomes
+from ..gate.outcomes import Outcome, idle, outcomes, require_named, why_never
 from ..gate.policy import Policy
 from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
