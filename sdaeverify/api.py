@@ -22,7 +22,7 @@ from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
 from .report.files import require_writable
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_own, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.passports import noise_in_words, passports
@@ -31,7 +31,7 @@ from .report.progress import KINDS
 from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
-from .report.tables.choice import Choices, choices, curves
+from .report.tables.choice import Choices, choices, common_basis, curves
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
@@ -156,12 +156,16 @@ class Result:
     def choose(self, problem: str, measure: str = "strong", quantity: str = "", accuracy: float = nan) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
 
+        Errors are those to one reference, the truth of the problem or the best verified scheme at finer steps, and
+        times are those of the same arrays: paths are made again for that. Of a loaded result the errors and times of
+        its run count, for verified schemes.
+
         Parameters
         ----------
         problem : str
             Label.
         measure : str, optional
-            Of errors: ``strong`` or ``weak``.
+            Of errors: ``strong``, ``weak`` or ``invariant``.
         quantity : str, optional
             The first there is if left out.
         accuracy : float, optional
@@ -174,8 +178,9 @@ class Result:
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        known = curves(self.rows.verdicts, _records(self.levels), self._details)
-        return choices(known, problem, (measure, quantity), self.run.get("noise", {}), accuracy)
+        known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
+        basis = common_basis(self.results, known, problem, asked, self.settings)
+        return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
 
     @property
     def _details(self) -> list[dict[str, object]]:
@@ -222,6 +227,7 @@ class Result:
             If the folder cannot be written into.
         """
         target = folder_of("save", folder)
+        require_own(target, "folder")
         require_writable(target)
         asked = {CLASSES: self.classes} if self.results else {}
         save_tables(target, {**self.tables, **asked}, self.run)
@@ -303,6 +309,7 @@ def verify(
         LOG.warning(warning)
     folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
+        require_own(folder, "out")
         require_writable(folder, "out")
     with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)

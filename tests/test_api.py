@@ -8,6 +8,7 @@ import pytest
 
 from facade import SettingsOptions, load_registry
 from sdaeverify import SDE, Claim, Scheme, Settings, Step, UsageError, verify
+from sdaeverify.errors import PluginError
 from sdaeverify.numerics import apply
 
 SMALL = {"paths": 200, "levels": 4}
@@ -96,23 +97,27 @@ def test_what_cannot_be_sent_to_workers_is_said_in_one_line():
     assert "\n" not in str(error.value)
 
 
-def test_claims_about_unknown_measures_are_warned_of(tmp_path):
-    """A misspelt measure in a claim is not silently never tested."""
+def test_claims_about_unknown_measures_break_a_plugin_file(tmp_path):
+    """A misspelt measure in a claim is not silently never tested: the file is refused, the right name is none."""
     plugin = tmp_path / "typo.py"
-    plugin.write_text(
+    text = (
         "from typing import ClassVar\n"
-        "from sdaeverify import SDE, Claim, Scheme, hookimpl\n"
+        "from sdaeverify import SDE, Claim, Scheme, Step, hookimpl\n"
         "class Typo(Scheme):\n"
         "    name: ClassVar[str] = 'typo'\n"
         "    form: ClassVar[type] = SDE\n"
         "    claims: ClassVar = (Claim(measure='stronk', value=0.5, source='test'),)\n"
+        "    def step(self, problem, state, t, h, noise): return Step(state)\n"
         "@hookimpl\n"
         "def sdaeverify_schemes(): return [Typo()]\n"
     )
+    plugin.write_text(text)
 
-    (warning,) = load_registry([plugin], environ={}).warnings
+    with pytest.raises(PluginError, match="'stronk', which is not registered; did you mean strong"):
+        load_registry([plugin], environ={})
 
-    assert "'stronk', which is not registered; did you mean strong" in warning
+    plugin.write_text(text.replace("stronk", "strong"))
+    assert load_registry([plugin], environ={}).warnings == ()
 
 
 def test_every_setting_is_a_keyword():

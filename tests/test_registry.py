@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from facade import known_hooks
-from sdaeverify.errors import ParameterError, PluginError, ProblemError
+from sdaeverify.errors import ParameterError, PluginError, ProblemError, UsageError
 from sdaeverify.registry.discovery import load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 
@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 from sdaeverify.forms import SDE
 from sdaeverify.registry.hookspecs import hookimpl
-from sdaeverify.contracts.scheme import Claim, Scheme
+from sdaeverify.contracts.scheme import Claim, Scheme, Step
 """
 SCHEME = (
     HEADER
@@ -36,6 +36,9 @@ class Fake(Scheme):
     def __post_init__(self):
         if self.order < 0:
             raise ValueError("negative order")
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state)
 
 @dataclass(frozen=True)
 class Other(Fake):
@@ -613,7 +616,7 @@ def test_disabled_name_that_is_no_plugin(install: Install) -> None:
     )
 
 
-@pytest.mark.parametrize("switch", ["1", "YES", "ture"])
+@pytest.mark.parametrize("switch", ["1", "YES", "true"])
 def test_strict_refuses_broken_plugins(install: Install, switch: str) -> None:
     """All broken plugins are named."""
     files = {"fake_a.py": "1 / 0", "fake_b.py": ""}
@@ -629,6 +632,12 @@ def test_strict_switched_off(install: Install, switch: str) -> None:
     install("fake-dist", {"fake_a.py": "1 / 0"}, {"a": "fake_a"})
 
     assert row(load_registry(environ={"SDAEVERIFY_STRICT_PLUGINS": switch}), "a").status == "broken"
+
+
+def test_strict_is_yes_or_no() -> None:
+    """A value that is neither is one line and not taken for yes."""
+    with pytest.raises(UsageError, match="SDAEVERIFY_STRICT_PLUGINS expects 0 or 1, got 'maybe'"):
+        load_registry(environ={"SDAEVERIFY_STRICT_PLUGINS": "maybe"})
 
 
 def test_unknown_variable() -> None:

@@ -12,12 +12,13 @@ from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
-from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
+from ..gate.outcomes import Outcome, idle, outcomes, require_named, why_never
 from ..gate.policy import Policy
 from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
+from ..report.folders import require_own
 from ..study import Plan
 from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
@@ -74,6 +75,7 @@ def carry_out_gate(
     """
     # What stands in its place and is no lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
+    require_own(options["out"])
     require_writable(options["out"])
     if options["write_lock"]:
         # Said now, not after all is run.
@@ -107,7 +109,9 @@ def _plan(registry: Registry, policy: Policy, crew: Workers, *, narrowed: bool) 
     """Return what is run; an unknown name of the policy is told with the file that names it."""
     try:
         with output_to_stderr():
-            return gate_plan(registry, policy, crew.executor)
+            made = gate_plan(registry, policy, crew.executor)
+        require_named(registry, policy, made.cells)
+        return made
     except UsageError as error:
         if policy.file is None or narrowed:
             raise
@@ -212,7 +216,7 @@ def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *,
     # A smaller selection need not reach what is expected to fail.
     whole = not narrowed and not policy.budget.quick
     for one in idle(found, policy):
-        if why := why_not_reached(one, registry, found) or ("remove it" if whole else ""):
+        if why := why_never(one, registry, (each.cell for each in found)) or ("remove it" if whole else ""):
             yield f"no finding matches the expected failure {one} ({one.reason}); {why}"
 
 

@@ -207,7 +207,7 @@ def check_scheme(scheme: object) -> None:
     ------
     UsageError
         If it is no instance of a frozen dataclass, or of a subclass without further parameters, that sets the class
-        variables.
+        variables and has a step.
     """
     if isinstance(scheme, type) and issubclass(scheme, Scheme):
         raise UsageError(f"expected a scheme, got {describe(scheme)}; write {scheme.__name__}()")
@@ -227,6 +227,8 @@ def check_scheme(scheme: object) -> None:
     if kind.label is not Scheme.label:
         raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
     _check_declarations(owner, kind)
+    if kind.step is Scheme.step and kind.prepare is Scheme.prepare:
+        raise UsageError(f"{owner}: the class {kind.__name__} has no step; write its method step, or prepare")
     _check_law(owner, scheme.law)
 
 

@@ -4,13 +4,13 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from inspect import Signature, signature
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, get_args
 
 import numpy as np
 
 from ..arrays import Array, Mask, Parts, each
 from ..contracts.opened import openings
-from ..errors import ProblemError
+from ..errors import ProblemError, is_blank
 from ..noise.brownian import BROWNIAN, USUAL, Increment, complete
 from ..noise.records import NoiseRecord
 from .chart import Chart
@@ -116,6 +116,16 @@ class Problem:
             raise ProblemError(f"noise must be {expected}, got {sorted(self.noise)}")
         object.__setattr__(self, "noise", self.noise | declared)
         object.__setattr__(self, "traits", self._all_traits())
+        self._check_source_and_truths()
+
+    def _check_source_and_truths(self) -> None:
+        if not isinstance(self.source, str) or is_blank(self.source):
+            raise ProblemError(
+                f"source expects a text that names where the problem is from, got {self.source!r:.200}"
+            )
+        if not (isinstance(self.truths, tuple | list) and all(isinstance(truth, Truth) for truth in self.truths)):
+            kinds = ", ".join(kind.__name__ for kind in get_args(Truth))
+            raise ProblemError(f"truths expects a tuple of truths ({kinds}), got {self.truths!r:.200}")
         for truth in self.truths:
             if isinstance(truth, Moment | InvariantMean) and truth.observable not in self.observables:
                 known = sorted(self.observables)

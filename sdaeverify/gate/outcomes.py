@@ -1,17 +1,20 @@
 """What a maintainer needs to know of each gated finding: whether it passed, and if not, whether that was expected."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
-from ..contracts.labels import matches
+from ..contracts.labels import matches, parse_label
 from ..contracts.scheme import Claim
 from ..contracts.spelling import did_you_mean
+from ..errors import UsageError
+from ..registry.contributions import Registered
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
+from ..study.class_results import NAME
 from ..study.plan import claims_of, promises_of
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
@@ -38,6 +41,9 @@ ORDER = (
     Status.XFAILED,
     Status.PASSED,
 )
+
+
+GLOBS = ("*", "?")
 
 
 @dataclass(frozen=True)
@@ -111,27 +117,73 @@ def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
     return [one for one in policy.expected_failures if not any(one.matches(**o.key._asdict()) for o in known)]
 
 
-def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outcome]) -> str:
-    """Return that an expected failure names what is not there, whatever part of all is run; empty if it does not.
+def require_named(registry: Registry, policy: Policy, cells: Iterable[Cell]) -> None:
+    """Check that each expected failure of a policy names schemes, problems and measures that there are.
+
+    Solvers that examinations name are known when these have ended, so that a policy with examinations is not checked
+    here.
+
+    Parameters
+    ----------
+    registry : Registry
+    policy : Policy
+    cells : iterable of Cell
+        Of the plan, with schemes and problems that need not be registered.
+
+    Raises
+    ------
+    UsageError
+        If one can never match a finding.
+    """
+    if policy.examinations:
+        return
+    planned = list(cells)
+    for one in policy.expected_failures:
+        if why := why_never(one, registry, planned):
+            raise UsageError(f"the expected failure {one} ({one.reason}) can never match: {why}")
+
+
+def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> str:
+    """Return why an expected failure cannot match any finding, or an empty string.
 
     Parameters
     ----------
     one : FailingClaim
     registry : Registry
-    found : iterable of Outcome
-        Of things that are registered, and of others.
+    cells : iterable of Cell
+        Of schemes and problems that are registered, and of others.
     """
-    cells = [outcome.cell for outcome in found]
-    known = {
-        "scheme": {*registry.schemes, *(cell.scheme.name for cell in cells)},
-        "problem": {*registry.problems, *(cell.spec.name for cell in cells)},
-        "measure": {*registry.measures, *(cell.measure.name for cell in cells)},
+    planned = list(cells)
+    kinds = {
+        "scheme": (registry.schemes, {cell.scheme.label for cell in planned}),
+        "problem": (registry.problems, {cell.spec.label for cell in planned} | {NAME}),
+        "measure": (registry.measures, {cell.measure.name for cell in planned}),
     }
-    for kind, names in known.items():
-        name = getattr(one, kind).partition("[")[0]
-        if not any(matches(name, each) for each in names):
-            return f"no {kind} is named {name}{did_you_mean(name, names)}"
-    return ""
+    reasons = (why for kind, known in kinds.items() for why in _objections(kind, getattr(one, kind), *known))
+    return next(reasons, "")
+
+
+def _objections(kind: str, pattern: str, registered: Mapping[str, Registered], labels: set[str]) -> Iterator[str]:
+    """Yield why a pattern matches no label, of things that are registered or have one of the labels given."""
+    if any(matches(pattern, label) for label in labels):
+        return
+    name = pattern.partition("[")[0]
+    names = {*registered, *(label.partition("[")[0] for label in labels)}
+    if not any(matches(name, each) for each in names):
+        yield f"no {kind} is named {name}{did_you_mean(name, names)}"
+    elif name in registered and not any(glob in pattern for glob in GLOBS):
+        yield from _objections_to_label(pattern, registered[name])
+
+
+def _objections_to_label(pattern: str, entry: Registered) -> Iterator[str]:
+    """Yield why a pattern without wildcards is not the label of a registered thing."""
+    try:
+        made = entry.make(parse_label(pattern).parameters)
+    except UsageError as error:
+        yield str(error)
+        return
+    if (label := str(getattr(made, "label", entry.name))) != pattern:
+        yield f"the label of {pattern} is written {label}"
 
 
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from ..contracts.spelling import did_you_mean
-from ..errors import FAULTS, PluginError, one_line
+from ..errors import FAULTS, PluginError, UsageError, one_line
 
 GROUP = "sdaeverify"
 # Plugins that only some commands ask for: planted bugs, calibration cases and experiments.
@@ -25,6 +25,7 @@ PREFIX = "SDAEVERIFY_"
 FILE_PREFIX = "sdaeverify_file_"
 DISABLED = "SDAEVERIFY_DISABLED_PLUGINS"
 STRICT = "SDAEVERIFY_STRICT_PLUGINS"
+YES, NO = frozenset({"1", "true", "yes"}), frozenset({"", "0", "false", "no"})
 
 
 class Origin(NamedTuple):
@@ -60,8 +61,17 @@ def disabled_plugins(environ: Mapping[str, str]) -> frozenset[str]:
 
 
 def is_strict(environ: Mapping[str, str]) -> bool:
-    """Tell whether the environment lets no plugin fail; whatever is no word for no means yes."""
-    return environ.get(STRICT, "").strip().lower() not in {"", "0", "false", "no"}
+    """Return whether the environment variable `STRICT` forbids broken plugins.
+
+    Raises
+    ------
+    UsageError
+        If its value is no word for yes or no.
+    """
+    given = environ.get(STRICT, "").strip().lower()
+    if given not in YES | NO:
+        raise UsageError(f"environment variable {STRICT} expects 0 or 1, got {given!r:.200}")
+    return given in YES
 
 
 def warn_unknown(environ: Mapping[str, str]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ A plugin that fails in any way is left out as a whole; its row says why.
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -185,7 +185,10 @@ def load_registry(
     Raises
     ------
     PluginError
-        If a file cannot be used, or a plugin is broken and that is not allowed.
+        If a file cannot be used or claims about a measure that is not registered, or if a plugin is broken and that
+        is not allowed.
+    UsageError
+        If an environment variable has a value that it cannot have.
     """
     # What a plugin prints as it loads is no result.
     with printed_to_stderr(), same_folder():
@@ -206,6 +209,7 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
         _refuse_broken([outcome.row for outcome in outcomes])
     for file in files:
         outcomes.append(_from_file(file, outcomes))
+    _refuse_unknown_measures(outcomes, strict=is_strict(environ))
     known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
     known |= {normalise(outcome.row.distribution) for outcome in outcomes}
     return _assemble(outcomes, warn_unknown(environ) + warn_unmatched(disabled, known), files)
@@ -221,8 +225,22 @@ def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files
     return Registry(entries, tuple(outcome.row for outcome in outcomes), warnings, files)
 
 
-def _idle_claims(schemes: Mapping[str, Registered], measures: Mapping[str, object]) -> Iterator[str]:
-    """Yield a warning for each measure that a claim names and that is not registered."""
+def _refuse_unknown_measures(outcomes: Sequence[LoadedPlugin], *, strict: bool) -> None:
+    """Raise if a plugin file, or any plugin if that is asked for, claims about a measure that is not registered.
+
+    Nothing is refused where a plugin is left out, because it may be the one that registers the measure.
+    """
+    left_out = (each.row for each in outcomes if each.row.status in {"disabled", "broken", "absent"})
+    if any(row.status != "absent" or normalise(row.distribution) != OWN_DISTRIBUTION for row in left_out):
+        return
+    measures = {name for each in outcomes for name in each.entries.get(MEASURES, {})}
+    for row, entries in outcomes:
+        for why in _idle_claims(entries.get(SCHEMES, {}), measures) if strict or not row.distribution else ():
+            raise PluginError(f"plugin {row.module}: {why}")
+
+
+def _idle_claims(schemes: Mapping[str, Registered], measures: Collection[str]) -> Iterator[str]:
+    """Yield a line for each measure that a claim names and that is not registered."""
     for name, entry in schemes.items():
         claimed = {claim.measure for variant in entry.variants for claim in variant.promises}
         for measure in sorted(claimed - set(measures)):

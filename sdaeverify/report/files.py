@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
+from io import StringIO
 from pathlib import Path
 from typing import IO
 
@@ -105,15 +106,22 @@ def _number(text: str) -> bool:
 
 
 def read_rows(file: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file, with nothing where one is too short; what is too much has no heading.
+    """Return the rows of a CSV file that `write_table` has written.
 
     Raises
     ------
     OSError, ValueError, csv.Error
-        If it cannot be read.
+        If it cannot be read, is empty, ends within a line, or has a row of another number of cells than the heading.
     """
     with file.open(newline="", encoding="utf-8") as opened:
-        return list(csv.DictReader(opened, restkey="", restval="", strict=True))
+        text = opened.read()
+    if not text.endswith("\n"):
+        raise ValueError("the file is cut: its last line has no end" if text else "the file is empty")
+    heading, *lines = csv.reader(StringIO(text, newline=""), strict=True)
+    for number, cells in enumerate(lines, 2):
+        if len(cells) != len(heading):
+            raise ValueError(f"row {number} has {len(cells)} cells, the heading {len(heading)}")
+    return [dict(zip(heading, cells, strict=True)) for cells in lines]
 
 
 def write_json(values: Mapping[str, object], path: Path) -> None:

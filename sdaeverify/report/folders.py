@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -107,6 +108,27 @@ def read_verdicts(folder: Path) -> SavedTables:
         )
     classes = read_table(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
     return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
+
+
+def require_own(folder: Path, option: str = "--out") -> None:
+    """Check that a folder holds no ``run.json`` of another program, which saving a run would overwrite.
+
+    Parameters
+    ----------
+    folder : Path
+        Need not exist.
+    option : str
+        Name of the command line option that gives it, for the message.
+
+    Raises
+    ------
+    UsageError
+        If there is a file of this name without the keys that this program writes.
+    """
+    file = folder / RUN
+    # Unlike Path.is_file, this does not raise for names that no file can have.
+    if os.path.isfile(file) and not {"schema_version", "settings"} <= run_of(folder).keys():
+        raise UsageError(f"{file} is not that of a run of this program and is left as it is; choose another {option}")
 
 
 def key_of(row: Mapping[str, Any]) -> Key:

@@ -154,11 +154,12 @@ def test_idle_expectation(project):
 
 @pytest.mark.parametrize("arguments", [("--tier", "smoke"), ("--tier", "ci", "-p", "gbm")])
 def test_an_expectation_of_what_is_not_there(project, arguments):
-    """One that names nothing there is can never match: it is a warning whatever part of the claims is run."""
+    """One that names nothing there is can never match: it is refused before anything is run, whatever is selected."""
     outcome = project(*arguments, policy=EXPECTED.format("writhe"))
 
-    told = "warning: no finding matches the expected failure scheme=writhe (issue 12); no scheme is named writhe"
-    assert told in outcome.out
+    told = "the expected failure scheme=writhe (issue 12) can never match: no scheme is named writhe"
+    assert outcome.code == ExitCode.USAGE
+    assert told in outcome.err
 
 
 @pytest.mark.long

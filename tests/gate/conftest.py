@@ -18,7 +18,7 @@ from facade import (
     outcomes,
     problem_spec,
 )
-from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify import SDE, Claim, Scheme, Settings, Step
 from sdaeverify.gate.gated import Gated
 from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
@@ -35,6 +35,9 @@ class Plain(Scheme):
     name: ClassVar[str] = "plain"
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (SHARP,)
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import pytest
 
 from facade import choices, curves
 from report.rows import level, read, verdict
-from sdaeverify import UsageError, verify
+from sdaeverify import SDE, Control, UsageError, verify
 
 SIZES = [8, 16, 32, 64]
 
@@ -76,3 +76,64 @@ def test_a_result_chooses():
     assert found["milstein"].steps < found["euler-maruyama"].steps
     assert {one.noise for one in found.values()} == {"dW"}
     assert {one.verdict for one in found.values()} == {"verified"}
+
+
+def test_a_finished_run_counts_errors_of_verified_schemes_alone():
+    """Others may have errors to limits of their own; a refuted scheme is left out, one without a claim is last."""
+    right, small = curve("right", [0.8, 0.4, 0.2, 0.1]), [1e-3, 5e-4, 2.5e-4, 1.25e-4]
+    open_, wrong, mute = (curve(name, small) for name in ("open", "wrong", "mute"))
+    open_[0]["verdict"], wrong[0]["verdict"], mute[0]["verdict"] = "inconclusive", "refuted", "out_of_scope"
+    mute[0]["claim"] = ""
+    found = chosen(right, open_, wrong, mute, accuracy=0.1)
+    assert [(one.scheme, one.seconds > 0.0) for one in found.found] == [
+        ("right", True),
+        ("open", False),
+        ("mute", False),
+    ]
+    assert found.left_out == ("wrong",)
+
+
+def noisy_without_truth(displaced: bool = False) -> SDE:
+    """Return dx = -x/2 dt + x/2 dW, of which no solution is given."""
+    controls = (
+        (Control(measure="weak", order=1.0, positive="milstein", negative="displaced-euler"),) if displaced else ()
+    )
+    return SDE(
+        drift=lambda t, x: -0.5 * x, diffusion=lambda t, x: 0.5 * x[:, None], start=[1.0], noise_dim=1, horizon=1.0,
+        source="made up", observables={"x": lambda t, parts: parts["x"][0]}, controls=controls,
+    )  # fmt: skip
+
+
+def test_all_errors_are_to_one_reference():
+    """A scheme that tends to the wrong limit has its true error, and stands below those with a claim."""
+    result = verify("euler-maruyama,milstein,displaced-euler", [noisy_without_truth], "weak", paths=2048, levels=4)
+    found = result.choose("noisy-without-truth", "weak")
+    *claimed, last = found.found
+    assert {one.scheme for one in claimed} == {"euler-maruyama", "milstein"}
+    assert found.reference.endswith("on the same noise")
+    # E x(1) = exp(-1/2); with y = 1.05 x + .05 in the drift the mean of the wrong limit is off by .03.
+    assert (last.scheme, last.claim) == ("displaced-euler", "")
+    assert last.error == pytest.approx(0.031, abs=0.015)
+    assert all(one.error < 0.01 for one in claimed)
+
+
+def test_negative_controls_are_left_out():
+    """A control of the problem that claims nothing is in no table."""
+    problem = noisy_without_truth
+
+    def noisy_with_control() -> SDE:
+        return problem(displaced=True)
+
+    found = verify("milstein,displaced-euler", [noisy_with_control], "weak", paths=512, levels=3).choose(
+        "noisy-with-control", "weak", accuracy=1.0
+    )
+    assert [one.scheme for one in found.found] == ["milstein"]
+    assert found.left_out == ("displaced-euler",)
+
+
+def test_times_are_of_the_same_arrays():
+    """Work is timed on the same blocks for all schemes: a step with a copy of itself takes no less."""
+    result = verify("euler-maruyama,balanced-euler", "gbm", "strong", paths=1024, levels=3)
+    found = {one.scheme: one for one in result.choose("gbm", accuracy=0.2).found}
+    assert found["euler-maruyama"].at == found["balanced-euler"].at == 32
+    assert all(one.seconds > 0.0 for one in found.values())

@@ -1,11 +1,13 @@
 """``choose``: which scheme needs the least work for an accuracy on a problem."""
 
 from collections.abc import Iterator
+from itertools import zip_longest
 from math import isfinite, nan
 from typing import Any
 
 import click
 from click.core import ParameterSource
+from rich.measure import Measurement
 from rich.text import Text
 
 from ...api import Result, load, verify
@@ -14,7 +16,7 @@ from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...report.plain import empty_table, visible, wrap_text
 from ...report.sentences import SYMBOLS, mark
-from ...report.tables.choice import ERRORS, FARTHEST, Choice, Choices
+from ...report.tables.choice import ERRORS, FARTHEST, STATIONARY, Choice, Choices
 from .. import options
 from ..console import complain, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
@@ -26,10 +28,11 @@ WORDS = {
     ExitCode.NOTHING: "no scheme is known to reach it",
     ExitCode.PLUGIN: "a requested plugin failed to load",
 }
-HEADINGS = ("", "scheme", "order", "noise", "error", "steps", "work", "")
+HEADINGS = ("", "scheme", "order", "noise", "error", "at", "steps", "work", "")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 # Enough for errors to be told from each other; a run of more paths is given by --run.
 PATHS = 2048
+WIDEST = 1000
 OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
@@ -53,8 +56,10 @@ OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any) -> ExitCode:
     """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
 
-    The work is the time of the steps of a path, measured on this machine; the verdict is the one on what the scheme
-    claims of these errors on this problem.
+    All errors are those to one reference, which the last line names: the solution on each path or, where it is not
+    known, the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out;
+    those that claim nothing come last. The work is the time of the steps of a path, measured on this machine; the
+    verdict is the one on what the scheme claims of these errors on this problem.
     """
     accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
     if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):
@@ -74,7 +79,8 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
         return code
     _show(found, result)
     if code is ExitCode.NOTHING:
-        complain("error", f"no scheme is known to reach {found.accuracy:g}; give more --paths or finer --levels")
+        what = f"{found.accuracy:g}" if isfinite(found.accuracy) else "any error"
+        complain("error", f"no scheme is known to reach {what}; give more --paths or finer --levels")
     return code
 
 
@@ -107,18 +113,28 @@ def _show(found: Choices, result: Result) -> None:
     plain = console.options.ascii_only
     print_texts(console, wrap_text(visible(_heading(found)), console.width))
     table = empty_table(*HEADINGS)
+    table.columns[1].no_wrap = True
     least = min((one.seconds for one in found.found if isfinite(one.seconds)), default=nan)
-    for one in found.found:
+    for one, following in zip_longest(found.found, found.found[1:]):
+        ends = bool(one.claim and following and not following.claim)
         table.add_row(
-            *(Text(visible(cell)) for cell in _cells(one, least, plain=plain)), style=SYMBOLS[one.verdict][2]
+            *(Text(visible(cell)) for cell in _cells(one, least, plain=plain)),
+            style=SYMBOLS[one.verdict][2],
+            end_section=ends,
         )
-    console.print(table)
+    # Names are not broken: a table that needs more than the terminal has is as wide as it needs.
+    natural = Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
+    table.width = natural if natural > console.width else None
+    console.print(table, crop=False)
     print_texts(console, (line for note in _notes(found, result) for line in wrap_text(visible(note), console.width)))
 
 
 def _heading(found: Choices) -> str:
     what = f"{found.measure} {found.quantity}"
-    return f"Which scheme for {found.problem}: work for an error of {what} of {found.accuracy:g}, the least first."
+    size = (
+        f" of {found.accuracy:g}, the least first" if isfinite(found.accuracy) else ": no error is clear of its noise"
+    )
+    return f"Which scheme for {found.problem}: work for an error of {what}{size}."
 
 
 def _cells(one: Choice, least: float, *, plain: bool) -> Iterator[str]:
@@ -127,6 +143,7 @@ def _cells(one: Choice, least: float, *, plain: bool) -> Iterator[str]:
     yield f"{one.order:.2f}" if isfinite(one.order) else ""
     yield one.noise
     yield f"{one.error:.1e}" if isfinite(one.error) else ""
+    yield f"{one.at:.0f}" if isfinite(one.at) else ""
     yield f"{'~' * one.beyond}{one.steps:.0f}" if isfinite(one.steps) else ""
     yield _time(one.seconds) if isfinite(one.seconds) else "unknown"
     yield f"x {one.seconds / least:.1f}" if isfinite(one.seconds) else ""
@@ -152,10 +169,10 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
         yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
         yield "~ more steps than were made, by the order"
-    unknown = [one.scheme for one in found.found if not isfinite(one.seconds)]
-    if unknown:
-        why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
-        yield f"work unknown, as {why}: {', '.join(unknown)}"
+    if unknown := [one.scheme for one in found.found if not isfinite(one.seconds)]:
+        yield f"work unknown, as {_why_unknown(found, result)}: {', '.join(unknown)}"
+    if found.left_out:
+        yield f"left out, with a refuted claim or as a negative control: {', '.join(found.left_out)}"
     yield from _views(found, result)
     here = (row for row in result.rows.absent if row["problem"] == found.problem and row["measure"] == found.measure)
     if others := len({row["scheme"] for row in here}):
@@ -164,4 +181,22 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     further = found.quantities[1:] if found.quantity == found.quantities[0] else found.quantities[:1]
     if further:
         yield f"other quantities, for --quantity: {', '.join(further)}"
-    yield "error: at the finest step size; work: time of the steps of a path, measured on this machine"
+    yield from _legend(found)
+
+
+def _why_unknown(found: Choices, result: Result) -> str:
+    if not (found.reference or found.measure == STATIONARY or not result.results):
+        return f"no scheme is verified that could be the reference on {found.problem}, which has no pathwise truth"
+    why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
+    return why if result.results else f"{why}, or are errors to the limit of a scheme that is not verified"
+
+
+def _legend(found: Choices) -> Iterator[str]:
+    steps = "steps a unit of time" if found.measure == STATIONARY else "steps on a path"
+    if found.measure == STATIONARY:
+        yield "errors: to the exact stationary mean"
+    elif found.reference:
+        yield f"errors: to {found.reference}"
+    else:
+        yield "errors: those of the run, to the solution or to the limit of a verified scheme"
+    yield f"error: with as many steps as the column 'at' says ({steps}); work: time of the steps, measured here"

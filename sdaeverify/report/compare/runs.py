@@ -11,7 +11,7 @@ from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import Key, key_of, read_verdicts, run_of
+from ..folders import LEVELS, Key, key_of, read_table, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
 
@@ -75,6 +75,9 @@ def read_run(folder: Path) -> StoredRun:
         If it is no such folder, or holds no evidence: it says why, as far as the folder tells.
     """
     saved = read_saved(folder)
+    # Not compared, but damaged tables say that the folder is no longer what the run left.
+    read_verdicts(folder)
+    read_table(folder / LEVELS)
     # By the number of levels.
     lanes: dict[str, dict[tuple[str, str], dict[int, StoredLane]]] = defaultdict(lambda: defaultdict(dict))
     every, few = str(saved.settings.levels), str(saved.settings.guards.levels)

@@ -100,7 +100,7 @@ function choicesOn(problem) {
   const rows = (one) => one.schemes.map((each) => [badge(each.verdict), schemeLink(each.scheme), each.claim || "none", order(each.order), each.noise, short(each.error, 2),
     finite(each.steps) ? `${each.beyond ? "~" : ""}${each.steps}` : "", finite(each.seconds) ? `${short(1e6 * each.seconds, 3)} µs` : "?"]);
   return here.length ? [heading(2, "Which scheme for this problem?"),
-    el("p", { class: "soft" }, "Work for the accuracy that half of the schemes reach, the least first: the measured time of the steps of a path. ~ more steps than were made, by the order; ? errors are within their noise, or take too many steps."),
+    el("p", { class: "soft" }, "Work for the accuracy that half of the schemes reach, the least first: the measured time of the steps of a path. Errors of verified schemes count, the limit of others need not be the solution; schemes with a refuted claim are left out. ~ more steps than were made, by the order; ? errors are within their noise, or take too many steps."),
     ...here.map((one) => [heading(3, `${one.measure} ${one.quantity}: error ${short(one.accuracy)}`), table(["", "scheme", "claim", "order", "noise", "error at the finest h", "steps", "work"], rows(one))]).flat()] : [];
 }
 

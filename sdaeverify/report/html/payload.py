@@ -10,7 +10,7 @@ from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import counts_of
-from ..tables.choice import choices, curves
+from ..tables.choice import ALONG_PATHS, choices, curves
 from ..tables.columns import CLASS_COLUMNS, MEAN
 from ..tables.command import CELL, commands_of, orders_command
 from ..verdict_row import LABELLED, VERDICTS, Interval, VerdictRow
@@ -66,7 +66,9 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
 def _choices(rows: Sequence[VerdictRow], tables: SavedTables) -> Iterator[dict[str, Any]]:
     """Yield the work that each scheme needs on a problem, for each measure of errors, by its first quantity."""
     found, noise = curves(rows, tables.levels, tables.details), tables.run.get("noise", {})
-    for problem, measure in dict.fromkeys((each.row.problem, each.row.measure) for each in found if each.points):
+    for problem, measure in dict.fromkeys(
+        (each.row.problem, each.row.measure) for each in found if each.points and each.row.measure in ALONG_PATHS
+    ):
         told = choices(found, problem, (measure, ""), noise)
         yield told.record
 

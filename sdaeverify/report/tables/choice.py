@@ -3,22 +3,34 @@
 With errors e(n) at numbers of steps n, the steps for an accuracy are where the line through two neighbours, log e
 against log n, meets it; beyond the finest level the line goes on with the order along paths, for six levels. The work
 is the measured time of so many steps on a path. Errors count where they are clear of their noise.
+
+Errors compare where they are errors to one reference, as `common_errors` gives them. The levels of a finished run
+hold errors to a scheme's own limit where no solution is known: there only those of verified schemes count, whose
+limit is the solution. Schemes with a refuted claim are left out, and so are negative controls of the problem that
+claim nothing.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import ceil, floor, isfinite, log2, log10, nan
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
+from ...contracts.settings import Settings
 from ...errors import UsageError
+from ...study import CellResult
+from ...study.common_errors import common_errors
 from ..cells import Row, grouped, number
 from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
 from ..verdict_row import VerdictRow
 
-# Measures whose levels are errors, which more steps make smaller.
-ERRORS = tuple(measure for measure, axis in AXES.items() if axis.paid_by_steps)
+# Measures whose levels are errors along paths, which more steps make smaller; and that of stationary means, whose
+# steps are counted in a unit of time.
+ALONG_PATHS = tuple(measure for measure, axis in AXES.items() if axis.paid_by_steps)
+STATIONARY = "invariant"
+ERRORS = (*ALONG_PATHS, STATIONARY)
+VERIFIED, REFUTED = "verified", frozenset({"refuted", "diverged"})
 # How many times the steps of the finest level an order may tell of: six levels more.
 FARTHEST = 64
 
@@ -37,6 +49,8 @@ class Choice:
         What it needs to be drawn.
     error : float
         At the finest step size that counts.
+    at : float
+        The number of steps there: on a path, of stationary means a unit of time.
     steps : float
         For the accuracy; NaN where that is not known.
     seconds : float
@@ -51,6 +65,7 @@ class Choice:
     order: float
     noise: str
     error: float
+    at: float = nan
     steps: float = nan
     seconds: float = nan
     beyond: bool = False
@@ -60,6 +75,39 @@ class Choice:
         """The fields for JSON, which knows neither infinity nor NaN."""
         numbers = ((name, value) for name, value in asdict(self).items())
         return {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in numbers}
+
+
+class CommonBasis(NamedTuple):
+    """On what schemes are compared.
+
+    Attributes
+    ----------
+    reference : str
+        As in `Choices`; empty where errors and times are those of the run.
+    errors : mapping of str to sequence of (int, float, float)
+        Number of steps, error and standard error of the asked quantity by scheme, where there is a reference.
+    step_seconds : mapping of str to float
+        Time of a step by scheme, on the same arrays for all.
+    negative : frozenset of str
+        Negative controls of the problem for the measure.
+    """
+
+    reference: str = ""
+    errors: Mapping[str, Sequence[tuple[int, float, float]]] = {}
+    step_seconds: Mapping[str, float] = {}
+    negative: frozenset[str] = frozenset()
+
+    def applied_to(self, curve: "Curve") -> "Curve":
+        """Return a curve with the errors and times that compare; without errors where they may not."""
+        scheme = curve.row.scheme
+        points = curve.points if curve.row.verdict == VERIFIED or curve.row.measure == STATIONARY else ()
+        if self.reference:
+            clear = ((n, error) for n, error, spread in self.errors.get(scheme, ()) if error > CLEAR * spread)
+            points = tuple((float(n), error) for n, error in clear if isfinite(error))
+        return replace(curve, points=points, step_seconds=self.step_seconds.get(scheme, curve.step_seconds))
+
+
+OF_THE_RUN = CommonBasis()
 
 
 @dataclass(frozen=True)
@@ -82,6 +130,10 @@ class Choices:
     found : tuple of Choice
     quantities : tuple of str
         Of the measure on the problem.
+    reference : str
+        What the errors are errors to; empty for a finished run.
+    left_out : tuple of str
+        Schemes with a refuted claim, and negative controls.
     """
 
     problem: str
@@ -90,13 +142,16 @@ class Choices:
     accuracy: float
     found: tuple[Choice, ...]
     quantities: tuple[str, ...]
+    reference: str = ""
+    left_out: tuple[str, ...] = ()
 
     @property
     def record(self) -> dict[str, Any]:
         """All of it for JSON."""
         about = {name: getattr(self, name) for name in ("problem", "measure", "quantity")}
         accuracy = self.accuracy if isfinite(self.accuracy) else None
-        return {**about, "accuracy": accuracy, "schemes": [one.record for one in self.found]}
+        also = {"reference": self.reference, "left_out": [*self.left_out]}
+        return {**about, "accuracy": accuracy, **also, "schemes": [one.record for one in self.found]}
 
 
 def curves(rows: Iterable[VerdictRow], levels: Iterable[Row], details: Iterable[Row]) -> list[Curve]:
@@ -116,15 +171,23 @@ def curves(rows: Iterable[VerdictRow], levels: Iterable[Row], details: Iterable[
 
 def _points(levels: Iterable[Row]) -> Iterator[tuple[float, float]]:
     for level in levels:
-        n, error, spread = (number(level, name) for name in ("steps", "estimate", "std_error"))
-        if isfinite(n) and isfinite(error) and abs(error) > CLEAR * (spread if isfinite(spread) else 0.0):
+        n, error, spread, floor = (number(level, name) for name in ("steps", "estimate", "std_error", "error_floor"))
+        if not isfinite(n):
+            n = 1.0 / number(level, "h")
+        noise = max(CLEAR * spread if isfinite(spread) else 0.0, floor if isfinite(floor) else 0.0)
+        if isfinite(n) and isfinite(error) and abs(error) > noise:
             yield n, abs(error)
 
 
 def choices(
-    found: Sequence[Curve], problem: str, asked: tuple[str, str], noise: Mapping[str, str], accuracy: float = nan
+    found: Sequence[Curve],
+    problem: str,
+    asked: tuple[str, str],
+    noise: Mapping[str, str],
+    accuracy: float = nan,
+    basis: CommonBasis = OF_THE_RUN,
 ) -> Choices:
-    """Return the schemes for a quantity of a problem.
+    """Return the schemes for a quantity of a problem, those that claim nothing behind the others.
 
     Parameters
     ----------
@@ -136,12 +199,39 @@ def choices(
     noise : mapping of str to str
         What schemes need, by label.
     accuracy : float, optional
-        The error that is wanted; if left out, what half of the schemes reach within the steps of the run.
+        The error that is wanted; if left out, what half of the schemes with a claim reach in the run.
+    basis : CommonBasis, optional
+        On what they are compared; on what the run has found if left out.
 
     Raises
     ------
     UsageError
         If nothing was measured of it.
+    """
+    measure, name = asked[0], first_quantity(found, problem, asked)
+    here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
+    own = [basis.applied_to(each) for each in here if each.row.quantity in {name, ""}]
+    out = {each.row.scheme for each in here if each.row.verdict in REFUTED}
+    out |= {each.row.scheme for each in own if not each.row.claim} & basis.negative
+    own = [each for each in own if each.row.scheme not in out]
+    reached = [each.points[-1][1] for each in own if each.points and each.row.claim]
+    wanted = accuracy if isfinite(accuracy) else _one_digit_up(median(reached)) if reached else nan
+    made = [_choice(each, noise.get(each.row.scheme, ""), wanted) for each in own]
+    by_work = sorted(made, key=lambda one: (not one.claim, not isfinite(one.seconds), one.seconds, one.scheme))
+    quantities = tuple(dict.fromkeys(each.row.quantity for each in here if each.row.quantity))
+    return Choices(problem, measure, name, wanted, tuple(by_work), quantities, basis.reference, tuple(sorted(out)))
+
+
+def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
+    """Return the quantity that is asked for, or the first there is.
+
+    Parameters
+    ----------
+    found : sequence of Curve
+    problem : str
+        Label.
+    asked : tuple of str
+        As in `choices`, which raises the same.
     """
     measure, quantity = asked
     here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
@@ -151,13 +241,61 @@ def choices(
         raise UsageError(
             f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}{known}"
         )
-    name = quantity or quantities[0]
-    own = [each for each in here if each.row.quantity in {name, ""}]
-    reached = [each.points[-1][1] for each in own if each.points]
-    wanted = accuracy if isfinite(accuracy) else _one_digit_up(median(reached)) if reached else nan
-    made = [_choice(each, noise.get(each.row.scheme, ""), wanted) for each in own]
-    by_work = sorted(made, key=lambda one: (not isfinite(one.seconds), one.seconds, one.scheme))
-    return Choices(problem, measure, name, wanted, tuple(by_work), tuple(quantities))
+    return quantity or quantities[0]
+
+
+def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
+    """Return the scheme that serves as the common reference: verified, of the highest order, with the least error.
+
+    It is empty where no scheme is verified in the quantity without being refuted in another one.
+
+    Parameters
+    ----------
+    found : sequence of Curve
+    problem : str
+        Label.
+    asked : tuple of str
+        As in `choices`, which raises the same.
+    """
+    measure, name = asked[0], first_quantity(found, problem, asked)
+    here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
+    out = {each.row.scheme for each in here if each.row.verdict in REFUTED}
+    good = [each for each in here if each.row.quantity == name and each.row.verdict == VERIFIED]
+    ranked = [
+        (-each.row.claimed_order, each.points[-1][1] if each.points else 0.0, each.row.scheme)
+        for each in good
+        if each.row.scheme not in out
+    ]
+    return min(ranked)[2] if ranked else ""
+
+
+def common_basis(
+    results: Iterable[CellResult], known: Sequence[Curve], problem: str, asked: tuple[str, str], settings: Settings
+) -> CommonBasis:
+    """Return errors to one reference, and times on the same arrays, of the schemes on a problem.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+        Of a run in this process; errors and times of the run count where there are none.
+    known : sequence of Curve
+        What the run has found.
+    problem : str
+        Label.
+    asked : tuple of str
+        Names of measure and quantity, as `choices` takes them.
+    settings : Settings
+    """
+    here = [one.cell for one in results if (one.cell.spec.label, one.cell.measure.name) == (problem, asked[0])]
+    ready = {cell.scheme.label: cell for cell in here if cell.verdict is None and cell.seen is not None}
+    if not ready:
+        return OF_THE_RUN
+    quantity = first_quantity(known, problem, asked) if asked[0] in ALONG_PATHS else ""
+    best = ready.get(best_verified(known, problem, asked))
+    found = common_errors([*ready.values()], (asked[0], quantity), settings, best)
+    controls = next(iter(ready.values())).spec.build().controls
+    negative = frozenset(control.negative for control in controls if control.measure == asked[0])
+    return CommonBasis(found.reference, found.errors, found.step_seconds, negative)
 
 
 def _one_digit_up(value: float) -> float:
@@ -167,10 +305,10 @@ def _one_digit_up(value: float) -> float:
 
 def _choice(curve: Curve, noise: str, accuracy: float) -> Choice:
     row, order = curve.row, known_order(curve.row)[0].value
-    error = curve.points[-1][1] if curve.points else nan
+    at, error = curve.points[-1] if curve.points else (nan, nan)
     steps, beyond = _steps(curve.points, accuracy, order)
     seconds = steps * curve.step_seconds
-    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, steps, seconds, beyond)
+    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, at, steps, seconds, beyond)
 
 
 def _steps(points: Sequence[tuple[float, float]], accuracy: float, order: float) -> tuple[float, bool]:

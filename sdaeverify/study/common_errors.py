@@ -1,0 +1,214 @@
+"""Errors of several schemes against one reference, on the paths that all of them share.
+
+A measure compares a scheme, where no solution is known, with finer steps of the scheme itself: the error is that to
+the scheme's own limit, and errors of two schemes with different limits do not compare. Here all schemes are compared
+with the truth of the problem or, where there is none, with one scheme at finer steps. The time of a step is measured
+on the same blocks of paths, so that all times are those of arrays of the same sizes.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import count
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..contracts.scheme import AT_T
+from ..contracts.settings import Settings
+from ..errors import FAULTS
+from ..forms import Problem
+from ..measures.path_errors.errors import STATE
+from ..noise.brownian import Brownian, Piece, Source
+from ..simulate.reference import OWN_REFERENCE, Reference
+from ..simulate.tracks import Track, follow
+from .plan import Cell
+
+# The measure whose errors are those of means of observables; of any other they are distances between components.
+OF_MEANS = "weak"
+
+
+class CommonErrors(NamedTuple):
+    """The errors of schemes in one quantity.
+
+    Attributes
+    ----------
+    reference : str
+        What they are errors to, in words; empty where there is none.
+    errors : mapping of str to sequence of (int, float, float)
+        Number of steps, error and standard error at each level, by label of the scheme.
+    step_seconds : mapping of str to float
+        Mean time of a step on a path at the finest level, by label of the scheme.
+    """
+
+    reference: str
+    errors: Mapping[str, Sequence[tuple[int, float, float]]]
+    step_seconds: Mapping[str, float]
+
+
+def common_errors(
+    cells: Sequence[Cell], asked: tuple[str, str], settings: Settings, best: Cell | None = None
+) -> CommonErrors:
+    """Return the errors of the schemes of some cells in one quantity, against one reference.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        That can be run, of one problem.
+    asked : tuple of str
+        Names of the measure and of the quantity; where the quantity is empty, only times are found.
+    settings : Settings
+    best : Cell, optional
+        Of the scheme that is the reference where the problem has no pathwise truth.
+    """
+    problem = cells[0].spec.build()
+    compared = asked[1] != "" and (problem.pathwise is not None or best is not None)
+    runners = {cell.scheme.label: _Runner(cell, settings) for cell in cells}
+    for block in range(settings.blocks):
+        _run_block(block, (problem, best if compared else None), settings, [*runners.values()], asked)
+    found = {label: runner.estimates(asked[0]) for label, runner in runners.items() if compared}
+    times = {label: runner.seconds / runner.steps for label, runner in runners.items() if runner.steps}
+    return CommonErrors(_in_words(problem, best, settings) if compared else "", found, times)
+
+
+def _in_words(problem: Problem, best: Cell | None, settings: Settings) -> str:
+    if problem.pathwise is not None:
+        kind = "exact solution" if problem.pathwise.exact else "fine reference of the problem"
+        return f"the {kind} on each path ({problem.pathwise.source})"
+    assert best is not None
+    steps = settings.coarsest * 2 ** (settings.levels - 1 + OWN_REFERENCE)
+    return f"{best.scheme.label} with {steps} steps on the same noise"
+
+
+class _Runner:
+    """A scheme at all levels: its errors on the paths made so far, and the time of its finest steps."""
+
+    def __init__(self, cell: Cell, settings: Settings) -> None:
+        self.cell, self.settings, self.broken = cell, settings, False
+        self.tracks: list[Track] = []
+        self.sums: list[Array] = []
+        self.seconds, self.steps = 0.0, 0
+        self.now = np.zeros(0)
+
+    def begin(self, paths: int) -> None:
+        """Start at all levels of a block of paths."""
+        view, levels = self.cell.seen, self.settings.levels
+        assert view is not None
+        h = view.horizon / self.settings.coarsest
+        self.tracks = [Track(self.cell.scheme, view, level, h / 2**level, paths) for level in range(levels)]
+        self.now = np.zeros((levels, paths))
+
+    def advance(self, piece: Piece) -> None:
+        """Make the steps of a piece of noise; a scheme that raises takes no further part."""
+        if self.broken or piece.level >= len(self.tracks):
+            return
+        begun = perf_counter()
+        try:
+            self.tracks[piece.level].advance(piece.noise, ())
+        except FAULTS:
+            self.broken = True
+        if piece.level == len(self.tracks) - 1:
+            self.seconds += perf_counter() - begun
+            self.steps += len(piece.noise.dW) * self.now.shape[-1]
+
+    def note(self, problem: Problem, truth: Parts, asked: tuple[str, str], t: float) -> None:
+        """Note the errors at a time: the largest norm so far, the norm, or the difference of an observable."""
+        if self.broken or not truth:
+            return
+        measure, quantity = asked
+        for level, track in enumerate(self.tracks):
+            value = _difference(problem, (track.parts(), truth), asked, t)
+            if value is None:
+                self.now[level] = np.nan
+            elif measure != OF_MEANS and not quantity.endswith(AT_T):
+                self.now[level] = np.maximum(self.now[level], value)
+            else:
+                self.now[level] = value
+
+    def end(self) -> None:
+        """Keep the errors of a block."""
+        self.sums.append(self.now)
+
+    def estimates(self, measure: str) -> list[tuple[int, float, float]]:
+        """Return number of steps, error and standard error at each level; NaN where a path is lost."""
+        values = np.concatenate(self.sums, axis=1) if not self.broken else np.full((self.settings.levels, 2), np.nan)
+        means, spread = values.mean(axis=1), values.std(axis=1, ddof=1) / np.sqrt(values.shape[1])
+        sizes = np.abs(means) if measure == OF_MEANS else means
+        return [
+            (self.settings.coarsest * 2**level, float(error), float(se))
+            for level, (error, se) in enumerate(zip(sizes, spread, strict=True))
+        ]
+
+
+def _difference(problem: Problem, both: tuple[Parts, Parts], asked: tuple[str, str], t: float) -> Array | None:
+    """Return what a scheme is off by on each path, or None where the quantity is not known of both."""
+    (parts, truth), (measure, quantity) = both, asked
+    if measure == OF_MEANS:
+        values = [problem.observe(quantity, t, known) for known in both]
+        return None if any(value is None for value in values) else values[0] - values[1]  # type: ignore[operator]
+    name = quantity.removesuffix(AT_T)
+    common = [each for each in parts if each in truth and name in {each, STATE}]
+    squares = [((parts[each] - truth[each]) ** 2).sum(axis=0) for each in common]
+    return np.sqrt(np.sum(squares, axis=0)) if squares else None
+
+
+class _Truth:
+    """What all are compared with on a block: the truth of the problem, or a scheme at finer steps; or nothing."""
+
+    def __init__(self, problem: Problem, best: Cell | None, settings: Settings, block: int) -> None:
+        asked_for = problem.pathwise is not None or best is not None
+        self.reference = Reference(problem, settings, block, asked_for=asked_for)
+        self.fine: Track | None = None
+        if problem.pathwise is None and best is not None:
+            level, view = self.reference.finest, best.seen
+            assert view is not None
+            h = problem.horizon / settings.coarsest / 2**level
+            self.fine = Track(best.scheme, view, level, h, self.reference.paths)
+
+    def advance(self, piece: Piece, extra: np.random.Generator) -> None:
+        """Make the steps of a piece of noise."""
+        self.reference.advance(piece, extra)
+        if self.fine is not None and piece.level == self.fine.level:
+            self.fine.advance(piece.noise, ())
+
+    def parts(self) -> Parts:
+        """Return the components that are known; none where there is nothing to compare with."""
+        return self.fine.parts() if self.fine is not None else next(iter(self.reference.parts()), {})
+
+
+def _run_block(
+    block: int,
+    known: tuple[Problem, Cell | None],
+    settings: Settings,
+    runners: Sequence[_Runner],
+    asked: tuple[str, str],
+) -> None:
+    """Make all steps on a block of paths, and note the errors at the end of each coarsest step."""
+    problem, truth = known[0], _Truth(*known, settings, block)
+    drawn, paths, finest = truth.reference.drawn, truth.reference.paths, truth.reference.finest
+    # The stream of noise is that of the run, which schemes do not enter.
+    source = Source(settings.seed, runners[0].cell.spec.label, block, drawn, paths)
+    extra, h = source.stream("truth", truth.reference.level), problem.horizon / settings.coarsest
+    for runner in runners:
+        runner.begin(paths)
+
+    def advance(piece: Piece) -> None:
+        truth.advance(piece, extra)
+        for runner in runners:
+            runner.advance(piece)
+
+    def note() -> None:
+        t = next(times)
+        for runner in runners:
+            runner.note(problem, truth.parts(), asked, t)
+
+    times = (step * h for step in count(1))
+    with np.errstate(all="ignore"):
+        follow(
+            Brownian(source, problem.noise_dim, h, finest, problem.noise, problem.records),
+            settings.coarsest,
+            advance,
+            note,
+        )
+    for runner in runners:
+        runner.end()
