@@ -55,6 +55,7 @@ from .noise.laws import (
 from .testing.hunting.hunt import hunt as hunt
 from .registry.hookspecs import hookimpl as hookimpl
 from .study.order_report import orders as orders
+from .study.modified_equations import modified_equations as modified_equations
 
 __version__: str
 __all__: list[str]

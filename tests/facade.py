@@ -264,6 +264,11 @@ from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_class
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
+from sdaeverify.trees.modified.equation import modified_equation
+from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
+from sdaeverify.trees.modified.lines import notation_of
+from sdaeverify.trees.modified.numbers import number_words, recognised
+from sdaeverify.trees.modified.sums import summed
 from sdaeverify.trees.moments import ExactMoments
 from sdaeverify.trees.nodes import random_points, rule_nodes
 from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart

@@ -165,3 +165,40 @@ def test_the_problem_of_a_refuted_class_is_refuted_and_right_schemes_pass(call, 
     ended = call("matrix", "-s", "half-explicit-euler[truncation=none]", *words, "--out", str(tmp_path / "right"))
     assert ended.code == 0
     assert "verified" in ended.out
+
+
+def test_modified_equations_are_shown(call):
+    """With --modified the equation that is solved to one order more, its obstruction, and pictures of trees."""
+    outcome = call("orders", "euler-maruyama", "--modified", "--class", "additive,scalar")
+
+    assert outcome.code == 0
+    lines = [line.strip() for line in outcome.out.splitlines()]
+    assert "covariance  B B^T + h (-1/2 sum_j sym(f' b_j, b_j))" in lines
+    assert "-1/2 D^3 u[b, b, b' b]" in lines
+    assert "└─ b1" in lines
+
+
+def test_modified_equations_of_langevin_dynamics(call):
+    """Of Langevin dynamics the kinetic temperature and the variances in a harmonic potential are told, too."""
+    outcome = call("orders", "baoab", "--modified", "--class", "langevin")
+
+    assert "kinetic temperature  kT (1 + h^2 (-1/4 <lap U>/d))" in outcome.out
+    assert "k <q^2> = kT, to h^2" in outcome.out
+
+
+def test_modified_equations_for_programs(call):
+    """With --json a record a class: order, formulas as text and LaTeX, terms with trees and values."""
+    (record,) = json.loads(call("orders", "milstein", "--modified", "--class", "scalar", "--json").out)
+
+    assert record["order"] == 1.0
+    assert {key: record["terms"][-1][key] for key in ("trees", "value")} == {"trees": ["f(f)"], "value": -0.5}
+    assert "\\tfrac{1}{2}" in record["latex"]["drift"]
+
+
+def test_modified_equations_put_no_claim_to_the_test(call):
+    """A file for a refuting problem is refused with --modified, and a class that does not apply is code 5 or so."""
+    assert "--problem" in call("orders", "milstein", "--modified", "--problem", "out.py").err
+    assert (
+        call("orders", "baoab", "--modified", "--class", "scalar").code
+        == call("orders", "baoab", "--class", "scalar").code
+    )

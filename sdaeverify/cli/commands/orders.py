@@ -8,16 +8,19 @@ from typing import Any
 import click
 from rich.text import Text
 
+from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_measures, select_schemes
 from ...report.cells import grouped
 from ...report.class_words import class_notes
 from ...report.files import write_text
 from ...report.plain import text_table, visible
+from ...study.modified_equations import modified_of
 from ...study.order_report import MOST_MOTIONS, OrderReport
 from ...trees.class_row import ClassRow, ClassVerdict
 from ...trees.conditions import Condition
 from ...trees.grow import picture
+from ...trees.modified.lines import lines_of_equation, record_of_equation
 from .. import options
 from ..console import conclude, output, print_json, print_texts
 from ..exit_codes import WORDS, ExitCode, codes_in_words
@@ -31,22 +34,36 @@ ABOUT = {code: WORDS[code] for code in CODES}
 @click.command(epilog=codes_in_words(ABOUT), short_help="Put the claims of schemes to classes of equations.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
-@options.once("--motions", type=click.IntRange(1, MOST_MOTIONS), default=3, help="Number of Brownian motions.")
+@options.once(
+    "--motions",
+    type=click.IntRange(1, MOST_MOTIONS),
+    help="Number of Brownian motions.  [default: 3; with --modified 2]",
+)
 @options.once("--weight", type=int, help="Largest weight of trees.  [default: 2 p + 1 for a claimed order p]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
+@click.option("--modified", is_flag=True, help="Show the equations that schemes solve to one order more.")
 @options.once("--problem", type=options.PLACE, metavar="OUT.py", help="Write a problem on which a claim is refuted.")
 @options.plugins
 def orders(
-    schemes: tuple[str, ...], plugins: tuple[str, ...], as_json: bool, problem: Path | None, **asked: Any
+    schemes: tuple[str, ...],
+    plugins: tuple[str, ...],
+    as_json: bool,
+    modified: bool,
+    problem: Path | None,
+    **asked: Any,
 ) -> ExitCode:
     """Put the claims of schemes to classes of equations.
 
     One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
-    Of constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn.
+    Of constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
+    --modified no claim is put to the test: the equations are shown that schemes solve to one order more.
     """
     registry = load_and_warn(plugins)
+    asked = {name: value for name, value in asked.items() if value is not None}
+    if modified:
+        return _show_modified(select_schemes(registry, schemes), problem, as_json=as_json, **asked)
     measures = select_measures(registry)
     reports = [OrderReport.of(scheme, measures, **asked) for scheme in select_schemes(registry, schemes)]
     rows = [row for report in reports for row in report.rows]
@@ -63,6 +80,27 @@ def orders(
         console.print(text_table(HEADINGS, map(_cells, own)), Text())
     print_texts(console, _lines(rows))
     return _conclude(rows)
+
+
+def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: bool, **asked: Any) -> ExitCode:
+    """Print the equations that schemes solve to one order more, of classes that they solve, and the exit code.
+
+    Raises
+    ------
+    UsageError
+        If a file for a problem is given, or a name or number is wrong.
+    """
+    if problem is not None:
+        raise UsageError(
+            "--problem needs a refuted claim, and --modified puts none to the test: leave one of them out"
+        )
+    found = [each for scheme in schemes for each in modified_of(scheme, **asked)]
+    shown = [each for each in found if each.solves] or found
+    if as_json:
+        print_json([record_of_equation(each) for each in found])
+    else:
+        print_texts(output(), [line for each in shown for line in (*lines_of_equation(each), "")])
+    return ExitCode.OK if any(each.solves for each in found) else ExitCode.NOTHING
 
 
 def _conclude(rows: Sequence[ClassRow]) -> ExitCode:

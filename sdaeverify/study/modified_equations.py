@@ -1,0 +1,92 @@
+"""Modified equations of a scheme, class by class."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..contracts.scheme import Scheme
+from ..errors import UsageError
+from ..forms.tree_class import PRODUCT
+from ..registry.load import load_registry
+from ..registry.selection import select_schemes
+from ..trees import TreeClass
+from ..trees.classes import EquationClass
+from ..trees.modified.equation import MOST_WEIGHT, ModifiedEquation, modified_equation
+from .order_report import check_numbers, classes_named
+
+MOTIONS = 2
+
+
+def modified_of(
+    scheme: Scheme, classes: str | Sequence[str] | None = None, motions: int = MOTIONS, weight: int | None = None
+) -> list[ModifiedEquation]:
+    """Return the modified equations of a scheme for classes with trees; see `modified_equations`.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    classes : str or sequence of str, optional
+    motions : int
+    weight : int, optional
+        As `modified_equations` takes them.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown or a number is out of its range.
+    """
+    check_numbers(motions, weight)
+    if weight is not None and weight > MOST_WEIGHT:
+        raise UsageError(f"weight must be at most {MOST_WEIGHT} for a modified equation, got {weight!r}")
+    named = classes_named(scheme, classes)
+    kinds = [kind for kind in named if isinstance(kind, EquationClass | TreeClass)]
+    if classes is None:
+        kinds = [kind for kind in kinds if not _is_slow(kind)]
+    return [modified_equation(scheme, kind, motions, weight) for kind in kinds]
+
+
+def _is_slow(kind: EquationClass | TreeClass) -> bool:
+    """Return whether trees have algebraic nodes above others: a step takes minutes, so that users name the class."""
+    return isinstance(kind, TreeClass) and any(node.integral == PRODUCT and node.least for node in kind.nodes)
+
+
+def modified_equations(
+    scheme: str | Scheme,
+    classes: str | Sequence[str] | None = None,
+    motions: int = MOTIONS,
+    weight: int | None = None,
+    *,
+    plugins: Sequence[str | Path] = (),
+) -> list[ModifiedEquation]:
+    """Return the equations that a scheme solves to one order more, class by class.
+
+    At weak order p, the means of a step are those of an equation with the drift f + h^p f_p and the covariance
+    B B^T + h^p Q_p up to h^(p + 2), unless its expansion has derivatives of third or higher order.
+
+    Parameters
+    ----------
+    scheme : str or Scheme
+        A name with parameters, or a scheme itself, as `verify` takes it.
+    classes : str or sequence of str, optional
+        Names of classes with trees, as `orders` takes them; all but those of index 1,
+        which take minutes, if left out.
+    motions : int
+        Number of Brownian motions where a class has no number of its own.
+    weight : int, optional
+        Largest weight of forests; 2 p + 2 is needed. Without it 6, as far as there are at most 500 trees.
+    plugins : sequence of str or Path, optional
+        Plugin files, beside the installed plugins.
+
+    Returns
+    -------
+    list of ModifiedEquation
+        Those of classes that the scheme does not solve say so in `why_not`.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, means several schemes, or a number is out of its range.
+    """
+    found = select_schemes(load_registry(plugins), scheme)
+    if len(found) != 1:
+        raise UsageError(f"modified_equations expects one scheme, got {scheme!r:.200}, which means {len(found)}")
+    return modified_of(found[0], classes, motions, weight)

@@ -1,0 +1,208 @@
+"""The terms of a modified equation, found from the means of forests of one weight."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+
+from ...contracts.scheme import Scheme
+from .. import TreeClass
+from ..classes import EquationClass
+from ..conditions import WEAK, Condition, Conditions, Weighed
+from ..examined import AGREEMENT, Examined
+from ..grow import Forest
+from ..nodes import FEWER, rule_nodes
+from ..probes import Probe
+from ..report import probe_of
+from ..stationary import forest_symmetry
+from ..weights import NoStepError
+
+# Trees of a weight that are looked at: 474 of general noise with two motions and the weight 5 cost 0.3 s.
+MOST_TREES, DEFAULT_WEIGHT, MOST_WEIGHT = 500, 6, 8
+
+
+@dataclass(frozen=True)
+class GeneratorTerm:
+    """A term c D^n u(F(tau_1), ..., F(tau_n)) of the generator of a modified equation.
+
+    Attributes
+    ----------
+    forest : Forest
+        tau_1, ..., tau_n.
+    value : float
+        c = (found - wanted)/sigma.
+    error : float
+        How far c may be off.
+    """
+
+    forest: Forest
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class ModifiedEquation:
+    """The modified equation of a scheme for a class of equations.
+
+    Attributes
+    ----------
+    scheme, kind : str
+        Label of the scheme and name of the class.
+    motions : int
+        Number of Brownian motions.
+    order : float
+        p, the weak order of single steps; NaN if it is not known.
+    terms : tuple of GeneratorTerm
+        Of h^p L_p. Empty if all means hold up to the largest weight.
+    top : int
+        The largest weight of forests that was looked at.
+    why_not : str
+        Why the scheme has no modified equation from trees, or an empty text.
+    solves : bool
+        Whether the scheme solves equations of the class.
+    """
+
+    scheme: str
+    kind: str
+    motions: int
+    order: float = nan
+    terms: tuple[GeneratorTerm, ...] = ()
+    top: int = 0
+    why_not: str = ""
+    solves: bool = True
+
+    def of_degree(self, n: int) -> tuple[GeneratorTerm, ...]:
+        """Return the terms that are n-th derivatives of u."""
+        return tuple(each for each in self.terms if len(each.forest) == n)
+
+    @property
+    def drift(self) -> tuple[GeneratorTerm, ...]:
+        """The terms of f_p, each c F(tau)."""
+        return self.of_degree(1)
+
+    @property
+    def covariance(self) -> tuple[GeneratorTerm, ...]:
+        """The terms of Q_p, each c (F(tau_1) F(tau_2)^T + F(tau_2) F(tau_1)^T)."""
+        return self.of_degree(2)
+
+    @property
+    def obstruction(self) -> tuple[GeneratorTerm, ...]:
+        """The terms of third and higher order, with which no modified SDE exists."""
+        return tuple(each for each in self.terms if len(each.forest) > 2)
+
+    @property
+    def exists(self) -> bool:
+        """Whether the terms are those of an SDE."""
+        return bool(self.terms) and not self.obstruction
+
+
+def modified_equation(
+    scheme: Scheme, kind: EquationClass | TreeClass, motions: int = 2, weight: int | None = None
+) -> ModifiedEquation:
+    """Return the modified equation of a scheme for a class of equations.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass or TreeClass
+        The class.
+    motions : int
+        Number of Brownian motions where the class has no number of its own.
+    weight : int, optional
+        Largest weight of forests, 8 at most; without it, as far as there are at most 500 trees.
+    """
+    own = motions if kind.motions is None else kind.motions
+    first = probe_of(scheme, kind, own, 1)
+    why_not = Examined(first).why_not
+    nothing = ModifiedEquation(scheme.label, kind.name, own, why_not=why_not, solves=not why_not)
+    try:
+        return nothing if nothing.why_not else _found(nothing, first, weight)
+    except NoStepError as error:
+        return ModifiedEquation(scheme.label, kind.name, own, why_not=str(error))
+
+
+def _found(nothing: ModifiedEquation, probe: Probe, weight: int | None) -> ModifiedEquation:
+    """Return the terms of the lowest weight at which means do not hold.
+
+    Raises
+    ------
+    NoStepError
+        If a step cannot be made.
+    """
+    top = 0
+    for w in range(2, (weight or DEFAULT_WEIGHT) + 1, 2):
+        probe = probe_of(probe.scheme, probe.kind, probe.motions, w)
+        if weight is None and len(probe.trees(w)) > MOST_TREES:
+            break
+        if why := probe.fault or probe.why_not_weighed:
+            return _with(nothing, top=top, why_not=why)
+        top, failing = w, _failing_means(probe)
+        if failing:
+            why, order = _why_unknown(probe, failing), 0.5 * failing[0].weight - 1.0
+            return _with(nothing, order, top, () if why else tuple(map(_term, failing)), why)
+    return _with(nothing, top=top)
+
+
+def _with(
+    nothing: ModifiedEquation,
+    order: float = nan,
+    top: int = 0,
+    terms: tuple[GeneratorTerm, ...] = (),
+    why_not: str = "",
+) -> ModifiedEquation:
+    return ModifiedEquation(nothing.scheme, nothing.kind, nothing.motions, order, terms, top, why_not)
+
+
+def _failing_means(probe: Probe) -> list[Condition]:
+    """Return the conditions on means that do not hold, those of the lowest weight."""
+    failing = [each for each in means(probe.conditions, probe.weighed(probe.rule), probe.top) if not each.held]
+    least = min((each.weight for each in failing), default=0)
+    return [each for each in failing if each.weight == least]
+
+
+def means(conditions: Conditions, rule: Weighed, top: int) -> list[Condition]:
+    """Return the conditions on means of forests of the largest weight and of the one before.
+
+    Parameters
+    ----------
+    conditions : Conditions
+        Up to the weight at least.
+    rule : Weighed
+    top : int
+        The largest weight.
+    """
+    forests = conditions.forests(top)
+    return conditions.of_means(
+        rule, [some for some in forests if sum(map(conditions.weights.__getitem__, some)) > top - 2]
+    )
+
+
+def _term(condition: Condition) -> GeneratorTerm:
+    symmetry = forest_symmetry(condition.forest)
+    error = condition.tolerance * (1.0 + abs(float(condition.wanted)))
+    return GeneratorTerm(
+        tuple(sorted(condition.forest)), (condition.found - float(condition.wanted)) / symmetry, error / symmetry
+    )
+
+
+def _why_unknown(probe: Probe, failing: Sequence[Condition]) -> str:
+    """Return why the defects of means are not the terms of an equation, or an empty text."""
+    if not probe.scheme.local_order_is_global:
+        return "errors of single steps are taken back by later ones"
+    if why := probe.why_not_every:
+        return why
+    weight = failing[0].weight
+    if probe.memory_order(WEAK) < 0.5 * weight:
+        return "a step depends on those before it by as much as the terms that are looked for"
+    return _why_inexact(probe, failing)
+
+
+def _why_inexact(probe: Probe, failing: Sequence[Condition]) -> str:
+    """Return that two rules for expectations disagree on the defects, or an empty text; see `Examined`."""
+    if probe.all_sizes or probe.scheme.law.bounded:
+        return ""
+    other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
+    again = {each.forest: each.found for each in means(probe.conditions, other, probe.top)}
+    for each in failing:
+        if abs(again[each.forest] - each.found) > AGREEMENT * abs(each.found - float(each.wanted)):
+            return f"two rules give {each.found:.3g} and {again[each.forest]:.3g} for {each.name}"
+    return ""
