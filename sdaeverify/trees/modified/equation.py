@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from math import nan
 
 from ...contracts.scheme import Scheme
+from ...probe.step.two_rules import AGREEMENT
 from .. import TreeClass
 from ..classes import EquationClass
 from ..conditions import WEAK, Condition, Conditions, Weighed
-from ..examined import AGREEMENT, Examined
+from ..examined import Examined
 from ..grow import Forest
-from ..nodes import FEWER, rule_nodes
 from ..probes import Probe
 from ..report import probe_of
 from ..stationary import forest_symmetry
@@ -200,7 +200,7 @@ def _why_inexact(probe: Probe, failing: Sequence[Condition]) -> str:
     """Return that two rules for expectations disagree on the defects, or an empty text; see `Examined`."""
     if probe.all_sizes or probe.scheme.law.bounded:
         return ""
-    other = probe.weighed(rule_nodes(probe.noises, probe.noise, probe.scheme.law, FEWER))
+    other = probe.weighed(probe.other_rule)
     again = {each.forest: each.found for each in means(probe.conditions, other, probe.top)}
     for each in failing:
         if abs(again[each.forest] - each.found) > AGREEMENT * abs(each.found - float(each.wanted)):
