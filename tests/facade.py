@@ -28,7 +28,7 @@ from sdaeverify.contracts.labels import (
     split_list,
 )
 from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.measure import Followed
+from sdaeverify.contracts.measure import Followed, rests_on_moments
 from sdaeverify.contracts.opened import home_of
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
 from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
@@ -93,7 +93,7 @@ from sdaeverify.numerics.statistics import (
     log_functional,
     lower_term_weights,
 )
-from sdaeverify.probe.explosion import explosion, rests_on_moments
+from sdaeverify.probe.explosion import explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
+from .claimed import IN_MEAN_SQUARE
 from .finding import Finding, Judgement
 from .scheme import Claim, Scheme
 from .settings import Settings
@@ -234,3 +235,17 @@ class Followed(NamedTuple):
 
 
 NONE_FOLLOW = Followed()
+# What a claim about an invariant law says that a long run follows.
+STATIONARY = "stationary law"
+
+
+def rests_on_moments(claim: Claim, measure: Measure) -> bool:
+    """Return whether a claim cannot hold where moments of a run tend to infinity, or rare paths of it do.
+
+    Parameters
+    ----------
+    claim : Claim
+    measure : Measure
+        That the claim is about.
+    """
+    return bool(measure.follows) and (claim.sense == IN_MEAN_SQUARE or measure.follows == STATIONARY)

@@ -18,9 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, each
-from ..contracts.claimed import IN_MEAN_SQUARE
-from ..contracts.measure import Measure
-from ..contracts.scheme import Claim, Scheme, State
+from ..contracts.scheme import Scheme, State
 from ..errors import FAULTS
 from ..forms import Problem
 from .local.delay_links import remove_delay
@@ -39,8 +37,6 @@ PARTS = 2.0**8, 2.0**10
 # 9/6 after nine steps, which numbers of this size survive; their moments stay bounded.
 WINDOW, RISE = 3, 1.6
 NAME = "explosion"
-# What claims about an invariant law say that a long run follows.
-STATIONARY = "stationary law"
 # A run begins at the start of the horizon, and again after this part of it.
 LATE = 0.7
 # The reason shows the first step that takes a state this number of decades outwards.
@@ -71,18 +67,6 @@ class Explosion(NamedTuple):
     def explodes(self) -> bool:
         """Whether sizes grow doubly exponentially."""
         return float(self.power) > 1.0
-
-
-def rests_on_moments(claim: Claim, measure: Measure) -> bool:
-    """Return whether a claim cannot hold where moments of a run tend to infinity, or rare paths of it do.
-
-    Parameters
-    ----------
-    claim : Claim
-    measure : Measure
-        That the claim is about.
-    """
-    return bool(measure.follows) and (claim.sense == IN_MEAN_SQUARE or measure.follows == STATIONARY)
 
 
 @lru_cache(maxsize=8)

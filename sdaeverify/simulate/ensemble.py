@@ -18,7 +18,7 @@ from threadpoolctl import ThreadpoolController
 from ..arrays import Parts
 from ..conformance import compared_steps, violation
 from ..contracts.matching import match
-from ..contracts.measure import Followed, Measure, Observer, Snapshot
+from ..contracts.measure import Followed, Measure, Observer, Snapshot, rests_on_moments
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec, built
@@ -26,7 +26,7 @@ from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
-from ..probe.explosion import NAME, explosion, rests_on_moments
+from ..probe.explosion import NAME, explosion
 from .reference import Reference
 from .tracks import SchemeTracks, follow
 

@@ -1,9 +1,9 @@
 """Which claims cannot hold because moments of the scheme tend to infinity as the step size falls."""
 
-from ..contracts.measure import Measure
+from ..contracts.measure import STATIONARY, Measure, rests_on_moments
 from ..contracts.scheme import Claim
 from ..contracts.tally import Tally, unpacked
-from ..probe.explosion import NAME, STATIONARY, Explosion, rests_on_moments
+from ..probe.explosion import NAME, Explosion
 
 
 def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:

@@ -257,7 +257,8 @@ def _lifted(
     return below, above
 
 
-class _Field(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Field:
     """A quadratic field c + L z + Q (z, z) of the first V of x, y and t.
 
     Attributes

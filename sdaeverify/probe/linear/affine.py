@@ -4,8 +4,6 @@ What is affine near 0 need not be so where solutions go: x - x^3 is, to rounding
 So states that a solution reaches belong to the check.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from ...arrays import Array
@@ -22,7 +20,6 @@ def corners(k: int) -> Array:
     return np.concatenate([np.zeros((k, 1)), np.eye(k)], axis=1)
 
 
-@lru_cache(maxsize=64)
 def trial_states(k: int) -> Array:
     """Return the corners and, to check them, random vectors of lengths 0.1, 1, 10 and 100, shape (k, k + 5)."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 2))

@@ -75,7 +75,6 @@ def _on_coordinates(products: Array, n: int) -> Array:
     return np.asarray((flat[entries] + flat[mirrored]) * scale)
 
 
-@lru_cache(maxsize=8)
 def _places(n: int) -> tuple[Array, Array, Array]:
     """Return where the products for rows (a, b) and columns (i, j) are, with i and j exchanged, and their factor.
 
