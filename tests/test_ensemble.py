@@ -27,6 +27,7 @@ from facade import (
     run_block,
 )
 from sdaeverify import SDE, Scheme, Settings, Step
+from sdaeverify.probe.step.times import ROW
 from sdaeverify.simulate.reference import OWN_REFERENCE
 
 STRONG = Strong()
@@ -301,3 +302,30 @@ def test_memory_that_is_no_component_is_kept_apart():
     remembering, plain = lanes(gbm, [Remembering(), EulerMaruyama()])
 
     assert_same_evidence(remembering, plain)
+
+
+CALLS: list[int] = []
+
+
+class Counted(EulerMaruyama):
+    """A scheme that notes on how many paths each of its steps is made."""
+
+    name: ClassVar[str] = "counted"
+
+    def prepare(self, problem, h):
+        step = super().prepare(problem, h)
+
+        def noted(state, t, noise):
+            CALLS.append(state.shape[1])
+            return step(state, t, noise)
+
+        return noted
+
+
+def test_probes_make_few_calls_beside_the_steps_of_the_runs():
+    """A study of two measures makes no more calls of its probes than a row of steps is long, twice."""
+    CALLS.clear()
+    lanes(gbm, [Counted()], measures=(STRONG, Weak()))
+    steps = SETTINGS.coarsest * (2**SETTINGS.levels - 1) + SETTINGS.levels
+
+    assert steps < len(CALLS) < steps + 2 * ROW

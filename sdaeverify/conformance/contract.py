@@ -142,7 +142,7 @@ def repeats_itself(trial: Trial) -> str:
 
 
 def repeats_itself_for_long(trial: Trial) -> str:
-    """Expect the same call to give the same bits, however often the step was made.
+    """Expect the same call to give the same bits, after other calls, many of them, and from a step prepared anew.
 
     Make the step again, after another one, by a step that is prepared anew, and as often as a long run makes steps. A
     run of the program repeats the first step of each run of paths after the last one.

@@ -49,7 +49,7 @@ any-number-of-paths (behaviour)
 finite (behaviour)
     Expect a step from finite states to be finite, unless it says that it failed.
 same-call-same-bits (behaviour)
-    Expect the same call to give the same bits, after another call and from a step prepared anew.
+    Expect the same call to give the same bits, after other calls, many of them, and from a step prepared anew.
 paths-in-any-order (behaviour)
     Expect paths in another order to go where they went: their place in the batch is no part of the noise.
 paths-alone (behaviour)

@@ -42,7 +42,8 @@ def driven_double_pendulum(
     weight = np.array([0.0, 1.5, 0.0, 1.0])[:, None]
 
     def force(t: float, r: Array, v: Array) -> Array:
-        pushed = np.array([[drive * np.cos(omega * t)], [0.0], [0.0], [0.0]])
+        pushed = np.zeros_like(v)
+        pushed[0] = drive * np.cos(omega * t)
         return np.asarray(pushed - weight - gamma * v)
 
     def diffusion(t: float, r: Array, v: Array) -> Array:

@@ -82,15 +82,17 @@ def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
     )
 
 
-def history_at(problem: Delayed, s: float, z: Array) -> Array:
+def history_at(problem: Delayed, s: Array | float, z: Array) -> Array:
     """Return phi(s - tau) on every path of z, and phi(0) after tau.
 
     Parameters
     ----------
     problem : Delayed
-    s : float
+    s : float or ndarray, shape (P,)
         Time of the oldest link.
     z : ndarray, shape (links d, P)
         State of the linked equation; it sets the number of paths alone.
     """
-    return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]
+    times, place = np.unique(np.minimum(0.0, s - problem.delay), return_inverse=True)
+    past = np.concatenate([problem.past(t) for t in times.tolist()], axis=1)
+    return past[:, place.ravel()] + 0.0 * z[: problem.dimension]

@@ -17,10 +17,11 @@ import numpy as np
 from ...arrays import Array, arrays, each, join_batches
 from ...errors import FAULTS
 from ...noise.brownian import Increment
-from .nodes import BATCH
 
 # Of fewer batches than this, three that are made alone and a call with arrays save nothing.
 FEWEST = 5
+# Paths of a call: of more, the call is a small part of what a step takes, and arrays do not stay near the processor.
+MOST = 2048
 # A map (x, t, h, noise) -> batch of paths, with numbers or arrays over paths for t and h.
 Map = Callable[[Any, Any, Any, Increment], Any]
 
@@ -63,11 +64,11 @@ def together(step: Map, batches: Iterable[PathBatch]) -> Iterator[Any]:
 
 
 def _groups(batches: Iterable[PathBatch]) -> Iterator[list[PathBatch]]:
-    """Yield successive batches whose paths are few enough for one call."""
+    """Yield successive batches of `MOST` paths at most, one batch if it has more."""
     group: list[PathBatch] = []
     paths = 0
     for batch in batches:
-        if group and paths + batch.paths > BATCH:
+        if group and paths + batch.paths > MOST:
             yield group
             group, paths = [], 0
         group.append(batch)
