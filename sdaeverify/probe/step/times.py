@@ -102,8 +102,8 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
     Returns
     -------
     tuple of ProbeTime
-        About 0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the others; the
-        step least like its neighbours and the next one, if one in a row is unlike them.
+        About 0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the
+        others; the step least like its neighbours and the next one, if one in a row is unlike them.
     """
     fixed, odd = _fixed_times(step, np.asarray(x, dtype=float).tobytes()), odd_step(step)
     return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
