@@ -13,6 +13,7 @@ from sdaeverify.conformance.contract import (
 )
 from sdaeverify.conformance.exactness import exactness_violation as _exactness_violation
 from sdaeverify.conformance.exactness import law_error
+from sdaeverify.conformance.own_numbers import draws_own_numbers
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.conformance.violation import LAW, departure
 from sdaeverify.conformance.violation import violation as _violation

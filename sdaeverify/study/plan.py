@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..conformance.own_numbers import draws_own_numbers
 from ..contracts.finding import Verdict
 from ..contracts.matching import Match, match
 from ..contracts.measure import NONE_FOLLOW, Followed, Measure
@@ -213,6 +214,8 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
     matched = _try_to_match(scheme, problem)
     if matched.failed:
         return _failed_cells(scheme, spec, measures, matched.reason)
+    if matched.problem is not None and (own := draws_own_numbers(scheme, matched.problem)):
+        matched = matched._replace(reason=own)
     return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
 
 

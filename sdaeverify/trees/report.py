@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from math import ceil, inf, nan
 
+from ..conformance.own_numbers import draws_own_numbers
 from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
 from ..errors import UsageError
@@ -164,8 +165,8 @@ def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[st
 def _rows(of: Examined) -> Iterator[ClassRow]:
     probe = of.probe
     row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", ClassVerdict.PREMISE)
-    if of.why_not:
-        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=of.why_not)
+    if why := of.why_not or draws_own_numbers(probe.scheme, probe.problem):
+        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=why)
         return
     for measure in measures_of(probe.kind):
         promise, claim = claimed_order(probe, measure) or (None, None)

@@ -40,7 +40,8 @@ from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step.memory import MemoryOrders
 from ...probe.step.one_step import OneStep
-from ...probe.step.states import WHEN, cloud, states_near_start
+from ...probe.step.states import cloud, states_near_start
+from ...probe.step.times import first_time
 from ...probe.step.two_rules import SHAPED
 from ...verdicts.coverage import Coverage, claim_for
 from ...verdicts.opinions import (
@@ -424,7 +425,7 @@ def _reference_near_start(view: Problem) -> SemigroupReference:
     # Paid once a member, not once a scheme: problems are compared by identity.
     ito = view.ito()
     assert ito is not None
-    steps = tuple((WHEN * view.horizon, size) for size in local.sizes(view).tolist())
+    steps = tuple((first_time(view.horizon), size) for size in local.sizes(view).tolist())
     return reference_from(view, states_near_start(view, ito), steps)
 
 

@@ -124,7 +124,7 @@ def _random_nodes(rng: np.random.Generator, view: Problem, count: int) -> Nodes:
 
 def _difference(step: OneStep, rates: EquationRates, draw: _Draw, part: float) -> tuple[Array, Array]:
     """Return by how much a step differs from Euler's in parts of the noise, shape (d, P), and how Euler's moves."""
-    h = part * step.time_unit
+    h = float(part * step.time_unit)
     noise = step.scheme.law.increment(draw.nodes.increment(h), h)
     made = step.scheme.prepare(step.view, h)(step.enter(draw.x, draw.t, h), draw.t, noise)
     euler = step.euler(draw.x, draw.t, h, noise)

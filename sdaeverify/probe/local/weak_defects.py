@@ -28,8 +28,8 @@ from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
-from ..step.states import SPREAD, WHEN, cloud, in_batches, spread_states, time_unit
-from ..step.times import times
+from ..step.states import SPREAD, cloud, in_batches, spread_states, time_unit
+from ..step.times import first_time, times
 from ..step.together import PathBatch
 from .romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from .weak_order import FINEST, LocalWeak
@@ -250,7 +250,7 @@ def local_weak(
     """
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
     h = sizes(view, shortest=shortest).tolist()
-    first = reference(view, tuple((WHEN * view.horizon, size) for size in h))
+    first = reference(view, tuple((first_time(view.horizon), size) for size in h))
     moments = [tuple((each.of_size(step, size), size) for size in h) for each in times(step, first.states)]
     known = [first, *(reference(view, steps) for steps in moments[1:])]
     beside = [reference(view, steps, further=True).affordable(len(nodes.weights)) for steps in moments]

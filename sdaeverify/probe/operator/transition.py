@@ -221,7 +221,7 @@ def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
 def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = ASKED) -> Step:
     length, variance = given
     noise = nodes.increment(variance * h, x.shape[1] // len(nodes.weights))
-    h = length * h
+    h = float(length * h)
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
 
 

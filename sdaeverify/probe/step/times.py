@@ -26,7 +26,7 @@ from .together import PathBatch, together
 # Parts of the horizon with a time in each of them, and times that are taken beside the first.
 STRATA, FURTHER = 32, 2
 # Of the unit of time: at whole numbers of it, fine steps of all sizes have indices of the same remainders.
-WHOLE, FEWEST = 2.0**-5, 2.0
+WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
 # Of the unit of time.
 H = 2.0**-6
 # A step that depends on time moves by more than this part of the states.
@@ -63,6 +63,19 @@ class ProbeTime(NamedTuple):
         return found.odd + self.place * h if len(found.t) else self.t
 
 
+def first_time(horizon: float) -> float:
+    """Return the time nearest to a fifth of a horizon that is a whole number of fine steps of all sizes.
+
+    Steps of a run begin at such times, and a step may make its index of its time, as int(t/h).
+
+    Parameters
+    ----------
+    horizon : float
+    """
+    step = FINE * min(1.0, horizon)
+    return step * round(WHEN * horizon / step)
+
+
 class _Row(NamedTuple):
     # Times of steps with two neighbours, how far each is from their mean, and from that of the equation.
     t: Array
@@ -87,8 +100,8 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
     Returns
     -------
     tuple of ProbeTime
-        0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the others; the
-        step least like its neighbours and the next one, if one in a row is unlike them.
+        About 0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the
+        others; the step least like its neighbours and the next one, if one in a row is unlike them.
     """
     fixed, odd = _fixed_times(step, np.asarray(x, dtype=float).tobytes()), odd_step(step)
     return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
@@ -115,7 +128,7 @@ def strata(horizon: float) -> tuple[float, ...]:
     parts = np.arange(STRATA) + np.random.Generator(np.random.Philox(key=SEED + 8)).uniform(size=STRATA)
     step = WHOLE * min(1.0, horizon)
     found = step * np.clip(np.round(horizon * parts / (STRATA * step)), FEWEST, np.ceil(horizon / step) - 1.0)
-    return (WHEN * horizon, *dict.fromkeys(found.tolist()))
+    return (first_time(horizon), *dict.fromkeys(found.tolist()))
 
 
 def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...api import verify
+from ...conformance.own_numbers import draws_own_numbers
 from ...conformance.violation import violation
 from ...contracts.claimed import Order
 from ...contracts.finding import Opinion, Reason, Verdict
@@ -108,7 +109,7 @@ def applies(scheme: Scheme, problem: Problem, measure: Measure) -> Problem | Non
         Whose claim it is.
     """
     view = match(scheme, problem).problem
-    if view is None or measure.refuses(scheme, problem):
+    if view is None or measure.refuses(scheme, problem) or draws_own_numbers(scheme, view):
         return None
     scopes = (claim.when <= view.traits for claim in scheme.promises if claim.measure == measure.name)
     return view if any(scopes) else None

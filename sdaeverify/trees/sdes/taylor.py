@@ -311,7 +311,7 @@ def _series(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> tuple[Array
     roots = 0.5 * LONGEST * (1.0 - np.cos(np.pi * (np.arange(SIZES) + 0.5) / SIZES))
     powers = np.arange(1, POWERS + 1)
     inverse = np.linalg.pinv((roots[:, None] / LONGEST) ** powers)
-    series = np.tensordot(inverse, [moved(root) for root in roots], axes=1)
+    series = np.tensordot(inverse, [moved(root) for root in roots.tolist()], axes=1)
     between = np.tensordot((BETWEEN / LONGEST) ** powers, series, axes=1)
     return series / LONGEST ** powers[:, None, None], float(np.max(np.abs(moved(BETWEEN) - between)))
 
