@@ -117,13 +117,24 @@ class Domain:
         Parameters
         ----------
         d : int
+            Number of components.
         count : int
+            Number of states.
         seed : int, optional
+            Of the random numbers.
         """
         return self.sample(np.random.Generator(np.random.Philox(key=seed)), d, count)
 
     def farthest(self, x: Array, y: Array) -> Array:
-        """Return the last points in it on the ways from states x, which are in it, to y, all of shape (d, P)."""
+        """Return the last points in it on the ways from some states to others.
+
+        Parameters
+        ----------
+        x : ndarray, shape (d, P)
+            States in it.
+        y : ndarray, shape (d, P)
+            Where the ways lead.
+        """
         low, high = np.zeros(x.shape[1]), np.where(self.contains(y), 0.0, 1.0)
         for _ in range(BISECTIONS * bool(high.any())):
             middle = 0.5 * (low + high)

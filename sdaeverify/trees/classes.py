@@ -278,4 +278,6 @@ def _number(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tupl
 
 def tree_classes_of(scheme: Scheme) -> tuple["EquationClass | TreeClass", ...]:
     """Return the classes whose order conditions a scheme can be asked for: of its own forms, and of SDEs."""
-    return (*(kind for form in scheme.forms for kind in form.tree_classes()), *CLASSES)
+    own = (kind for form in scheme.forms for kind in form.tree_classes())
+    # Those of the framework's own forms are asked once.
+    return tuple(dict.fromkeys([*own, *CLASSES]))

@@ -124,7 +124,7 @@ def test_status_of_plugins(call, monkeypatch):
         ("SDE", ["form SDE", "A stochastic differential equation dx = f dt + B dW (Ito).", "problems that are "]),
         (
             "IndexOneSDAE",
-            ["schemes that solve it: lagged-algebraic-theta, stochastic-theta", "schemes that solve another"],
+            ["schemes that solve it: drift-implicit-milstein, lagged-algebraic-theta", "schemes that solve another"],
         ),
         ("Scheme", ["sdaeverify.Scheme"]),
         ("traits", ["additive-noise", "  The diffusion matrix depends neither", "  asked for by claims of: heun"]),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facade import cir, gbm
+from facade import ProblemSpec, ProblemSubject, check_traits, cir, gbm, load_plugins
 from sdaeverify import SDE, Claim, DelaySDAE, Domain, ProblemError, SchemeError, Trait
 from sdaeverify.forms import why_not_within
 from sdaeverify.forms.delay.linked import linked_equation
@@ -100,6 +100,14 @@ def test_a_domain_at_or_above_0_sets_the_trait():
     assert claim.when <= cir().traits
     assert not claim.when <= SDE(**GIVEN, start=[1.0]).traits
     assert "nonnegative" not in SDE(**GIVEN, start=[0.5], domain=Domain.box(-1.0, 1.0)).traits
+
+
+@pytest.mark.parametrize("domain", [None, Domain.box(-1.0, 1.0)])
+def test_a_stated_trait_needs_the_domain(domain):
+    """The kit finds a problem that states the trait without a domain at or above 0."""
+    problem = SDE(**GIVEN, start=[0.5], domain=domain, traits=frozenset({"nonnegative"}))
+    subject = ProblemSubject(ProblemSpec("planted", lambda: problem), load_plugins())
+    assert check_traits(subject) == "trait nonnegative is false: its domain does not say so"
 
 
 def test_a_domain_lies_in_another_one():

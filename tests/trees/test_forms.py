@@ -40,6 +40,8 @@ FOUND = [
     ("stochastic-theta[theta=1]", "index-1-additive", 1.0, 1.0),
     ("lagged-algebraic-theta", "index-1", 0.5, 1.0),
     ("lagged-algebraic-theta", "index-1-additive", 1.0, 1.0),
+    ("drift-implicit-milstein", "index-1", 1.0, 1.0),
+    ("drift-implicit-milstein", "index-1-additive", 1.0, 1.0),
 ]
 
 

@@ -63,10 +63,15 @@ def milstein_term(problem: IndexOneSDAE, state: DelayState, t: float, h: float, 
     Parameters
     ----------
     problem : IndexOneSDAE
+        Whose diffusion is analytic.
     state : DelayState
+        At the begin of the step.
     t : float
+        Time of it.
     h : float
+        Step size.
     dW : ndarray, shape (l, P)
+        Increments of the Brownian motions.
     """
     (x, y), d = state, problem.dimension
     g = np.broadcast_to(problem.diffusion(t, x, x, y), (d, len(dW), x.shape[1]))
@@ -80,7 +85,19 @@ def milstein_term(problem: IndexOneSDAE, state: DelayState, t: float, h: float, 
 
 
 def follow(problem: IndexOneSDAE, state: DelayState, t: float, z: Array) -> Array:
-    """Return how y changes with x in the direction z: -(du/dy)^{-1} du/dx z, shape (q, P)."""
+    """Return how y changes with x in a direction z: -(du/dy)^{-1} du/dx z, shape (q, P).
+
+    Parameters
+    ----------
+    problem : IndexOneSDAE
+        With or without constraint.
+    state : DelayState
+        Where the derivatives are taken.
+    t : float
+        Time of the state.
+    z : ndarray, shape (d, P)
+        Direction.
+    """
     if problem.constraint is None:
         return z[:0]
     du = problem.linearised_constraint(t, state.x, state.x, state.y)

@@ -43,7 +43,9 @@ class Langevin(Damped):
         q and p at time 0.
     noise_dim : int
         n, set by the form.
-    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation_time, fastest_time
+    horizon, source, units, traits, noise, observables, truths, controls, chart, domain
+        As of any `Problem`.
+    relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

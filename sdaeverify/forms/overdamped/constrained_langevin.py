@@ -160,7 +160,9 @@ class ConstrainedLangevin(StiffnessFamily):
         The same problem, its truths included, with another eps.
     noise_dim : int
         d, set by the form.
-    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation_time, fastest_time
+    horizon, source, units, traits, noise, observables, truths, controls, chart, domain
+        As of any `Problem`.
+    relaxation_time, fastest_time
         As of any `Problem`, and seen_as, which only views set.
 
     Raises

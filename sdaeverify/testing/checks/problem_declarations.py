@@ -25,6 +25,8 @@ from .differences import FIRST_ERROR, first
 from .problem_functions import delay_arguments
 
 TIMES = (0.0, 0.37, 0.91)
+# States that are drawn from a domain.
+STATES = 64
 
 
 def check_usable(subject: ProblemSubject) -> str:
@@ -244,6 +246,14 @@ def _size(z: Array) -> Array:
     return np.asarray(np.sqrt((z * z).sum(axis=tuple(range(z.ndim - 1)))))
 
 
+def _nonnegative(subject: ProblemSubject) -> str:
+    domain = subject.problem.domain
+    if domain is None or not domain.nonnegative:
+        return "its domain does not say so"
+    found = domain.draw(subject.equation.dimension, STATES)
+    return "" if (found >= 0.0).all() else f"the domain has the state {found[:, found.min(axis=0).argmin()].tolist()}"
+
+
 EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
     "unconstrained": _free,
     "constrained": _constrained,
@@ -256,6 +266,7 @@ EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
     "overdamped-gradient": _gradient,
     "algebraic": _index_1,
     "no-delay": _no_delay,
+    "nonnegative": _nonnegative,
     "linear-growth": _linear_growth,
     "delayed-noise": _delayed_noise,
     "dissipative": _dissipative,
