@@ -40,6 +40,7 @@ from .forms.truths import (
     InvariantMean as InvariantMean,
     MeanSquareStability as MeanSquareStability,
     Moment as Moment,
+    MomentEquation as MomentEquation,
     Pathwise as Pathwise,
     Truth as Truth,
 )

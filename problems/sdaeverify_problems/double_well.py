@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from sdaeverify import SDE, Array, Chart, Increment, Line, hookimpl
+from sdaeverify import SDE, Array, Chart, Increment, Line, MomentEquation, hookimpl
 
 from . import _controls as controls
 from ._arguments import check_least
@@ -47,6 +47,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
         truths=(
             solution(x_0, advance, "order 3/2 Ito-Taylor step", order=1.5),
             *limits(means, "quadrature"),
+            MomentEquation(observable="x^2", source="virial theorem"),
         ),
         # The law falls off faster than a normal one: half its width keeps the expansion near the wells.
         chart=Chart(axes=(Line(0.0, 0.5 * means["x^2"] ** 0.5),), embed=lambda z: z, read=lambda x: x),

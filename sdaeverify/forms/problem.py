@@ -1,7 +1,7 @@
 """What problems of every form have in common."""
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from inspect import Signature, signature
 from typing import Any, NamedTuple, TypeVar, get_args
@@ -23,7 +23,7 @@ from .names import article
 from .traits import ADDITIVE, COMMUTING, GENERAL, why_unknown
 from .tree_class import TreeClass
 from .trivial import Trivials
-from .truths import InvariantMean, Moment, Pathwise, Truth
+from .truths import InvariantMean, Moment, MomentEquation, Pathwise, Truth, generator_of
 
 K = TypeVar("K")
 Form = TypeVar("Form", bound=type)
@@ -127,7 +127,10 @@ class Problem:
             kinds = ", ".join(kind.__name__ for kind in get_args(Truth))
             raise ProblemError(f"truths expects a tuple of truths ({kinds}), got {self.truths!r:.200}")
         for truth in self.truths:
-            if isinstance(truth, Moment | InvariantMean) and truth.observable not in self.observables:
+            if (
+                isinstance(truth, Moment | InvariantMean | MomentEquation)
+                and truth.observable not in self.observables
+            ):
                 known = sorted(self.observables)
                 raise ProblemError(f"a truth is about observable {truth.observable!r}; known are {known}")
 
@@ -179,6 +182,18 @@ class Problem:
             Of the components that a scheme gives; empty for all.
         """
         return self
+
+    @cached_property
+    def with_moment_equations(self) -> "Problem":
+        """The problem with L phi of each `MomentEquation` as an observable whose invariant mean is 0."""
+        known = [truth for truth in self.truths if isinstance(truth, MomentEquation)]
+        equation = self.equation() if known else None
+        if equation is None:
+            return self
+        observables = {truth.name: generator_of(equation, self.observables[truth.observable]) for truth in known}
+        means = (InvariantMean(observable=truth.name, value=0.0, source=truth.source) for truth in known)
+        others = (truth for truth in self.truths if not isinstance(truth, MomentEquation))
+        return replace(self, observables={**self.observables, **observables}, truths=(*others, *means))
 
     # Made once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property

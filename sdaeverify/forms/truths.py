@@ -3,10 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
+from typing import Any
+
+import numpy as np
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
 from ..noise.brownian import Increment
+from ..numerics.derivatives import directional, second_directional
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +88,30 @@ class InvariantMean:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MomentEquation:
+    """The Stein identity E [L phi] = 0 of an observable phi under the invariant law, L being the generator.
+
+    L phi = f . grad phi + (1/2) sum_j D^2 phi (b_j, b_j), b_j being the columns of B. phi = q . p gives the virial
+    theorem, phi = U the configurational temperature. The mean of phi itself need not be known. The identity asks for
+    a law under which phi and L phi have means, and for an observable that is analytic in the equation's components.
+
+    Attributes
+    ----------
+    observable : str
+        Name of phi, one of the problem's observables.
+    source : str
+    """
+
+    observable: str
+    source: str
+
+    @property
+    def name(self) -> str:
+        """Name of L phi among the quantities of the measure ``invariant``."""
+        return f"L {self.observable}"
+
+
+@dataclass(frozen=True, kw_only=True)
 class MeanSquareStability:
     """Whether the second moment of the solution tends to zero.
 
@@ -97,4 +125,29 @@ class MeanSquareStability:
     source: str
 
 
-Truth = Pathwise | Moment | InvariantMean | MeanSquareStability
+Truth = Pathwise | Moment | InvariantMean | MomentEquation | MeanSquareStability
+
+
+def generator_of(equation: Any, observable: Callable[[float, Parts], Array]) -> Callable[[float, Parts], Array]:
+    """Return L phi as an observable of the same components.
+
+    Parameters
+    ----------
+    equation : Equation
+    observable : callable, (t, parts) -> ndarray, shape (P,)
+        phi, analytic in the components of the equation.
+    """
+    names = list(equation.names or ("x",))
+
+    def applied(t: float, parts: Parts) -> Array:
+        x = np.concatenate([parts[name] for name in names])
+
+        def phi(at: Array) -> Array:
+            return np.asarray(observable(t, equation.parts(at)))
+
+        B = np.broadcast_to(equation.diffusion(t, x), (len(x), equation.noise_dim, x.shape[-1]))
+        columns = (B[:, j] for j in range(equation.noise_dim))
+        curved = sum((second_directional(phi, x, b, b) for b in columns if b.any()), np.zeros(x.shape[-1]))
+        return directional(phi, x, equation.drift(t, x)) + 0.5 * curved
+
+    return applied

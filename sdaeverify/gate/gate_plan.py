@@ -11,7 +11,7 @@ from ..errors import FAULTS, UsageError
 from ..forms import components
 from ..forms.controls import deciding
 from ..registry.contributions import Registered
-from ..registry.discovery import normalise
+from ..registry.discovery import OWN_DISTRIBUTION, normalise
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
 from ..study import Cell, Plan, ProblemPlan, plan
@@ -22,23 +22,29 @@ from .policy import Policy
 
 # The smallest cover of all claims: each on one problem, the cheapest that can decide it.
 #
-# Of the problems where a claim is in scope one is taken that has a pathwise truth, if there is any: all others cost a
-# run at much finer steps. Of those, one on which the claim counts, because no stronger claim of the scheme covers the
-# same quantity there; then the one with the fewest components; then the one with the most kinds of exact solutions;
-# then the first by its label. So the choice depends on nothing that was measured, and changes only with the problems
-# and the claims themselves. A claim that counts only where there is no such truth is left to the larger tiers.
+# Of the problems where a claim of an order is in scope one is taken where weaker schemes would not pass: schemes
+# of the same form that claim the order on some of these problems and a lower one on others, as Euler-Maruyama
+# claims strong order 1 with additive noise alone, are counted where they claim it, and the fewest count. Of these
+# problems one is taken that has a pathwise truth, if there is any: all others cost a run at much finer steps. Of
+# those, one on which the claim counts, because no stronger claim of the scheme covers the same quantity there;
+# then the one with the fewest components; then the one with the most kinds of exact solutions; then the first by
+# its label. So the choice depends on nothing that was measured, and changes only with the problems and the claims
+# themselves. A claim that counts only where there is no such truth is left to the larger tiers.
 
 
 Rank = tuple[bool, bool, int, int, str]
+Test = tuple[Rank, Cell]
 
 
-def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
+def every_claim_once(plans: Sequence[ProblemPlan], others: Sequence[Scheme] = ()) -> list[ProblemPlan]:
     """Keep, for each claim of each scheme, the cell on one problem.
 
     Parameters
     ----------
     plans : sequence of ProblemPlan
         With their claimed cells.
+    others : sequence of Scheme, optional
+        Schemes whose claims tell where a weaker scheme would pass.
 
     Returns
     -------
@@ -46,15 +52,40 @@ def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
         The same problems with the cells that are kept, and with all that are in error as they stand: whether a claim
         holds there cannot be told.
     """
-    best: dict[tuple[Scheme, Claim], tuple[Rank, Cell]] = {}
+    tests: dict[tuple[Scheme, Claim], list[Test]] = {}
     for claim, rank, cell in (test for made in plans for test in _tests(made)):
-        known = best.setdefault((cell.scheme, claim), (rank, cell))
-        if rank < known[0]:
-            best[cell.scheme, claim] = rank, cell
-    kept = {id(cell) for _, cell in best.values()}
+        tests.setdefault((cell.scheme, claim), []).append((rank, cell))
+    kept = set[int]()
+    for (scheme, claim), found in tests.items():
+        passing = _weaker_that_pass(claim, [cell for _, cell in found], _of_same_form(scheme, others))
+        _, (_, cell) = min(zip(passing, found, strict=True), key=lambda each: (each[0], each[1][0]))
+        kept.add(id(cell))
     return [
         replace(made, cells=tuple(c for c in made.cells if c.verdict is not None or id(c) in kept)) for made in plans
     ]
+
+
+def _of_same_form(scheme: Scheme, others: Sequence[Scheme]) -> list[Scheme]:
+    return [other for other in others if {*other.forms} & {*scheme.forms} and other.promises]
+
+
+def _weaker_that_pass(claim: Claim, cells: Sequence[Cell], others: Sequence[Scheme]) -> list[int]:
+    """Return for each cell how many schemes claim the order there and a lower one in another of the cells."""
+    counts = [0 for _ in cells]
+    if not isinstance(claim.value, Order) or len(cells) == 1:
+        return counts
+    for other in others:
+        orders = [_claimed_order(other, cell, claim.measure) for cell in cells]
+        if any(0.0 < order < claim.value.least for order in orders):
+            counts = [n + (order >= claim.value.least) for n, order in zip(counts, orders, strict=True)]
+    return counts
+
+
+def _claimed_order(scheme: Scheme, cell: Cell, measure: str) -> float:
+    """Return the highest order that a scheme claims of a measure on the problem of a cell; 0 without one."""
+    traits = cell.seen.traits if cell.seen is not None else frozenset[str]()
+    claims = (claim for claim in scheme.promises if claim.measure == measure and claim.when <= traits)
+    return max((claim.value.least for claim in claims if isinstance(claim.value, Order)), default=0.0)
 
 
 def size(problem: Any) -> int:
@@ -115,10 +146,20 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     resolve = (lambda label: select_schemes(registry, label)[0]) if not tier.quick else None
     made = plan(*chosen, resolve, trial_of(executor, *chosen), registry.followed)
     claimed = [_claimed_part(problem) for problem in made.problems]
-    kept = every_claim_once(claimed) if tier.quick else claimed
+    kept = every_claim_once(claimed, _known_weaker(registry, chosen[0])) if tier.quick else claimed
     ready = [_with_asked_controls(problem, controls=not tier.quick) for problem in kept if problem.cells]
     # What a problem costs, very roughly: its cells times its components.
     return Plan(tuple(sorted(ready, key=lambda made: len(made.cells) * size(made.problem), reverse=True)))
+
+
+def _known_weaker(registry: Registry, gated: Sequence[Scheme]) -> list[Scheme]:
+    """Return the shipped schemes and the gated ones: what else is installed does not change what a gate runs."""
+    shipped = [
+        entry.thing
+        for entry in registry.schemes.values()
+        if normalise(entry.origin.distribution) == OWN_DISTRIBUTION and not (entry.on_request or entry.thing.claimant)
+    ]
+    return [*shipped, *(scheme for scheme in gated if scheme not in shipped)]
 
 
 def omitted_measures(registry: Registry, policy: Policy) -> list[str]:

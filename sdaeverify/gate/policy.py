@@ -62,8 +62,8 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
         to ask for none.
     orders : bool
-        Whether claims of orders are put to the order conditions of classes of equations, too, where no problems are
-        named.
+        Whether claims are put to the order conditions of classes of equations and to random members of forms, too,
+        whatever problems are named.
     hunt : str
         How long counterexamples of the gated claims are looked for at tier nightly, such as ``30 s`` or ``5 min``;
         empty for not at all.
@@ -155,8 +155,8 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
 
     @property
     def asks_classes(self) -> bool:
-        """Whether claims are put to the order conditions of classes, too; not where problems are named."""
-        return self.orders and not self.problems
+        """Whether claims are put to the order conditions of classes and to random members of forms, too."""
+        return self.orders
 
     @property
     def lock_file(self) -> Path:

@@ -12,7 +12,7 @@ from ..contracts.scheme import Claim, Scheme, form_names
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..forms import Problem
-from ..forms.truths import InvariantMean, Moment, Pathwise, Truth
+from ..forms.truths import InvariantMean, Moment, MomentEquation, Pathwise, Truth
 from ..noise.laws import GAUSSIAN
 
 if TYPE_CHECKING:
@@ -108,6 +108,8 @@ def truth_in_words(truth: Truth) -> str:
         return f"E {truth.observable} at every time ({truth.source})"
     if isinstance(truth, InvariantMean):
         return f"E {truth.observable} = {truth.value:.6g} under the invariant law ({truth.source})"
+    if isinstance(truth, MomentEquation):
+        return f"E {truth.name} = 0 under the invariant law, L the generator ({truth.source})"
     return f"mean-square {'stable' if truth.stable else 'not stable'} ({truth.source})"
 
 

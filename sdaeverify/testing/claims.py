@@ -138,13 +138,13 @@ def parametrize_with_claims(
     *,
     problems: Sequence[str | ProblemSpec | Callable[..., Problem]] = (),
     measures: Sequence[str | Measure] = (),
-    tier: str = "smoke",
+    tier: str = "ci",
     seed: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
 ) -> "pytest.MarkDecorator":
     """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
 
-    Where no problems are named, claims of orders are put to the order conditions of classes of equations, too.
+    Claims of orders are put to the order conditions of classes of equations and to random members of forms, too.
 
     ::
 
@@ -161,7 +161,7 @@ def parametrize_with_claims(
     measures : sequence of str or Measure, optional
         Those about which something is claimed if left out.
     tier : str, optional
-        Budget: ``smoke``, ``ci`` or ``nightly``.
+        Budget: ``ci``, ``smoke`` (each claim on one problem alone) or ``nightly``.
     seed : int, optional
         Of all noise.
     expected_failures : sequence of mapping, optional

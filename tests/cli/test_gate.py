@@ -34,6 +34,7 @@ POLICY = """
 plugins = ["odd_plugin.py"]
 problems = ["gbm"]
 tier = "smoke"
+orders = false
 """
 EXPECTED = """
 [[tool.sdaeverify.expected-failures]]

@@ -76,9 +76,9 @@ def test_a_problem_may_be_there_for_some_schemes_alone():
 
 
 def test_every_claim_once():
-    """Each claim is on the problem with the fewest components on which it is the one that counts."""
+    """Each claim is where weaker schemes do not claim it, then on the smallest problem on which it counts."""
     assert cells(registered(), tier="smoke") == {
-        ("plain", "added", "sharp"),  # before line by its name, before plane by its size
+        ("plain", "line", "sharp"),  # fussy claims as much on added; before plane by its size
         ("fussy", "added", "sharp"),  # the stronger claim
         ("fussy", "line", "sharp"),  # the weaker one, which does not count on added
     }
@@ -87,6 +87,21 @@ def test_every_claim_once():
 def test_known_paths_come_first():
     """A problem with a pathwise truth is taken before one with fewer components."""
     assert cells(registered((Plain(),), (line, known)), tier="smoke") == {("plain", "known", "sharp")}
+
+
+def test_where_weaker_schemes_would_pass_comes_last():
+    """A problem on which a weaker scheme claims the order, too, is taken after one on which it claims less."""
+
+    class Strong(Plain):
+        name: ClassVar[str] = "strong"
+
+    class Half(Plain):
+        name: ClassVar[str] = "half"
+        claims: ClassVar[tuple] = (WEAKER, replace(SHARP, when=frozenset({"additive-noise"})))
+
+    assert cells(registered((Strong(),)), tier="smoke") == {("strong", "added", "sharp")}
+    together = cells(registered((Strong(), Half())), tier="smoke")
+    assert {cell for cell in together if cell[0] == "strong"} == {("strong", "line", "sharp")}
 
 
 def test_every_variant():

@@ -26,6 +26,9 @@ class Mine(Scheme):
         return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
 
+MILSTEIN = load_plugins().schemes["milstein"].thing
+
+
 def parameters(mark):
     """Return id, subject and check of each test."""
     return {case.id: case.values for case in mark.args[1]}
@@ -36,14 +39,15 @@ def test_a_test_for_each_claimed_cell():
     two = {"problems": ["gbm"], "measures": ["strong", "weak"], "expected_failures": None}
     made = parameters(parametrize_with_claims([Mine(), "milstein"], **two))
 
-    assert list(made) == [f"gbm-{name}-{measure}" for name in ("milstein", "mine") for measure in ("strong", "weak")]
+    both = [f"gbm-{name}-{measure}" for name in ("milstein", "mine") for measure in ("strong", "weak")]
+    assert [name for name in made if name.startswith("gbm")] == both
     assert made["gbm-mine-strong"][0] == Mine()
     assert repr(made["gbm-mine-strong"][1]) == "strong on gbm"
 
 
 def test_a_test_for_each_claim_about_a_class():
-    """Where no problems are named, a claim is put to the order conditions of each class, and a tree refutes it."""
-    made = parameters(parametrize_with_claims([Mine()], measures=["weak"]))
+    """A claim is put to the order conditions of each class, also where problems are named, and a tree refutes it."""
+    made = parameters(parametrize_with_claims([Mine()], problems=["gbm"], measures=["weak"]))
     subject, check = made["every-equation[of=additive]-mine-weak"]
 
     assert "every-equation[of=scalar]-mine-weak" in made
@@ -60,6 +64,39 @@ def test_a_check_raises_what_became_of_its_claim():
     with pytest.raises(AssertionError, match="refuted: mine on gbm, weak x: claimed order >= 2") as failure:
         made["gbm-mine-weak"][1](subject)
     assert "reproduce" not in str(failure.value)
+
+
+@dataclass(frozen=True)
+class Forgetful(Mine):
+    """Milstein's scheme without its correction term."""
+
+    name: ClassVar[str] = "forgetful"
+    claims: ClassVar = (Claim(measure="strong", value=1.0, source="Milstein 1975", when=frozenset({"scalar-noise"})),)
+
+
+@dataclass(frozen=True)
+class Correct(Forgetful):
+    """Milstein's scheme."""
+
+    name: ClassVar[str] = "correct"
+
+    def step(self, problem, state, t, h, noise):
+        return MILSTEIN.step(problem, state, t, h, noise)
+
+
+@pytest.mark.parametrize("tier", ["smoke", None])
+def test_a_weaker_scheme_is_refuted_where_problems_are_named(tier):
+    """Euler-Maruyama has strong order 1 with additive noise: gbm is taken, and order conditions are asked, too."""
+    options = {"problems": ["gbm", "ou"], **({} if tier is None else {"tier": tier})}
+    made = parameters(parametrize_with_claims([Forgetful(), Correct()], **options))
+
+    for name in ("gbm-forgetful-strong", "every-equation[of=scalar]-forgetful-strong"):
+        subject, check = made[name]
+        with pytest.raises(AssertionError, match="refuted: forgetful on"):
+            check(subject)
+    for name in ("gbm-correct-strong", "every-equation[of=scalar]-correct-strong"):
+        subject, check = made[name]
+        check(subject)
 
 
 def test_expected_failures():
@@ -81,14 +118,14 @@ def test_in_a_test_file(pytester):
         from sdaeverify.testing import parametrize_with_claims
 
         @parametrize_with_claims(["euler-maruyama"], problems=["gbm"], measures=["strong"],
-                                 expected_failures=[{"reason": "not so"}])
+                                 expected_failures=[{"problem": "gbm", "reason": "not so"}])
         def test_claims(subject, check):
             check(subject)
         """
     )
     result = pytester.runpytest_inprocess("-p", "no:hypothesispytest", "-p", "no:benchmark")
 
-    result.assert_outcomes(failed=1)
+    result.assert_outcomes(failed=1, passed=7)
     result.stdout.fnmatch_lines(["E *unexpectedly verified: euler-maruyama on gbm, strong x: *"])
     assert "claims.py" not in result.stdout.str().replace("test_in_a_test_file", "")
 

@@ -169,7 +169,7 @@ FAULTS = {
     "label": (ProblemSpec("gbm", gbm, (("a", 0.5),)), "another problem"),
     "pickle": (changed(gbm), "pickle"),
     "docstring": (silent, "no docstring"),
-    "source": (changed(gbm, source=" "), "source is empty"),
+    "source": (changed(gbm, truths=(Moment(observable="x", value=mean, source=" "),)), "a Moment"),
     "in-matrix": (marked, "N must be a whole number from 2"),
     "relaxation": (changed(gbm, relaxation_time=1.0), "knows no invariant mean"),
     "consistent-start": (changed(circle, start=circle().start * (1.0 + 1e-13), truths=()), "g at the start"),
@@ -226,7 +226,6 @@ MORE = [
     ("solution-simulated", solved(gbm, advance=lambda x, t, h, n: x * np.exp(0.32 * h + 0.63 * n.dW)), "it falls"),
     ("controls", changed(gbm, controls=(ABSENT,)), "unknown scheme"),
     ("relaxation", changed(ou, relaxation_time=np.inf), "no relaxation time"),
-    ("source", changed(gbm, truths=(Moment(observable="x", value=mean, source=" "),)), "a Moment"),
 ]
 
 

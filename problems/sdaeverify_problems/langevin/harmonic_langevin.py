@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import legendre
 
-from sdaeverify import Array, Chart, Increment, Langevin, Line, Parts, hookimpl
+from sdaeverify import Array, Chart, Increment, Langevin, Line, MomentEquation, Parts, hookimpl
 
 from .. import _controls as controls
 from .._arguments import check_positive
@@ -76,6 +76,7 @@ def harmonic_langevin(
         truths=(
             solution([q_0, 0.0], advance, SOURCE, parts=parts_of, extra_normals=2),
             *normal_truths(normal_means(PRODUCTS), law, (np.zeros(2), still), SOURCE),
+            MomentEquation(observable="q p", source="virial theorem"),
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),
         relaxation_time=float(-1.0 / np.linalg.eigvals(M).real.max()),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify import Angle, Array, Chart, Increment, Langevin, Line, Parts, hookimpl
+from sdaeverify import Angle, Array, Chart, Increment, Langevin, Line, MomentEquation, Parts, hookimpl
 
 from .. import _controls as controls
 from .._known import limits, monomials, solution
@@ -61,7 +61,11 @@ def angle_pendulum(
         momentum=[0.0],
         horizon=horizon,
         observables=OBSERVABLES,
-        truths=(pathwise, *limits(means, "von Mises law")),
+        truths=(
+            pathwise,
+            *limits(means, "von Mises law"),
+            MomentEquation(observable="p sin q", source="virial theorem"),
+        ),
         chart=Chart(axes=(Angle(), Line(0.0, np.sqrt(rotor.kT))), embed=lambda z: z, read=lambda x: x),
         relaxation_time=rotor.relaxation,
         units="mass and length 1, time in the unit of 1/sqrt(c)",

@@ -20,7 +20,7 @@ from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
-from ...forms.truths import InvariantMean
+from ...forms.truths import InvariantMean, MomentEquation
 from ...probe.operator.functional_orders import (
     ABOVE_FLOOR,
     FunctionalOrder,
@@ -204,12 +204,16 @@ class Invariant(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without known invariant means."""
-        known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
-        return "" if known else "no mean under the invariant law is known for the problem"
+        """Refuse problems without known invariant means or moment equations."""
+        known = any(isinstance(truth, InvariantMean | MomentEquation) for truth in problem.truths)
+        absent = (
+            "no mean under the invariant law is known for the problem; attach an InvariantMean or a MomentEquation"
+        )
+        return "" if known else absent
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
+        view = view.with_moment_equations
         evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
         operator = stationary_record(evidence)
         if operator is not None:
@@ -221,6 +225,7 @@ class Invariant(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable whose exact mean is known, and its levels."""
+        evidence = replace(evidence, view=evidence.view.with_moment_equations)
         operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
         chains = unpacked(CHAINS, ChainRecord, evidence.tally)
         findings = {truth.observable: _without_chart(evidence, truth) for truth in _truths(evidence.view)}

@@ -16,7 +16,7 @@ from ...errors import SdaeverifyError
 from ...forms import Delayed, Dissipation, IndexOne, known_traits
 from ...forms.sde.linear_growth import grows_linearly
 from ...forms.traits import COMMUTING, Trait
-from ...forms.truths import InvariantMean
+from ...forms.truths import InvariantMean, MomentEquation
 from ...numerics.statistics import EPS
 from ...registry.selection import select_measures, select_schemes
 from ..check import error_text
@@ -81,13 +81,13 @@ def check_in_matrix(subject: ProblemSubject) -> str:
 def check_relaxation(subject: ProblemSubject) -> str:
     """Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says."""
     problem = subject.problem
-    known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
+    known = any(isinstance(truth, InvariantMean | MomentEquation) for truth in problem.truths)
     if not problem.relaxation_time > 0.0:
         return f"its relaxation time is {problem.relaxation_time!r}, expected a positive time"
     if known and not np.isfinite(problem.relaxation_time):
-        return "it knows invariant means, but no relaxation time"
+        return "it knows invariant means or moment equations, but no relaxation time"
     if not known and np.isfinite(problem.relaxation_time):
-        return "it has a relaxation time, but knows no invariant mean"
+        return "it has a relaxation time, but knows no invariant mean and no moment equation"
     return ""
 
 
