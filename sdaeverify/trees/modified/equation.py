@@ -11,8 +11,8 @@ from ..conditions import WEAK, Condition, Conditions, Weighed
 from ..examined import AGREEMENT, Examined
 from ..grow import Forest
 from ..nodes import FEWER, rule_nodes
+from ..posed.probe import probe_of
 from ..probes import Probe
-from ..report import probe_of
 from ..stationary import forest_symmetry
 from ..weights import NoStepError
 
