@@ -265,7 +265,7 @@ from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula
 from sdaeverify.trees.modified.equation import modified_equation
 from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
 from sdaeverify.trees.modified.lines import notation_of
-from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES
+from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES, stage_mistake
 from sdaeverify.trees.modified.numbers import number_words, recognised
 from sdaeverify.trees.modified.sums import summed
 from sdaeverify.trees.moments import ExactMoments

@@ -17,9 +17,9 @@ from sdaeverify import SDE, Claim, Scheme, Step, modified_equations, orders
 [(str(term.forest[0]), round(term.value, 6)) for term in shadow.drift]
 
 # %%
-# The drift f = -V' is changed by -h/2 (f'f + f''), for kT = 1, and the covariance by -2 h f'. The density that follows
-# is that of the potential V - h V'^2/4 + h V''/2. Here it is drawn beside the given one and beside a histogram of
-# Euler-Maruyama at h = 0.2.
+# The drift f = -V' is changed by -h/2 (f'f + f''), for kT = 1, and the covariance by -2 h f'. The density that
+# follows is that of the potential V - h V'^2/4 + h V''/2. Here it is drawn beside the given one and beside a
+# histogram of Euler-Maruyama at h = 0.2.
 
 
 def potential(x):

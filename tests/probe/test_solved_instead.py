@@ -7,7 +7,16 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from facade import MISTAKES, SCALINGS, STRENGTHS, load_registry, rows_of_classes, solved_instead, tree_classes_of
+from facade import (
+    MISTAKES,
+    SCALINGS,
+    STRENGTHS,
+    load_registry,
+    rows_of_classes,
+    solved_instead,
+    tree_classes_of,
+    violation,
+)
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme, Step
 from sdaeverify.numerics import apply
 from sdaeverify_planted.coefficients import HeunOfItoDrift, ImplicitNoise, WithoutItoCorrection
@@ -302,3 +311,12 @@ def test_langevin_classes_name_another_equation():
     rows = [*rows_of_classes(WithoutLast(), [kind], 2)]
 
     assert rows[0].mistake == "it solves another equation: the force is halved"
+
+
+def test_a_violation_ends_with_the_mistake():
+    """What a cell is refuted by says what the step solves instead; a right scheme violates nothing."""
+    problem = generic()
+
+    assert violation(Variance(), problem).endswith(": the variance of the noise is multiplied by 4, the noise by 2")
+    assert violation(HeunOfItoDrift(), problem).endswith("Ito's equation is given, Stratonovich's is solved")
+    assert violation(EulerMaruyama(), problem) == ""

@@ -28,9 +28,11 @@ STAGE_MISTAKES: dict[frozenset[tuple[str, Fraction]], str] = {
     frozenset({("b1 . b1(t)", NEW)}): "the diffusion is taken at t + h alone, where the first stage needs t",
     frozenset({("f(t)", OLD), ("b1 . b1(t)", OLD)}): "time stands still within a step: all stages are at t",
     frozenset({("f(t)", NEW), ("b1 . b1(t)", NEW)}): "all stages are at t + h",
-    frozenset({("f(b1,b2)", Fraction(1, 16))}): "the stages of all motions share one random sign",
     frozenset({("f(f)", OLD)}): "no stage of the drift is moved by the drift",
-    frozenset({("f(b1,b1)", Fraction(-1, 4))}): "no stage of the drift is moved by the noise in the mean square",
+    frozenset({("f(b1) . b1", OLD), ("f(b1,b1)", Fraction(-1, 4))}): "no stage of the drift is moved by the noise",
+    frozenset({("f(b1,b1)", Fraction(-1, 8))}): (
+        "the drift is taken once, at the midpoint: the noise in its argument has half the variance that is needed"
+    ),
 }
 
 
