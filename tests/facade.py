@@ -129,6 +129,7 @@ from sdaeverify.probe.local.consistency import (
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay, why_not_algebraic
 from sdaeverify.probe.local.far_noise import noise_departure
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
+from sdaeverify.probe.local.solved_instead import MISTAKES, SCALINGS, STRENGTHS, solved_instead
 from sdaeverify.probe.local.step_law import LawResolution, law_departure, step_law
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
@@ -268,6 +269,7 @@ from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula
 from sdaeverify.trees.modified.equation import modified_equation
 from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
 from sdaeverify.trees.modified.lines import notation_of
+from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES, stage_mistake
 from sdaeverify.trees.modified.numbers import number_words, recognised
 from sdaeverify.trees.modified.sums import summed
 from sdaeverify.trees.moments import ExactMoments

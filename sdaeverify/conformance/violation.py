@@ -14,6 +14,7 @@ from ..contracts.tally import Tally, packed
 from ..forms import Problem
 from ..probe.local.far_noise import noise_departure
 from ..probe.local.run_memory import run_memory
+from ..probe.local.solved_instead import solved_instead
 from ..probe.local.step_law import law_departure, law_resolution, state_words
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
@@ -74,11 +75,11 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
     with np.errstate(all="ignore"):
         if text := contract_violation(scheme, view) or domain_violation(scheme, view):
             return text
-        if text := exactness_violation(scheme, view.noise_dim, followed=followed):
-            return text
-        if not follows(scheme, view, followed):
-            return ""
-        return departure(scheme, view, paths=_claims_any(scheme, view, followed.paths))
+        text = exactness_violation(scheme, view.noise_dim, followed=followed)
+        if not text and follows(scheme, view, followed):
+            text = departure(scheme, view, paths=_claims_any(scheme, view, followed.paths))
+        named = solved_instead(scheme, view) if text else ""
+        return f"{text}: {named}" if named else text
 
 
 def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:

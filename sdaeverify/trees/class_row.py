@@ -46,6 +46,8 @@ class ClassRow:
         What is claimed.
     conditions : str
         What the claim was put to: ``order conditions`` or ``random members``.
+    mistake : str
+        What a refuted scheme does instead, if it is a mistake that is known.
     """
 
     scheme: str
@@ -61,13 +63,17 @@ class ClassRow:
     premise: str = ""
     promise: Claim | None = None
     conditions: str = ORDER_CONDITIONS
+    mistake: str = ""
 
     @property
     def why(self) -> str:
         """Why the verdict is what it is, in a sentence."""
         if self.verdict is ClassVerdict.REFUTED and self.first:
             found, wanted = self.first.texts
-            return f"order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
+            named = f"{self.mistake}; " if self.mistake else ""
+            return (
+                f"{named}order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
+            )
         if self.verdict is ClassVerdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
             return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
         return self.premise
@@ -89,5 +95,5 @@ class ClassRow:
             "first": self.first.name if self.first else "",
             "found": found,
             "wanted": wanted,
-            "premise": self.premise,
+            "premise": ", ".join(filter(None, (self.mistake, self.premise))),
         }

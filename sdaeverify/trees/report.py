@@ -14,8 +14,9 @@ from .class_row import ClassRow, ClassVerdict
 from .classes import OF_SDES, EquationClass
 from .conditions import INVARIANT, STRONG, WEAK, belongs
 from .examined import Examined
-from .posed.probe import PosedProbe
-from .probes import DiagonalProbe, Probe, UniversalProbe
+from .modified.mistakes import mistake_of
+from .posed.probe import probe_of
+from .probes import Probe
 from .sdes.universal import Universal
 from .weights import NoStepError
 
@@ -91,22 +92,6 @@ def _quick_probe(scheme: Scheme, kind: EquationClass | TreeClass) -> Probe:
 
 def _motions_of(kind: EquationClass | TreeClass, motions: int) -> int:
     return motions if kind.motions is None else kind.motions
-
-
-def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top: int) -> Probe:
-    """Return where the weights of a class are found.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    kind : EquationClass or TreeClass
-        The class.
-    motions : int
-    top : int
-    """
-    if isinstance(kind, TreeClass):
-        return PosedProbe(scheme, kind, motions, top)
-    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)
 
 
 def _claimed_top(probe: Probe) -> int:
@@ -207,17 +192,24 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     inexact = inexact or (of.why_taken_back(row.measure) if falls_short else "")
     beyond = _why_not_enough(of, claim) or _why_clipped(of, row, claim) or of.why_spoilt(row.measure, least)
     premise_fails = of.probe.why_not_every or inexact or beyond
-    premises = (_impossible(of, row.measure, claim) if falls_short else "", of.probe.covers, of.probe.premises)
+    impossible = _impossible(of, row.measure, claim) if falls_short else ""
+    verdict = _verdict(of, claim, refutes=falls_short and not inexact, premise_fails=bool(premise_fails))
     return replace(
         row,
-        verdict=_verdict(of, claim, refutes=falls_short and not inexact, premise_fails=bool(premise_fails)),
+        verdict=verdict,
         order=order,
         claim=least,
         held=held,
         of=count,
         first=next(iter(of.breaking(row.measure)), None),
-        premise=premise_fails or ", ".join(filter(None, premises)),
+        premise=premise_fails or ", ".join(filter(None, (impossible, of.probe.covers, of.probe.premises))),
+        mistake=_mistake(of, order) if verdict is ClassVerdict.REFUTED and not impossible else "",
     )
+
+
+def _mistake(of: Examined, order: float) -> str:
+    probe = of.probe
+    return mistake_of(probe.scheme, probe.kind, probe.problem, order)
 
 
 def _impossible(of: Examined, measure: str, claim: Order | None) -> str:

@@ -8,7 +8,15 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from facade import classes_of, harmonic_variances, modified_equation, notation_of, sampled_potential, summed
+from facade import (
+    classes_of,
+    harmonic_variances,
+    modified_equation,
+    notation_of,
+    number_words,
+    sampled_potential,
+    summed,
+)
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme, Step, UsageError, modified_equations
 from sdaeverify.numerics import apply
 from sdaeverify_schemes.baoab import BAOAB
@@ -154,6 +162,7 @@ def test_harmonic_variances():
     assert obabo == ({}, pytest.approx({(1, 0): 0.25}, abs=1e-6))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("scheme", "change"), [(BAOAB(), -0.25), (OBABO(), 0.0)])
 def test_the_kinetic_temperature_of_a_quartic_potential(scheme, change):
     """Gamma (kT - <p^2>) = -h^2 <L_2 H>, and the mean of L_2 H is -(c/1) gamma kT <U''> for U = q^4/4 as well."""
@@ -196,6 +205,7 @@ def test_a_higher_invariant_order_samples_the_potential():
     assert sampled_potential(found(Stages(), "overdamped-gradient")) == []
 
 
+@pytest.mark.long
 def test_the_stationary_density_of_euler_maruyama_is_the_predicted_one():
     """On a periodic potential the density is that of V - h (V'^2/4 - V''/2), for kT = 1, up to h^2."""
     made = report()
@@ -228,6 +238,7 @@ def test_the_modified_equation_leaves_one_order_more(scheme, kind):
     assert np.log2(row.left[-2] / row.left[-1]) > p + 0.9
 
 
+@pytest.mark.long
 def test_a_wrong_term_leaves_the_error():
     """Without one of the terms what is left has the order of the error itself."""
     made = report()
@@ -256,3 +267,28 @@ def test_from_python():
         modified_equations("milstein", "scalar", weight=9)
     with pytest.raises(UsageError, match="one scheme"):
         modified_equations("*")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "words"),
+    [
+        (1.0 / 192.0, 1e-9, "1/192"),
+        (-0.5, 1e-8, "-1/2"),
+        (1.0 - np.sqrt(2.0) / 2.0, 1e-9, "(1 - 1/2 sqrt(2))"),
+        (np.sqrt(3.0) / 6.0, 1e-9, "1/6 sqrt(3)"),
+        (0.3141593, 1e-6, "0.314159(1)"),
+        (0.3127, 1e-3, "0.313(1)"),
+    ],
+)
+def test_numbers_are_told_as_far_as_they_are_known(value, error, words):
+    """Fractions and square roots where few numbers are as near to one; else decimals with an error."""
+    assert number_words(value, error) == words
+
+
+def test_random_numbers_are_seldom_fractions():
+    """Of random numbers with an error about one in a hundred is told as a fraction."""
+    rng = np.random.default_rng(20260118)
+    exact = [word for word in (number_words(value, 1e-5) for value in rng.random(1000)) if "(" not in word]
+
+    # 1 per cent and three standard deviations.
+    assert len(exact) <= 20

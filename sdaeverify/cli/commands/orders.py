@@ -157,6 +157,8 @@ def _cells(row: ClassRow) -> tuple[str, ...]:
 def _failing(row: ClassRow) -> Iterator[str]:
     assert row.first is not None
     found, wanted = row.first.texts
+    if row.mistake:
+        yield f"{visible(row.scheme)}, {row.kind}: {row.mistake}"
     yield f"{visible(row.scheme)}, {row.kind}, {row.measure}: {row.first.name}: found {found}, wanted {wanted}"
     for tree in row.first.forest:
         yield from (f"    {line}" for line in picture(tree))

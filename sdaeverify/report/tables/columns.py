@@ -51,7 +51,9 @@ CLASS_COLUMNS = (
     Column("first", "first condition that does not hold, as a formula of trees"),
     Column("found", "what the scheme has in the place of the integral or mean of the condition"),
     Column("wanted", "what the exact solution has there; I is the integral itself"),
-    Column("premise", "premises of the conditions and how far they hold, or why one fails"),
+    Column(
+        "premise", "what a refuted scheme did instead, if known, and premises of the conditions, or why one fails"
+    ),
 )
 FILES = {
     folders.VERDICTS: VERDICTS,

@@ -11,8 +11,8 @@ from ..classes import EquationClass
 from ..conditions import WEAK, Condition, Conditions, Weighed
 from ..examined import Examined
 from ..grow import Forest
+from ..posed.probe import probe_of
 from ..probes import Probe
-from ..report import probe_of
 from ..stationary import forest_symmetry
 from ..weights import NoStepError
 

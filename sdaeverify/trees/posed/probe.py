@@ -7,15 +7,17 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.scheme import Scheme
 from ...forms import Problem
 from ...probing import Nodes, OneStep
 from .. import Relatives, TreeClass
 from ..asymptotic import largest_change
+from ..classes import EquationClass
 from ..conditions import Conditions
 from ..grow import Tree
 from ..moments import Combination, ExactMoments
 from ..nodes import random_points
-from ..probes import SAME, SHARED, AffineProbe
+from ..probes import SAME, SHARED, AffineProbe, DiagonalProbe, Probe, UniversalProbe
 from ..relatives import distance
 from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
@@ -144,3 +146,19 @@ class PosedProbe(AffineProbe):
 
 def _names(each: Tree) -> frozenset[str]:
     return frozenset({each.name}).union(*map(_names, each.kids))
+
+
+def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top: int) -> Probe:
+    """Return where the weights of a class are found.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : EquationClass or TreeClass
+        The class.
+    motions : int
+    top : int
+    """
+    if isinstance(kind, TreeClass):
+        return PosedProbe(scheme, kind, motions, top)
+    return (DiagonalProbe if kind.diagonal else UniversalProbe)(scheme, kind, motions, top)

@@ -1,0 +1,481 @@
+"""Which equation a step solves that does not solve the one it was given: common mistakes, told from its rates.
+
+As h -> 0 a step has the rates f_0 = lim E Delta/h and Q_0 = lim E Delta Delta^T/h. Where these are not f and B B^T,
+the step solves another equation. A mistake is named only if it explains both rates at all states that were looked at,
+to the resolution of the limits, and if no other one does.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...errors import FAULTS
+from ...forms import Damped, Equation, Problem
+from ..step.nodes import Nodes, law_nodes
+from ..step.one_step import OneStep
+from .step_law import equation_rates, short_steps
+
+# Steps in units of time: rates are extrapolated from three sizes, whose errors in h and h^2 are taken away.
+SIZE, RATIO, LEVELS = 2.0**-10, 2.0, 3
+# Relative: limits of rates are known to it where they have an expansion in h, and what is no mistake is below the
+# second one.
+RESOLUTION, DEFECT = 2e-5, 1e-3
+# Of the variance that a noise should have: what is less is rounding; that of a noise h dW is 1e-7.
+NO_NOISE = 1e-12
+# Times and states at which rates are compared.
+TIMES, STATES, GROWN = 5, 6, 10.0
+# The difference quotient of the diffusion along its columns.
+ALONG = 1e-5
+# By which friction and strength are changed, so that 1/gamma and gamma are told apart; powers that are looked for.
+CHANGED, POWERS = (1.37, 1.21), (-2, -1, 0, 1, 2)
+# Factors that mistakes have, whatever the equation; others are told where the correction is no multiple of the drift.
+SIMPLE = (0.0, 1.0, -1.0, 0.5, 2.0)
+# A noise xi h^s in place of xi sqrt(h): s and what it is called.
+SCALINGS = {
+    1.0: "the noise is h xi where sqrt(h) xi is meant: it does not scale with sqrt(h)",
+    1.5: "the noise is h dW where dW is meant: it is multiplied by the step size",
+    0.0: "the noise is xi where sqrt(h) xi is meant: it does not scale with sqrt(h)",
+}
+
+
+class Rates(NamedTuple):
+    """Rates of mean and square of an equation or of short steps, at n points.
+
+    Attributes
+    ----------
+    f : ndarray, shape (d, n)
+    Q : ndarray, shape (d, d, n)
+    """
+
+    f: Array
+    Q: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """The equation that a step was given, at n points of one time.
+
+    Attributes
+    ----------
+    equation : Equation
+    t : float
+    x : ndarray, shape (d, n)
+    """
+
+    equation: Equation
+    t: float
+    x: Array
+
+    def drift(self, t: float | None = None) -> Array:
+        """Return f, shape (d, n), at the time of the points or at another one."""
+        return np.broadcast_to(self.equation.drift(self.t if t is None else t, self.x), self.x.shape)
+
+    def diffusion(self, t: float | None = None, x: Array | None = None) -> Array:
+        """Return B, shape (d, l, n), at the time and the points or at others."""
+        at = self.x if x is None else x
+        B = self.equation.diffusion(self.t if t is None else t, at)
+        return np.broadcast_to(B, (len(at), self.equation.noise_dim, at.shape[1]))
+
+    @cached_property
+    def correction(self) -> Array:
+        """Half the sum of DB_j B_j, which Stratonovich's drift is less than Ito's by, shape (d, n)."""
+        total = np.zeros(self.x.shape)
+        for j in range(self.equation.noise_dim):
+            column = self.diffusion()[:, j]
+            eps = ALONG * (1.0 + np.abs(self.x).max()) / (1.0 + np.abs(column).max())
+            ahead, behind = (self.diffusion(x=self.x + sign * eps * column)[:, j] for sign in (1.0, -1.0))
+            total += (ahead - behind) / (4.0 * eps)
+        return total
+
+    @property
+    def rates(self) -> Rates:
+        """The rates of the equation."""
+        return Rates(self.drift(), squares(self.diffusion()))
+
+
+def squares(B: Array) -> Array:
+    """Return B B^T, shape (d, d, n)."""
+    return np.asarray(np.einsum("ikn,jkn->ijn", B, B))
+
+
+class Mistake(NamedTuple):
+    """A mistake and what it makes of the rates.
+
+    Attributes
+    ----------
+    drift, noise : callable, Given -> ndarray, or None
+        f_0 of shape (d, n) and the columns whose squares Q_0 are, shape (d, l, n); None where nothing changes.
+    sentence : str
+    """
+
+    drift: Callable[[Given], Array] | None
+    noise: Callable[[Given], Array] | None
+    sentence: str
+
+    @property
+    def changes(self) -> int:
+        """How many of drift and diffusion are others."""
+        return (self.drift is not None) + (self.noise is not None)
+
+
+def _summed(given: Given) -> Array:
+    return np.asarray(given.diffusion().sum(axis=1, keepdims=True))
+
+
+def _first(given: Given) -> Array:
+    return given.diffusion()[:, :1]
+
+
+def _transposed(given: Given) -> Array:
+    B = given.diffusion()
+    return B.swapaxes(0, 1) if B.shape[0] == B.shape[1] else np.full(B.shape, np.nan)
+
+
+def _squared(given: Given) -> Array:
+    return squares(given.diffusion())
+
+
+def _own_sizes(given: Given) -> Array:
+    """Return the diagonal of row lengths: components with noises that are independent of each other."""
+    sizes = np.sqrt((given.diffusion() ** 2).sum(axis=1))
+    return np.asarray(np.einsum("in,ij->ijn", sizes, np.eye(len(sizes))))
+
+
+MISTAKES = (
+    Mistake(
+        lambda g: g.drift() + g.correction,
+        None,
+        "dx = (f + (1/2) sum DB_j B_j) dt + B dW: Ito's equation is given, Stratonovich's is solved",
+    ),
+    Mistake(
+        lambda g: g.drift() - g.correction,
+        None,
+        "dx = (f - (1/2) sum DB_j B_j) dt + B dW: the drift is Stratonovich's, the noise is Ito's",
+    ),
+    Mistake(
+        lambda g: g.drift() + 2.0 * g.correction,
+        None,
+        "dx = (f + sum DB_j B_j) dt + B dW: the noise is taken at the end of the step (backward Ito)",
+    ),
+    Mistake(
+        lambda g: g.drift() - 2.0 * g.correction,
+        None,
+        "dx = (f - sum DB_j B_j) dt + B dW: the whole correction is subtracted, and the noise is Ito's",
+    ),
+    Mistake(None, _summed, "all motions share one increment"),
+    Mistake(None, _first, "the first motion alone acts"),
+    Mistake(None, _transposed, "the diffusion is transposed: B^T dW"),
+    Mistake(None, _squared, "the covariance is taken for the diffusion: B B^T dW"),
+    Mistake(None, _own_sizes, "the noises of the components are independent, their correlation is lost"),
+    Mistake(lambda g: g.drift(0.0), lambda g: g.diffusion(0.0), "the coefficients are taken at t = 0"),
+    Mistake(lambda g: g.drift(0.0), None, "the drift is taken at t = 0"),
+    Mistake(None, lambda g: g.diffusion(0.0), "the diffusion is taken at t = 0"),
+)
+
+
+def solved_instead(scheme: Scheme, view: Problem) -> str:
+    """Return in a sentence which equation a step solves instead of that of a problem, or an empty text.
+
+    Empty, too, where a step solves the equation, where no mistake that is known explains its rates, and where several
+    do.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            # On a manifold the correction is a multiple of the drift or of normals: too much would explain too much.
+            measured = None if view.has_constraints else _measured(scheme, view)
+            if measured is None or not measured.differs:
+                return ""
+            dynamics = view.capability(Damped)
+            found = _of_langevin(scheme, dynamics) if dynamics is not None else _of_equation(measured)
+    except FAULTS:
+        return ""
+    return found
+
+
+class _Measured(NamedTuple):
+    # The equation at a few times, rates of steps there, and the sums of squares that rates are compared with.
+    given: list[Given]
+    rates: list[Rates]
+    power: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether a step has other rates than the equation."""
+        return not self.explained_by([each.rates for each in self.given], DEFECT) or self.power != 0.5
+
+    def explained_by(self, rates: Sequence[Rates], tolerance: float = RESOLUTION) -> bool:
+        """Return whether rates are those of the step, relative to the sizes of both."""
+        exact = [each.rates for each in self.given]
+        return all(
+            _near(own.f, other.f, tolerance, right.f) and _near(own.Q, other.Q, tolerance, right.Q)
+            for own, other, right in zip(self.rates, rates, exact, strict=True)
+        )
+
+
+def _near(a: Array, b: Array, tolerance: float, right: Array) -> bool:
+    """Return whether two rates are near at all points, relative to both and to the right one."""
+    axes = tuple(range(a.ndim - 1))
+    size = np.abs(a).max(axis=axes) + np.abs(b).max(axis=axes) + np.abs(right).max(axis=axes)
+    return bool((np.abs(a - b).max(axis=axes) <= tolerance * (size + 1e-3 * size.max(initial=0.0))).all())
+
+
+def _measured(scheme: Scheme, view: Problem) -> _Measured | None:
+    """Return the rates of short steps at states that solutions reach; None where steps cannot be compared."""
+    step = short_steps(scheme, view)
+    if step is None:
+        return None
+    nodes, other = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
+    points = equation_rates(step.view, step.equation)
+    sizes = np.abs(points.x).max(axis=(1, 2))
+    # Solutions of random equations may grow beyond all bounds, where no step is short.
+    known = np.flatnonzero(np.isfinite(sizes) & (sizes <= GROWN * (1.0 + sizes[0])))
+    if not known.size:
+        return None
+    when = np.unique(known[np.linspace(0, len(known) - 1, TIMES).astype(int)])
+    given = [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when]
+    power = _power(step, given, nodes)
+    if power is None:
+        return None
+    rates = [_limits(step, each, nodes, power) for each in given]
+    again = [_limits(step, each, other, power, 0.75) for each in given]
+    measured = _Measured(given, rates, power)
+    # What has no expansion in h, or two limits, is no equation.
+    return measured if measured.explained_by(again) else None
+
+
+def _power(step: OneStep, given: Sequence[Given], nodes: Nodes) -> float | None:
+    """Return s where the noise of a step is of the size h^s, 1/2 where it is as it must be; None if it is no such."""
+    h = SIZE * step.time_unit
+    sizes = [max(np.abs(_central(step, each, nodes, a)).max() for each in given) for a in (h, 0.25 * h)]
+    exact = max(np.abs(each.rates.Q).max() for each in given)
+    if not sizes[1] > NO_NOISE * h * exact:
+        return 0.5
+    found = 0.5 * float(np.log2(sizes[0] / sizes[1])) / 2.0
+    near = min((0.0, 0.5, 1.0, 1.5), key=lambda s: abs(s - found))
+    return near if abs(near - found) < 0.05 else None
+
+
+def _moves(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
+    """Return the moves of a step of size h, shape (d, n, K)."""
+    wide = np.repeat(given.x, len(nodes.weights), axis=1)
+    make = step.scheme.prepare(step.view, h)
+    after = make(step.enter(wide.copy(), given.t, h), given.t, nodes.increment(h, given.x.shape[1])).state
+    return np.asarray((step.read(after) - wide).reshape(*given.x.shape, -1))
+
+
+def _central(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
+    moves = _moves(step, given, nodes, h)
+    moves = moves - (moves @ nodes.weights)[..., None]
+    return np.asarray(np.einsum("ink,jnk,k->ijn", moves, moves, nodes.weights))
+
+
+def _limits(step: OneStep, given: Given, nodes: Nodes, power: float, part: float = 1.0) -> Rates:
+    """Return the limits of E Delta/h and of the covariance over h^(2 s), extrapolated from three step sizes."""
+    sizes = [part * SIZE * step.time_unit * RATIO**-k for k in range(LEVELS)]
+    means = [_moves(step, given, nodes, h) @ nodes.weights / h for h in sizes]
+    covariances = [_central(step, given, nodes, h) / h ** (2.0 * power) for h in sizes]
+    return Rates(_extrapolated(means), _extrapolated(covariances))
+
+
+def _extrapolated(values: list[Array]) -> Array:
+    for k in range(1, len(values)):
+        values = [(RATIO**k * b - a) / (RATIO**k - 1.0) for a, b in pairwise(values)]
+    return values[0]
+
+
+def _of_equation(measured: _Measured) -> str:
+    """Return the sentence of the mistake that explains the rates, factors last: on linear equations much is one."""
+    if measured.power != 0.5:
+        right = measured.explained_by([each.rates for each in measured.given])
+        return SCALINGS[measured.power] if right else ""
+    found = [*_explanations(measured)]
+    if not found:
+        return _scaled(measured)
+    # Where the diffusion is constant, one that is taken at another time as well explains no more.
+    fewest = min(each.changes for each in found)
+    sentences = {each.sentence for each in found if each.changes == fewest}
+    return sentences.pop() if len(sentences) == 1 else ""
+
+
+def _explanations(measured: _Measured) -> Iterator[Mistake]:
+    """Yield the mistakes that explain the rates."""
+    for mistake in MISTAKES:
+        changed = [
+            Rates(
+                mistake.drift(each) if mistake.drift else each.rates.f,
+                squares(mistake.noise(each)) if mistake.noise else each.rates.Q,
+            )
+            for each in measured.given
+        ]
+        if measured.explained_by(changed):
+            yield mistake
+
+
+def _scaled(measured: _Measured) -> str:
+    """Return the sentence on a drift and a noise that are multiples of those of the equation, or an empty text."""
+    exact = [each.rates for each in measured.given]
+    a, c = (
+        _simple_factor([getattr(each, name) for each in measured.rates], [getattr(each, name) for each in exact])
+        for name in ("f", "Q")
+    )
+    if measured.power != 0.5 or not measured.explained_by([Rates(a * each.f, c * each.Q) for each in exact]):
+        return ""
+    if a not in SIMPLE and _is_ambiguous(measured):
+        return ""
+    return ", ".join(filter(None, (_times("the drift", a), _noise_times(c))))
+
+
+def _is_ambiguous(measured: _Measured) -> bool:
+    """Return whether the correction is a multiple of the drift, so that any factor may be one of the correction."""
+    f, more = [each.drift() for each in measured.given], [each.correction for each in measured.given]
+    factor = _factor(more, f)
+    return factor != 0.0 and all(_near(factor * a, b, RESOLUTION, a) for a, b in zip(f, more, strict=True))
+
+
+def _factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
+    a, b = (np.concatenate([each.ravel() for each in some]) for some in (found, exact))
+    square = float(b @ b)
+    return float(a @ b) / square if square else 1.0
+
+
+def _simple_factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
+    """Return the factor between rates, a simple one itself where it is one to the resolution."""
+    factor = _factor(found, exact)
+    return next((each for each in SIMPLE if abs(factor - each) <= RESOLUTION), factor)
+
+
+def _times(what: str, factor: float) -> str:
+    named = {0.0: "is left out", -1.0: "has the wrong sign", 0.5: "is halved", 2.0: "is doubled"}
+    for value, words in named.items():
+        if abs(factor - value) <= RESOLUTION:
+            return f"{what} {words}"
+    return "" if abs(factor - 1.0) <= DEFECT else f"{what} is multiplied by {factor:.4g}"
+
+
+def _noise_times(factor: float) -> str:
+    if abs(factor) <= RESOLUTION:
+        return "the noise is left out"
+    if abs(factor - 1.0) <= DEFECT:
+        return ""
+    return f"the variance of the noise is multiplied by {factor:.4g}, the noise by {np.sqrt(abs(factor)):.4g}"
+
+
+# Langevin dynamics: friction and strength are changed, so that their powers are known.
+
+STRENGTHS = {
+    (1.0, -2, 0): "sqrt(2 kT/gamma) where sqrt(2 kT gamma) is meant",
+    (1.0, -1, 0): "sqrt(2 kT) where sqrt(2 kT gamma) is meant",
+    (0.5, 0, 0): "sqrt(kT gamma) where sqrt(2 kT gamma) is meant",
+    (0.5, -1, 0): "sqrt(kT) where sqrt(2 kT gamma) is meant",
+    (0.5, -2, 0): "sqrt(kT/gamma) where sqrt(2 kT gamma) is meant",
+    (1.0, 0, 2): "2 kT gamma where its square root is meant",
+    (1.0, 1, 0): "sigma sqrt(gamma) where sigma is meant: the strength has the friction already",
+    (1.0, 2, 0): "gamma sigma where sigma is meant: the variance is gamma^2 times too large",
+}
+
+
+def _of_langevin(scheme: Scheme, view: Any) -> str:
+    """Return the sentence on a step of Langevin dynamics: factors of position, force, friction and noise."""
+    views = [
+        view,
+        replace(view, friction=CHANGED[0] * view.friction),
+        replace(view, strength=CHANGED[1] * view.strength),
+    ]
+    found = [_factors(scheme, each) for each in views]
+    if any(each is None for each in found):
+        return ""
+    factors = np.array(found, dtype=float)
+    powers = [_monomial(column, view) for column in factors.T]
+    if any(each is None for each in powers):
+        return ""
+    speed, force, friction, noise = (each for each in powers if each is not None)
+    words = (
+        _plain("the velocity of the position", speed),
+        _plain("the force", force),
+        _friction(friction),
+        _strength(noise),
+    )
+    return ", ".join(filter(None, words))
+
+
+class _Monomial(NamedTuple):
+    # kappa gamma^a sigma^b.
+    kappa: float
+    a: int
+    b: int
+
+
+def _factors(scheme: Scheme, view: Any) -> tuple[float, float, float, float] | None:
+    """Return by which factors velocity, force, friction and variance of a step differ; None if it is no such step."""
+    measured = _measured(scheme, view)
+    if measured is None or measured.power != 0.5:
+        return None
+    n = view.noise_dim
+    q, p = (np.concatenate([each.x[rows] for each in measured.given], axis=1) for rows in (slice(n), slice(n, None)))
+    f = np.concatenate([each.f for each in measured.rates], axis=1)
+    F = np.broadcast_to(view.force(q), q.shape)
+    speed = _factor([f[:n]], [p])
+    columns = np.stack([F.ravel(), -view.friction * p.ravel()], axis=1)
+    force, friction = np.linalg.lstsq(columns, f[n:].ravel(), rcond=None)[0]
+    noise = _factor([each.Q[n:, n:] for each in measured.rates], [each.rates.Q[n:, n:] for each in measured.given])
+    changed = [
+        Rates(
+            np.concatenate(
+                [speed * each.x[n:], force * view.force(each.x[:n]) - friction * view.friction * each.x[n:]]
+            ),
+            noise * each.rates.Q,
+        )
+        for each in measured.given
+    ]
+    return (speed, float(force), float(friction), noise) if measured.explained_by(changed) else None
+
+
+def _monomial(factors: Array, view: Any) -> _Monomial | None:
+    """Return kappa gamma^a sigma^b with the values of a factor at the changed friction and strength, or None."""
+    base, of_friction, of_strength = map(float, factors)
+    if np.abs(factors).max() <= RESOLUTION:
+        return _Monomial(0.0, 0, 0)
+    for a in POWERS:
+        for b in POWERS:
+            near = (of_friction - base * CHANGED[0] ** a, of_strength - base * CHANGED[1] ** b)
+            if np.abs(near).max() <= 10.0 * RESOLUTION * np.abs(factors).max():
+                return _Monomial(base / (view.friction**a * view.strength**b), a, b)
+    return None
+
+
+def _plain(what: str, of: _Monomial) -> str:
+    if (of.a, of.b) == (0, 0):
+        return _times(what, of.kappa)
+    return f"{what} is multiplied by {_product(of)}"
+
+
+def _friction(of: _Monomial) -> str:
+    if (of.a, of.b) == (0, 0):
+        return _times("the friction", of.kappa)
+    return f"the friction is {_product(of._replace(a=of.a + 1))} where gamma is meant"
+
+
+def _strength(of: _Monomial) -> str:
+    for (kappa, a, b), words in STRENGTHS.items():
+        if (of.a, of.b) == (a, b) and abs(of.kappa - kappa) <= 20.0 * RESOLUTION:
+            return f"the noise is {words}"
+    if (of.a, of.b) == (0, 0):
+        return _noise_times(of.kappa)
+    return f"the variance of the noise is multiplied by {_product(of)}"
+
+
+def _product(of: _Monomial) -> str:
+    parts = [f"{name}^{power}" if power != 1 else name for name, power in (("gamma", of.a), ("sigma", of.b)) if power]
+    return " ".join(([f"{of.kappa:.4g}"] if abs(of.kappa - 1.0) > DEFECT or not parts else []) + parts)
