@@ -14,6 +14,7 @@ from facade import (
     moment_orders,
     why_not_delay_moments,
 )
+from right.programmed_schemes import OwnHistory
 
 STEPS = (8, 16, 32, 64, 128)
 
@@ -47,3 +48,9 @@ def test_meshes_of_different_kinds_are_not_mixed() -> None:
     record = delay_moment_errors(StochasticTheta(), delay_linear(tau=0.25), (2, 4, 8, 16, 32))
     assert record.h[0] == 0.25
     assert least_order(moment_orders(record)) == pytest.approx((1.0, 1.0), abs=0.02)
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_history_in_the_state_has_no_moment_equations(right: bool) -> None:
+    """A state with as many components as a delay has steps would cost hours: paths judge the scheme."""
+    assert "more components" in why_not_delay_moments(OwnHistory(right=right), delay_ou(), STEPS)

@@ -305,6 +305,8 @@ def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     h : float
         Step size.
     """
+    if _grows_as_steps_shrink(scheme, view):
+        return "the scheme's state has more components on shorter steps"
     if reason := why_not_lasting_step(scheme, view, h):
         return reason
     probed, t = probe_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
@@ -314,6 +316,12 @@ def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     made = _evaluate_step(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
     expected = probed.step.drift @ inputs + probed.offset[0, :, None]
     return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
+
+
+def _grows_as_steps_shrink(scheme: Scheme, view: Delayed) -> bool:
+    # A history of its own makes k ~ 1/h components, and N steps of their second moments cost k^2 N = O(h^-3).
+    long, short = (len(flatten(scheme.start(view, 1, view.delay / parts))) for parts in (4.0, 8.0))
+    return short > long
 
 
 def _times_after_delay(view: Delayed) -> tuple[float, ...]:
