@@ -76,6 +76,8 @@ def judged_by(rows: Iterable[Mapping[str, Any]], seconds: float) -> Judged:
 
 
 def _reason(row: Mapping[str, Any]) -> str:
+    if "class" in row and not row["first"]:
+        return f"{row['class']}: {row['premise']}"
     if "class" in row:
         return f"{row['class']}: {row['first']} found {row['found']}, wanted {row['wanted']}"
     return f"{row['problem']}: {row['reason']}"
