@@ -210,10 +210,13 @@ def _rules_order(record: LocalWeak) -> Array:
     if not record.apart.size:
         return np.full(record.apart.shape[:2], np.inf)
     rules, defect = record.rules, record.defect[:, : record.apart.shape[1]]
+    rounding = _rounding(rules)
     with np.errstate(invalid="ignore"):
-        agree = np.abs(record.apart) <= np.maximum(AGREEMENT * np.abs(defect), _rounding(rules))
+        agree = np.abs(record.apart) <= np.maximum(AGREEMENT * np.abs(defect), rounding)
+        finest, *_ = finest_usable(np.abs(record.apart) > rounding)
     found = _orders(rules)
-    return np.where(found.settled & ~agree.all(axis=-1), found.orders, np.inf)
+    # At long steps the rules differ by terms of other orders, too.
+    return np.where(found.settled & ~pick(agree, finest), found.orders, np.inf)
 
 
 def _orders(record: LocalWeak) -> WeakOrder:
