@@ -31,6 +31,9 @@ class HalfExplicit(Scheme):
     name: ClassVar[str] = "half-explicit"
     form: ClassVar[type[Problem]] = SDE
 
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
 class HalfOther(Scheme):
@@ -38,21 +41,33 @@ class HalfOther(Scheme):
     name: ClassVar[str] = "half-other"
     form: ClassVar[type[Problem]] = SDE
 
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
+
 
 class Euler(Scheme):
     name: ClassVar[str] = "euler"
     form: ClassVar[type[Problem]] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
 
 
 class AnotherEuler(Scheme):
     name: ClassVar[str] = "euler"
     form: ClassVar[type[Problem]] = SDE
 
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
+
 
 class Asked(Scheme):
     name: ClassVar[str] = "asked"
     form: ClassVar[type[Problem]] = SDE
     on_request: ClassVar[bool] = True
+
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
 
 
 class Disguised(Scheme):

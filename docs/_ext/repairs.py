@@ -25,6 +25,7 @@ SCHEME = {
     "paths-alone": "Take no mean, maximum or norm over the last axis; end an iteration for each path by itself.",
     "any-number-of-steps": "Let a step depend on `h` smoothly, and on no number of steps.",
     "declared-noise-only": 'Name what the step uses: `noise = frozenset({"dW", "H"})`.',
+    "equation-alone": "Use the coefficients of the problem, not its source, observables or truths.",
     "noise-is-used": "Use `noise.dW` with its sign. If the law of the noise is your own, set `law`.",
     "own-memory": "Return a new array: `noise.dW.copy()`, or an expression, not a view of the noise.",
     "state-is-whole": "Put all memory into the state, and set it in `enter(problem, state, t, h)`.",

@@ -44,7 +44,7 @@ def test_a_sound_scheme(call):
     outcome = call("check", "milstein", "-p", "gbm")
 
     assert (outcome.code, outcome.err) == (0, "")
-    assert outcome.out.strip() == "21 checks: 21 passed, none failed, none skipped"
+    assert outcome.out.strip() == "22 checks: 22 passed, none failed, none skipped"
 
 
 @pytest.mark.long

@@ -18,6 +18,9 @@ class Good(Scheme):
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (CLAIM,)
 
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
 class Bad(Good):

@@ -143,6 +143,10 @@ class Broken(Scheme):
         Claim(measure="strong", value=2.0, when=frozenset({"constrained"}), source="made up"),
     )
 
+    def step(self, problem: SDE, state: Any, t: float, h: float, noise: Any) -> Any:
+        """Raise: no step is made."""
+        raise NotImplementedError
+
 
 def test_claims_tested_nowhere_are_counted_in_one_line() -> None:
     """Only claims about measures of the run count; the traits that no problem has are named."""

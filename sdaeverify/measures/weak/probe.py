@@ -444,7 +444,8 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     Opinion
         Refuted only where settled orders are too low at a quarter of the states of some time, and inconsistent if
         most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
-        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
+        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi,
+        or at one of several.
     """
     void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
     asked = f"{bar(claim, claim - tolerance)}{void}"
@@ -464,7 +465,7 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         text = f"{order.least(short)} at {few} of {among} probed states: paths do not verify it{void}"
         kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
-    if order.share(moving).max() >= MANY:
+    if order.at_many(moving, MANY):
         return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"

@@ -158,6 +158,20 @@ class WeakOrder(NamedTuple):
         shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
         return np.asarray(np.max(shares, axis=0))
 
+    def at_many(self, found: Mask, part: float) -> bool:
+        """Return whether some moment has a property at a part of the states of a time, and at two unless it has one.
+
+        A zero of a defect on the way to h = 0 is a coincidence of one state.
+
+        Parameters
+        ----------
+        found : ndarray of bool, shape (F, S)
+        part : float
+            Of the states.
+        """
+        here = [found[:, self.time == time] for time in set(self.time.tolist())]
+        return any(bool((at.sum(axis=1) >= max(part * at.shape[1], min(2, at.shape[1]))).any()) for at in here)
+
     def differing_share(self, bound: float) -> float:
         """Return at which share of the states two rules for the noise differ at an order below a bound."""
         return float((self.rules < bound).any(axis=0).mean()) if self.rules.size else 0.0

@@ -293,7 +293,15 @@ class OneStep:
         return x
 
     def make(self, x: Array, t: float, h: float, noise: Increment) -> Step:
-        """Return the step from states of shape (d, P): all memory, flags and outputs."""
+        """Return the step from given states: all memory, flags and outputs.
+
+        Parameters
+        ----------
+        x : ndarray, shape (d, P)
+        t, h : float
+            Start of the step, and its size.
+        noise : Increment
+        """
         return self.scheme.prepare(self.view, h)(self.enter(x, t, h), t, noise)
 
     def together(self, batches: Iterable[PathBatch]) -> Iterator[Step]:

@@ -19,11 +19,11 @@ from typing import Any, NamedTuple
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...study import CellResult
-from ...study.common_errors import common_errors
 from ..cells import Row, grouped, number
 from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
 from ..verdict_row import VerdictRow
+from .common_errors import common_errors
 
 # Measures whose levels are errors along paths, which more steps make smaller; and that of stationary means, whose
 # steps are counted in a unit of time.

@@ -13,16 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Parts
-from ..contracts.scheme import AT_T
-from ..contracts.settings import Settings
-from ..errors import FAULTS
-from ..forms import Problem
-from ..measures.path_errors.errors import STATE
-from ..noise.brownian import Brownian, Piece, Source
-from ..simulate.reference import OWN_REFERENCE, Reference
-from ..simulate.tracks import Track, follow
-from .plan import Cell
+from ...arrays import Array, Parts
+from ...contracts.scheme import AT_T
+from ...contracts.settings import Settings
+from ...errors import FAULTS
+from ...forms import Problem
+from ...measures.path_errors.errors import STATE
+from ...noise.brownian import Brownian, Piece, Source
+from ...simulate.reference import OWN_REFERENCE, Reference
+from ...simulate.tracks import Track, follow
+from ...study.plan import Cell
 
 # The measure whose errors are those of means of observables; of any other they are distances between components.
 OF_MEANS = "weak"
