@@ -19,6 +19,7 @@ from .contracts.settings import Settings, SettingsOptions, number, settings_from
 from .contracts.specs import ProblemSpec
 from .errors import UsageError
 from .forms import Problem
+from .registry.foreign_code import same_folder
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
 from .report.files import require_writable
@@ -407,9 +408,10 @@ def plan_of(
         select_problems(registry, problems),
         select_measures(registry, measures),
     )
-    return plan(
-        *chosen, lambda label: select_schemes(registry, label)[0], trial_of(executor, *chosen), registry.followed
-    )
+    trial = trial_of(executor, *chosen)
+    # Planning makes steps of schemes.
+    with same_folder():
+        return plan(*chosen, lambda label: select_schemes(registry, label)[0], trial, registry.followed)
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside: Sequence[Work] = ()) -> Result:

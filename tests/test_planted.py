@@ -22,6 +22,9 @@ class Wrong(Scheme):
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (Claim(measure="strong", value=1.0, source="made up"),)
 
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
+
 @hookimpl
 def sdaeverify_planted():
     return [Planted(bug="wrong", scheme=Wrong(2.0), problem="gbm[a=-1]")]
@@ -33,6 +36,9 @@ class Wrong(Scheme):
     name: ClassVar[str] = "planted-wrong"
     form: ClassVar[type] = SDE
     claims: ClassVar[tuple] = (CLAIM,)
+
+    def step(self, problem, state, t, h, noise):
+        raise NotImplementedError
 
 
 class Plain(Wrong):
