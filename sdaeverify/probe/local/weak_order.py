@@ -173,8 +173,15 @@ class WeakOrder(NamedTuple):
         return any(bool((at.sum(axis=1) >= max(part * at.shape[1], min(2, at.shape[1]))).any()) for at in here)
 
     def differing_share(self, bound: float) -> float:
-        """Return at which share of the states two rules for the noise differ at an order below a bound."""
-        return float((self.rules < bound).any(axis=0).mean()) if self.rules.size else 0.0
+        """Return at which share of the states two rules differ on half of the defects of an order below a bound.
+
+        A defect that happens to be small at a state is no larger than the difference of the rules there.
+        """
+        if not self.rules.size:
+            return 0.0
+        differ = self.rules < bound
+        low = differ | (self.orders[:, : differ.shape[1]] < bound)
+        return float(np.mean(low.any(axis=0) & (2 * differ.sum(axis=0) >= low.sum(axis=0))))
 
     def rises(self, low: Mask, bound: float) -> bool:
         """Tell whether most of some orders that are below a bound are seen to be above it at much shorter step sizes.
