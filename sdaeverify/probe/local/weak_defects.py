@@ -122,7 +122,12 @@ def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     why = why_not_nodes(scheme, view) or why_not_resolved(view, shortest) or step.why_not_probed()
-    return why or step.all_truncated(float(sizes(view)[-LEAST]))
+    return why or step.why_not_sound(float(sizes(view)[-LEAST]))
+
+
+def why_not_from(step: OneStep, x: Array) -> str:
+    """Return why no step from some states, shape (d, S), has an order, or an empty string."""
+    return step.why_not_sound(float(sizes(step.view)[-LEAST]), x)
 
 
 def why_not_nodes(scheme: Scheme, view: Problem) -> str:

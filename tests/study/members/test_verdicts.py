@@ -245,6 +245,52 @@ def test_a_claim_with_a_trait_is_put_to_members_with_it():
     assert narrowed == {"HolonomicSDAE without velocity-noise": [1.0]}
 
 
+class Marked:
+    """The steps of another scheme, with one field that marks every path."""
+
+    mark = ""
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        made = super().step(problem, state, t, h, noise)
+        return made._replace(**{self.mark: np.ones(noise.dW.shape[1], dtype=bool)})
+
+
+class TruncatedTheta(Marked, StochasticTheta):
+    """Each step is marked as truncated."""
+
+    mark = "truncated"
+
+
+class FailedTheta(Marked, StochasticTheta):
+    """Each path is marked as failed."""
+
+    mark = "failed"
+
+
+class FailedHalfExplicit(Marked, HalfExplicitEuler):
+    """The same of a scheme for mechanics."""
+
+    mark = "failed"
+
+
+@pytest.mark.parametrize(
+    ("scheme", "unmarked", "kind"),
+    [
+        (TruncatedTheta(), StochasticTheta(), DELAYS),
+        (FailedTheta(), StochasticTheta(), DELAYS),
+        (FailedHalfExplicit(truncation="none"), HalfExplicitEuler(truncation="none"), MECHANICS),
+    ],
+)
+def test_an_order_is_not_verified_by_steps_that_are_all_truncated_or_fail(scheme, unmarked, kind):
+    """They were verified on two of two members, as the same steps without marks are; a wrong one is refuted above."""
+    assert verdicts(unmarked, kind, [Strong()])["strong"].verdict is ClassVerdict.VERIFIED
+    found = verdicts(scheme, kind, [Strong(), Weak()])
+
+    assert {row.verdict for row in found.values()} == {ClassVerdict.PREMISE}
+    assert all("the order is never seen" in row.why for row in found.values())
+
+
 def test_a_form_of_others_brings_its_own_class(monkeypatch):
     """A form with jumps offers a class: Euler's strong order is verified, a wrong jump is refuted and named."""
     source = Path(__file__).parents[2] / "thirdparty" / "jump_diffusion" / "src"
