@@ -23,7 +23,7 @@ from facade import (
     member_classes,
     member_rows,
 )
-from sdaeverify import ConstrainedLangevin, DelaySDAE, HolonomicSDAE, HolonomicState, Step
+from sdaeverify import Claim, ConstrainedLangevin, DelaySDAE, HolonomicSDAE, HolonomicState, Step
 from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
 SEED = 11
@@ -243,6 +243,22 @@ def test_a_claim_with_a_trait_is_put_to_members_with_it():
     found = member_classes(HalfExplicitEuler(truncation="none"), SEED)
     narrowed = {kind.name: [claim.value.least for claim in own] for kind, own in found.items() if kind != MECHANICS}
     assert narrowed == {"HolonomicSDAE without velocity-noise": [1.0]}
+
+
+class MeanTheta(StochasticTheta):
+    """It claims weak order 1 of the mean of x alone."""
+
+    claims: ClassVar = (Claim(measure="weak", value=1.0, quantities=("x",), source="test"),)
+
+
+def test_a_claim_about_a_named_mean_is_not_put_to_members_and_the_row_says_so():
+    """There was no row at all, and the gate had a cell for it that nothing answered."""
+    kind = next(iter(member_classes(MeanTheta(), SEED)))
+    row = verdicts(MeanTheta(), kind, [Weak()])["weak"]
+
+    assert row.verdict is ClassVerdict.PREMISE
+    assert "the claim is about the mean of x alone" in row.why
+    assert verdicts(StochasticTheta(), DELAYS, [Weak()])["weak"].verdict is ClassVerdict.VERIFIED
 
 
 class Marked:
