@@ -26,6 +26,7 @@ FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 # within 4.52.
 OUTERMOST = 4.52
 TRUNCATED = "steps are truncated at every state, however short they are: the order is never seen"
+STILL = "a step does not move, it returns its state unchanged"
 FAILED = "every step fails, at every state and however short it is: the order is never seen"
 
 
@@ -297,10 +298,22 @@ class OneStep:
             return TRUNCATED
         if self.view.records:
             return ""
+        _, made = self._at_few_nodes(x, h)
+        return FAILED if made.failed is not None and made.failed.all() else ""
+
+    def is_still(self, h: float) -> bool:
+        """Return whether a step of this size returns each state of the cloud unchanged, all its memory included."""
+        if self.view.records:
+            return False
+        state, made = self._at_few_nodes(cloud(self.view, self.equation), h)
+        return np.array_equal(flatten(state), flatten(made.state))
+
+    def _at_few_nodes(self, x: Array, h: float) -> tuple[State, Step]:
+        """Return the scheme's states from which steps of this size begin, and the steps."""
         nodes = self._few_nodes()
         with np.errstate(all="ignore"):
-            made = self.make(np.repeat(x, len(nodes.weights), axis=1), self.time, h, nodes.increment(h, x.shape[1]))
-        return FAILED if made.failed is not None and made.failed.all() else ""
+            state = self.enter(np.repeat(x, len(nodes.weights), axis=1), self.time, h)
+            return state, self.scheme.prepare(self.view, h)(state, self.time, nodes.increment(h, x.shape[1]))
 
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""
