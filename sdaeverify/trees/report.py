@@ -1,6 +1,6 @@
 """Verdicts on the claims of a scheme, class by class, from order conditions."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import ceil, inf, nan
 
@@ -12,7 +12,7 @@ from ..forms import SDE
 from . import TreeClass
 from .class_row import ClassRow, ClassVerdict
 from .classes import OF_SDES, EquationClass
-from .conditions import INVARIANT, STRONG, WEAK, belongs
+from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
 from .modified.mistakes import mistake_of
 from .posed.probe import probe_of
@@ -32,6 +32,7 @@ FEW, MANY, QUICK, QUICK_TREES = 2, 3, 4, 200
 # A tamed drift f/(1 + h |f|) leaves the drift by a term of the weight 4.
 TAMED = 4
 MEASURES = (STRONG, WEAK, INVARIANT)
+ALONE = "the claim is about the mean of {} alone; the order of all smooth functions is {:g}"
 
 
 def every_equation(of: str = "general") -> SDE:
@@ -122,16 +123,33 @@ def measures_of(kind: EquationClass | TreeClass) -> tuple[str, ...]:
 def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
     """Return the claim of the largest order of a scheme for a class, and this order.
 
+    A claim about the means of all functions comes before one about those that it names.
+
     Parameters
     ----------
     probe : Probe
         The scheme on the class.
     measure : str
     """
+    orders = [(each, each.value) for each in _in_scope(probe, measure) if isinstance(each.value, Order)]
+    covering = [found for found in orders if found[0].covers(measure, "x")]
+    return max(covering, key=lambda found: (not named_means(found[0]), found[1].least), default=None)
+
+
+def _in_scope(probe: Probe, measure: str) -> list[Claim]:
     traits = probe.problem.traits
-    claims = (each for each in probe.scheme.promises if each.when <= traits and each.covers(measure, "x"))
-    orders = [(each, each.value) for each in claims if isinstance(each.value, Order)]
-    return max(orders, key=lambda found: found[1].least, default=None)
+    return [each for each in probe.scheme.promises if each.measure == measure and each.when <= traits]
+
+
+def named_means(claim: Claim | None) -> str:
+    """Return the functions whose means alone a claim is about, in words; empty if it is about paths or all means."""
+    return "" if claim is None or claim.measure == STRONG else " and ".join(claim.quantities)
+
+
+def _of_others(probe: Probe, measure: str) -> str:
+    """Return that a scheme claims an order of means of functions that no condition is about, or an empty text."""
+    names = [named for each in _in_scope(probe, measure) if (named := named_means(each))]
+    return f"claimed of {' and '.join(names)} alone, and not of all smooth functions" if names else ""
 
 
 def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[str]:
@@ -156,7 +174,9 @@ def _rows(of: Examined) -> Iterator[ClassRow]:
     for measure in measures_of(probe.kind):
         promise, claim = claimed_order(probe, measure) or (None, None)
         if claim or measure in of.measures:
-            yield _told(of, replace(row, measure=measure, promise=promise), claim)
+            told = _told(of, replace(row, measure=measure, promise=promise), claim)
+            elsewhere = "" if claim else _of_others(probe, measure)
+            yield replace(told, premise="; ".join(filter(None, (elsewhere, told.premise))))
 
 
 def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
@@ -190,6 +210,9 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     falls_short = claim is not None and of.is_below(row.measure, least)
     inexact = of.why_not_exact(row.measure, least) if claim else ""
     inexact = inexact or (of.why_taken_back(row.measure) if falls_short else "")
+    failing = _failing(of, row, claim)
+    named = named_means(row.promise)
+    inexact = inexact or (ALONE.format(named, order) if named and falls_short and not failing else "")
     beyond = _why_not_enough(of, claim) or _why_clipped(of, row, claim) or of.why_spoilt(row.measure, least)
     premise_fails = of.probe.why_not_every or inexact or beyond
     impossible = _impossible(of, row.measure, claim) if falls_short else ""
@@ -201,10 +224,26 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         claim=least,
         held=held,
         of=count,
-        first=next(iter(of.breaking(row.measure)), None),
+        first=next(iter(failing or of.breaking(row.measure)), None),
         premise=premise_fails or ", ".join(filter(None, (impossible, of.probe.covers, of.probe.premises))),
         mistake=_mistake(of, order) if verdict is ClassVerdict.REFUTED and not impossible else "",
     )
+
+
+def _failing(of: Examined, row: ClassRow, claim: Order | None) -> Sequence[Condition]:
+    """Return the conditions that limit the order of what is claimed, the first one first.
+
+    Of a claim about the mean of x alone these are the means of single trees: where one of them fails, E x is off by
+    that order at the end of a short time. Products of trees are about other functions.
+    """
+    found = of.breaking(row.measure)
+    if claim is None or not named_means(row.promise):
+        return found
+    return [
+        each
+        for each in found
+        if row.measure == WEAK and belongs(each, WEAK, claim.least) and not each.on_paths and len(each.forest) == 1
+    ]
 
 
 def _mistake(of: Examined, order: float) -> str:

@@ -18,6 +18,7 @@ from .sdes.universal import TIME_0, Universal
 LARGEST, IMPLICIT = 4_000_000, 60
 # Step sizes: weights in units of h^(w/2) are compared at these, one ratio being odd.
 H, OTHERS = 0.25, (0.0625, 0.25 / 3.0)
+NOT_SEEN = ": the order is never seen"
 
 
 class NoStepError(Exception):
@@ -133,7 +134,8 @@ def moved(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) ->
         after = step.scheme.prepare(step.view, h)(state, t, nodes.increment(h, states))
     for name, mask in (("fails", after.failed), ("is truncated", after.truncated)):
         if mask is not None and np.any(mask):
-            raise NoStepError(f"a step of size {h:g} {name}")
+            every = "every" if np.all(mask) else "a"
+            raise NoStepError(f"{every} step of size {h:g} {name}{NOT_SEEN if np.all(mask) else ''}")
     return state, after.state
 
 

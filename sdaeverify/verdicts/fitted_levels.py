@@ -11,6 +11,7 @@ from ..contracts.measure import Evidence
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
+UNSEEN = "no step size is without them: the order is never seen"
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
@@ -32,11 +33,23 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
     """
     if not (health["failed"].any() or health["truncated"].any()):
         return np.arange(len(health["failed"])), lost_index(health)
-    wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
-    bad = np.flatnonzero(wrong["failed paths"] | wrong["truncated steps"])
-    first = int(bad[-1]) + 1 if len(bad) else 0
-    remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
-    return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))
+    bad = np.flatnonzero((health["failed"] > 0) | (health["truncated"] > 0))
+    remarks = name_wrong(health["failed"], health["truncated"])
+    return np.arange(int(bad[-1]) + 1, len(health["failed"])), Reason.of(*remarks, lost_index(health))
+
+
+def name_wrong(failed: Array, truncated: Array) -> list[str]:
+    """Return at how many step sizes paths failed and steps were truncated, and whether no step size is without.
+
+    Parameters
+    ----------
+    failed, truncated : ndarray, shape (L,)
+        Number of failed paths and of truncated steps at each level.
+    """
+    wrong = {"failed paths": failed > 0, "truncated steps": truncated > 0}
+    unseen = len(failed) > 0 and bool((wrong["failed paths"] | wrong["truncated steps"]).all())
+    named = [at_levels(name, levels) for name, levels in wrong.items() if levels.any()]
+    return [*named, UNSEEN] if unseen else named
 
 
 def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:

@@ -92,6 +92,17 @@ def test_a_mean_that_a_symmetry_fixes_tells_nothing():
     assert least_order(functional_orders(record(H, 0.0 * H, response=0.0))) == pytest.approx((1.0, 1.0), abs=1e-7)
 
 
+def test_a_mean_that_a_step_without_motion_keeps_is_not_said_to_be_fixed_by_a_symmetry():
+    """The reason is what the step does; neither order nor bound rests on it."""
+    unmoved = record(0.0 * H, response=0.0)
+    (still,), (fixed,) = (functional_orders(each) for each in (unmoved._replace(still=np.ones(())), unmoved))
+
+    assert still.note == "a step does not move, it returns its state unchanged"
+    assert still == fixed._replace(note=still.note)
+    assert not still.informative
+    assert fixed.note.startswith("a symmetry fixes its mean")
+
+
 def test_orders_that_rise_have_no_upper_bound():
     """An error h/(1 + h/eps) on steps longer than eps has orders 0.05 to 0.6 that still rise; on others order 1."""
     coarse, fine = (only(H / (1.0 + H / eps)) for eps in (H[-1], 64.0 * H[0]))

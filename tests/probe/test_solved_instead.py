@@ -137,6 +137,11 @@ PLANTED = {
     "h dW": (euler(noise=lambda B, dW, h: h * apply(B, dW)), "the noise is h dW"),
     "xi": (euler(noise=lambda B, dW, h: apply(B, dW) / np.sqrt(h)), "the noise is xi"),
     "no drift": (euler(a=0.0), "the drift is left out"),
+    "still": (Wrong(lambda p, t, x, h, dW: 0.0 * x), "a step does not move, it returns its state unchanged"),
+    "all but still": (
+        Wrong(lambda p, t, x, h, dW: h**2 * p.drift(t, x)),
+        "the drift is left out, the noise is left out",
+    ),
     "sign": (euler(a=-1.0), "the drift has the wrong sign"),
     "halved": (euler(a=0.5), "the drift is halved"),
     "doubled noise": (euler(noise=lambda B, dW, h: 2.0 * apply(B, dW)), "multiplied by 4, the noise by 2"),

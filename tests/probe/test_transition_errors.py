@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facade import HalfExplicitEuler, chart_observables, functional_orders, least_order, weak_errors
+from facade import HalfExplicitEuler, chart_observables, functional_orders, least_order, ou, weak_errors
 from probe.chart_cells import (
     ANGLE,
     AdditiveHeun,
@@ -13,6 +13,7 @@ from probe.chart_cells import (
     plane_pendulum,
     with_moments,
 )
+from sdaeverify import Step
 from sdaeverify.probing import error_floors, invariant_errors, invariant_observables
 
 SIZES = [1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64]
@@ -48,6 +49,24 @@ def test_euler_has_the_known_stationary_orders():
     record = invariant_errors(Euler(), ANGLE, SIZES)
     assert local_orders(record.errors[:, 0]) == pytest.approx([1.20, 1.11, 1.06, 1.03], abs=0.006)
     assert record.resolution.max() < 1e-6
+
+
+def test_a_step_that_does_not_move_is_called_that():
+    """It keeps the stationary law that the operator begins with; a step that moves by a tenth of Euler's is wrong."""
+
+    class Still(Euler):
+        def step(self, problem, state, t, h, noise):
+            return Step(state.copy())
+
+    class Slow(Euler):
+        def step(self, problem, state, t, h, noise):
+            return Step(state + 0.1 * (super().step(problem, state, t, h, noise).state - state))
+
+    still, slow = (functional_orders(invariant_errors(scheme, ou(), SIZES)) for scheme in (Still(), Slow()))
+
+    assert {found.note for found in still} == {"a step does not move, it returns its state unchanged"}
+    assert not any(found.informative for found in still)
+    assert least_order(slow)[1] < 0.1
 
 
 def test_splitting_has_the_known_stationary_errors():

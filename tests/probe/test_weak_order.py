@@ -18,7 +18,7 @@ def record(defect, exceptional=None, where=None, trees=5):
     if where is not None:
         defects[where] = exceptional
     each = np.full(STATES, float(trees)), np.array(1.0), np.zeros(STATES), np.zeros(STATES)
-    return LocalWeak(H, defects, np.ones_like(defects), *each, np.zeros((FUNCTIONS, 0, len(H))))
+    return LocalWeak(H, defects, np.ones_like(defects), *each, np.zeros((FUNCTIONS, 0, len(H))), np.zeros(len(H)))
 
 
 def judged(claim, *given, **more):

@@ -12,7 +12,7 @@ from ...contracts.measure import Evidence
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
 from ...verdicts.coverage import Coverage, coverage
-from ...verdicts.fitted_levels import FEWEST, at_levels, sound_levels
+from ...verdicts.fitted_levels import FEWEST, name_wrong, sound_levels
 from ...verdicts.opinions import finding, judge_claim
 from ...verdicts.path_tests import RESOLVED, order_in
 from ...verdicts.rules import withhold_in_doubt
@@ -113,8 +113,7 @@ def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
     levels, _ = sound_levels({"failed": record.failed + record.lost, "truncated": record.truncated})
     blown_up = _blown_up(record)
     remarks = [f"diverged at h = {', '.join(f'{h:.3g}' for h in blown_up)}"] if blown_up else []
-    wrong = {"failed paths": record.failed > 0, "truncated steps": record.truncated > 0}
-    remarks += [at_levels(what, where) for what, where in wrong.items() if where.any()]
+    remarks += name_wrong(record.failed, record.truncated)
     if len(record.time) and not record.stationary:
         remarks.append(f"chains are not stationary after a burn-in of {float(record.burn_in):.3g}")
     if float(record.contraction) >= CONTRACTING:

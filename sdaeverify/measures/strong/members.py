@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator
 
+from ...arrays import Array
 from ...contracts.claimed import Order
 from ...contracts.finding import Finding
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Scheme
 from ...forms import Problem
 from ...probe.local.delay_links import remove_delay, why_not_algebraic
-from ...probe.local.strong_defects import local_strong_from
+from ...probe.local.strong_defects import local_strong_from, why_not_from
 from ...probe.local.strong_order import strong_orders
 from ...probe.step.one_step import OneStep
 from ...probe.step.states import states_near_start
@@ -32,7 +33,7 @@ def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Fin
     evidence, pair = Evidence.of_one_step(scheme, view), remove_delay(scheme, view)
     step = OneStep(*pair)
     why = why_not_algebraic(scheme, view) or step.why_not_memoryless()
-    why = why or step.why_not_probed(beside=True, run=False, levy=True)
+    why = why or step.why_not_probed(beside=True, run=False, levy=True) or why_not_from(step, _states_of(step))
     orders = {} if why else _member_orders(step)
     for name in orders or (STATE,):
         covered = coverage(evidence, measure, name)
@@ -45,6 +46,10 @@ def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Fin
         yield finding(covered, opinion, method=UNFITTED_METHODS[1], details={"local_order": orders[name].order})
 
 
+def _states_of(step: OneStep) -> Array:
+    return states_near_start(step.view, step.equation)
+
+
 def _member_orders(step: OneStep) -> Orders:
-    record = local_strong_from(step.scheme, step.view, states_near_start(step.view, step.equation))
+    record = local_strong_from(step.scheme, step.view, _states_of(step))
     return dict(zip((*step.names, STATE), strong_orders(record), strict=True))

@@ -28,7 +28,7 @@ from ...numerics.statistics import EPS, RISING, Estimate, correct_for_skewness
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ...verdicts.opinions import finding, guard, judge_claim, leave_open
+from ...verdicts.opinions import finding, guard, judge_claim, leave_open, local_doubt
 from ...verdicts.path_tests import (
     COARSE,
     RESOLVED,
@@ -319,14 +319,24 @@ class Weak(Measure):
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
         """Return a finding for the state: the order of all test functions after one step."""
         covered = claim_for(scheme, view.traits, self.name, STATE)
-        is_order = covered.claim is not None and isinstance(covered.claim.value, Order)
-        return (member_finding(scheme, view, covered),) if is_order else ()
+        if covered.claim is None:
+            return _of_named(scheme, view)
+        return (member_finding(scheme, view, covered),) if isinstance(covered.claim.value, Order) else ()
 
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Weak()]
+
+
+def _of_named(scheme: Scheme, view: Any) -> Iterator[Finding]:
+    """Yield that claims about means of functions that they name are not put to random members."""
+    for claim in scheme.promises:
+        if claim.measure == Weak.name and claim.when <= view.traits and isinstance(claim.value, Order):
+            named = " and ".join(claim.quantities)
+            reason = f"the claim is about the mean of {named} alone; members are asked about all smooth functions"
+            yield finding(Coverage(named, claim), local_doubt(reason))
 
 
 def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:

@@ -411,6 +411,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     nodes = local.why_not_nodes(scheme, pair[1])
     step = OneStep(*pair)
     why = why_not_algebraic(scheme, view) or nodes or step.why_not_probed(run=False) or step.why_not_memoryless()
+    why = why or local.why_not_from(step, states_near_start(pair[1], step.equation))
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value

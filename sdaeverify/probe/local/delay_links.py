@@ -11,12 +11,13 @@ Means of one step are then taken over the older noise, too. That is what adds up
 step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Huang & Liu 2010), and converges with 1.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ...arrays import Array, Parts
+from ...arrays import Array, Mask, Parts
 from ...contracts.scheme import Scheme, State, Step, flatten
 from ...forms import Delayed, IndexOne, Problem
 from ...forms.delay.linked import X, history_at, linked_equation
@@ -124,19 +125,25 @@ class LinkedScheme(Scheme):
         noise: Increment,
     ) -> Step:
         """Make the steps, t being the time of the oldest one."""
-        delay, new, failed = self.problem.delay, [], []
+        delay, new, steps = self.problem.delay, [], []
         lagged, ahead = (history_at(self.problem, s, state) for s in (t, t + h))
         for age, (x, own) in enumerate(reversed(_split(state, noise, self.links))):
             step = self._step_link(x, t + age * delay, h, own._replace(lagged=lagged, ahead=ahead))
             lagged, ahead = x, self.scheme.parts(self.problem, step.state)[X]
             new.append(ahead)
-            failed += [] if step.failed is None else [step.failed]
-        return Step(np.concatenate(new[::-1]), failed=np.any(failed, axis=0) if failed else None)
+            steps.append(step)
+        failed, truncated = (_any_of([getattr(step, name) for step in steps]) for name in ("failed", "truncated"))
+        return Step(np.concatenate(new[::-1]), failed=failed, truncated=truncated)
 
     def _step_link(self, x: Array, t: float, h: float, noise: Increment) -> Step:
         assert noise.lagged is not None
         state = self.scheme.enter(self.problem, self.problem.consistent(t, x, noise.lagged), t, h)
         return self.scheme.prepare(self.problem, h)(state, t, noise)
+
+
+def _any_of(masks: Iterable[Mask | None]) -> Mask | None:
+    given = [mask for mask in masks if mask is not None]
+    return np.any(given, axis=0) if given else None
 
 
 def _split(state: Array, noise: Increment, links: int) -> list[tuple[Array, Increment]]:

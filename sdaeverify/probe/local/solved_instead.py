@@ -18,7 +18,7 @@ from ...contracts.scheme import Scheme
 from ...errors import FAULTS
 from ...forms import Damped, Equation, Problem
 from ..step.nodes import Nodes, law_nodes
-from ..step.one_step import OneStep
+from ..step.one_step import STILL, OneStep
 from .step_law import equation_rates, short_steps
 
 # Steps in units of time: rates are extrapolated from three sizes, whose errors in h and h^2 are taken away.
@@ -193,6 +193,9 @@ def solved_instead(scheme: Scheme, view: Problem) -> str:
     """
     try:
         with np.errstate(all="ignore"):
+            step = short_steps(scheme, view)
+            if step is not None and step.is_still(SIZE * step.time_unit):
+                return STILL
             # On a manifold the correction is a multiple of the drift or of normals: too much would explain too much.
             measured = None if view.has_constraints else _measured(scheme, view)
             if measured is None or not measured.differs:

@@ -102,8 +102,13 @@ def why_not_local_order(scheme: Scheme, view: Problem) -> str:
     return (
         why_not_resolved(view, shortest)
         or step.why_not_probed(beside=True, levy=True)
-        or step.all_truncated(_last_but_one(view))
+        or step.why_not_sound(_last_but_one(view))
     )
+
+
+def why_not_from(step: OneStep, x: Array) -> str:
+    """Return why no step from some states, shape (d, S), has an order, or an empty string."""
+    return step.why_not_sound(_last_but_one(step.view), x)
 
 
 @lru_cache(maxsize=4)

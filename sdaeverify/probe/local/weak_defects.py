@@ -13,7 +13,7 @@ size of its own, and is divided by that of the state. One that stays near a valu
 is measured from that value, in units of how far it goes: errors of its noise would be below rounding.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,8 @@ FUNCTIONS = 32
 LEAST = 5
 # A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
 ROUNDINGS = 64.0
+# States that are changed by a rounding error, to see what a step makes of it.
+NUDGED = 4
 # Leaves of a tree at all further states, and paths of a step from these: about as many as from the cloud.
 LEAVES, WORK = 2**15, 2**12
 # When each step begins, and its size.
@@ -122,7 +124,12 @@ def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     why = why_not_nodes(scheme, view) or why_not_resolved(view, shortest) or step.why_not_probed()
-    return why or step.all_truncated(float(sizes(view)[-LEAST]))
+    return why or step.why_not_sound(float(sizes(view)[-LEAST]))
+
+
+def why_not_from(step: OneStep, x: Array) -> str:
+    """Return why no step from some states, shape (d, S), has an order, or an empty string."""
+    return step.why_not_sound(float(sizes(step.view)[-LEAST]), x)
 
 
 def why_not_nodes(scheme: Scheme, view: Problem) -> str:
@@ -280,6 +287,7 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
         apart = _rules_apart(step, near[0], found[0][0])
+        own = _own_rounding(step, near[0], nodes)
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     apart = keep_defined(apart, scale[:, : apart.shape[1]])
     finite = np.isfinite(defect) & np.isfinite(scale)
@@ -291,7 +299,7 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
     defect, scale = (np.where(finite, part, np.nan) for part in (defect, scale))
     further = (time >= len(near)).astype(float)
     dimension = np.array(float(len(near[0].frame.unit)))
-    return LocalWeak(near[0].h, defect, scale, trees, dimension, time, further, apart)
+    return LocalWeak(near[0].h, defect, scale, trees, dimension, time, further, apart, own)
 
 
 def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Array:
@@ -300,6 +308,30 @@ def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Arr
         return np.zeros((len(defect), 0, len(known.h)))
     other = _nodes(step.scheme, step.view.noise_dim, other=True)
     return np.asarray(_defects_at(step, known, other)[0] - defect)
+
+
+def _own_rounding(step: OneStep, known: SemigroupReference, nodes: Nodes) -> Array:
+    """Return how far a step moves at most if its state changes by one rounding error, in units of components, (H,).
+
+    A step that divides a difference of states by h, or solves an equation up to a tolerance, makes more of a rounding
+    error than eps of the state. The change itself, and a rounding error of each of the two steps that are compared,
+    do not count. It is the mean over the nodes of a state, whose outermost ones hardly count.
+    """
+    x = known.states[:, :: max(1, known.states.shape[1] // NUDGED)]
+    ends = (_ends(step, known, nodes, each) for each in (x, x * (1.0 + EPS)))
+    found, start = [], np.repeat(np.abs(x), len(nodes.weights), axis=1)
+    for a, b in zip(*ends, strict=True):
+        beyond = (np.abs(b - a) - 3.0 * EPS * np.maximum(np.abs(a), start)).clip(0.0) / known.frame.unit
+        means = nodes.mean(beyond.reshape(*x.shape, -1))
+        found.append(means.max(where=np.isfinite(means), initial=0.0))
+    return np.array(found)
+
+
+def _ends(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> Iterator[Array]:
+    """Yield where steps of each size lead from some states x at all nodes, shape (d, S K)."""
+    wide, when = np.repeat(x, len(nodes.weights), axis=1), zip(known.t, known.h.tolist(), strict=True)
+    batches = (PathBatch(wide, t, h, nodes.increment(h, x.shape[1])) for t, h in when)
+    return (step.read(made.state) for made in step.together(batches))
 
 
 def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
@@ -324,9 +356,8 @@ def _nodes(scheme: Scheme, noises: int, *, other: bool = False) -> Nodes:
 def _levels(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> tuple[Array, Array]:
     """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S, H), at some states x."""
     states, count, found = x.shape[1], len(nodes.weights), []
-    wide, when = np.repeat(x, count, axis=1), zip(known.t, known.h.tolist(), strict=True)
-    for made in step.together(PathBatch(wide, t, h, nodes.increment(h, states)) for t, h in when):
-        phi = test_functions.values(known.frame.of(step.read(made.state)))
+    for end in _ends(step, known, nodes, x):
+        phi = test_functions.values(known.frame.of(end))
         phi = phi.reshape(len(phi), states, count)
         found.append((nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))))
     means, largest = (np.stack(part, axis=-1) for part in zip(*found, strict=True))

@@ -65,6 +65,9 @@ class LocalWeak(NamedTuple):
     apart : ndarray, shape (F, R, H)
         By how much the defects at the first R states differ if they are found by another rule for the noise. R is 0
         if the noise takes few values, so that means are exact.
+    own_rounding : ndarray, shape (H,)
+        How far a step moves at most, in units of the test functions' arguments, if its state changes by one rounding
+        error, beyond that: the rounding of the step itself, and the errors of a solver that stops at a tolerance.
     """
 
     h: Array
@@ -75,6 +78,7 @@ class LocalWeak(NamedTuple):
     time: Array
     further: Array
     apart: Array
+    own_rounding: Array
 
     @property
     def rules(self) -> "LocalWeak":
@@ -244,7 +248,8 @@ def _orders(record: LocalWeak) -> WeakOrder:
     size, rounding = np.abs(record.defect), _rounding(record)
     noise, rough = _roughness(record, rounding)
     tolerance, plateau_h = _plateau(record, noise, rough)
-    usable = size > np.maximum(rounding, CLEAR * tolerance * record.scale)
+    # Errors of a solver hide an order; that they are larger than a defect does not make it exact.
+    usable = size > np.maximum(rounding, np.maximum(CLEAR * tolerance, FLOORS * record.own_rounding) * record.scale)
     fewest = ABOVE_PLATEAU if plateau_h else FEWEST_LEVELS
     usable &= usable.sum(axis=-1, keepdims=True) >= fewest
     finest, (last, before) = _last_orders(record.h, record.defect, usable)

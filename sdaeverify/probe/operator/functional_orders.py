@@ -20,7 +20,7 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING
-from ..step.one_step import why_not_resolved
+from ..step.one_step import STILL, why_not_resolved
 from .transition import ON_CHART
 from .transition_errors import TransitionErrors
 
@@ -155,7 +155,7 @@ class FunctionalOrder(NamedTuple):
     resolved : bool
         False where it is not informative for want of accuracy: it could be the one that misses its order.
     fixed : bool
-        True where it is not informative because a symmetry fixes the mean.
+        True where it is not informative because a symmetry fixes the mean, or a step does not move.
     coefficient : float
         c of e(h) = c h^order at the finest usable step size.
     h : float
@@ -198,8 +198,11 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     tuple of FunctionalOrder
     """
     columns = zip(record.errors.T, error_floors(record).T, mean_sizes(record), record.response, strict=True)
+    why = STILL if record.still else "a symmetry fixes its mean, which is right with too much noise as well"
     return tuple(
-        _responsive(order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]))
+        _responsive(
+            order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]), why
+        )
         for errors, floors, size, response in columns
     )
 
@@ -334,11 +337,10 @@ def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: 
     return FunctionalOrder(order, order, order, coefficient=lowest.value, h=found.h, note=note)
 
 
-def _responsive(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
+def _responsive(found: FunctionalOrder, responds: bool, why: str) -> FunctionalOrder:
     if np.isfinite(found.order) or not found.informative or responds:
         return found
-    note = "a symmetry fixes its mean, which is right with too much noise as well"
-    return FunctionalOrder(nan, -inf, inf, informative=False, fixed=True, note=note)
+    return FunctionalOrder(nan, -inf, inf, informative=False, fixed=True, note=why)
 
 
 def _join_notes(*texts: str) -> str:

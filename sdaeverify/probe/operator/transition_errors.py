@@ -60,6 +60,8 @@ class TransitionErrors(NamedTuple):
         steps: a mean that does not change is fixed by a symmetry.
     departure, failed, truncated : ndarray, shape (H,)
         As in `Transition`.
+    still : ndarray, shape ()
+        1 where a step of the finest size returns its state unchanged, else 0.
     """
 
     h: Array
@@ -72,6 +74,7 @@ class TransitionErrors(NamedTuple):
     departure: Array
     failed: Array
     truncated: Array
+    still: Array = np.zeros(())
 
     def extend(self, finer: "TransitionErrors") -> "TransitionErrors":
         """Return the same with step sizes that are all finer."""
@@ -184,7 +187,9 @@ def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) ->
         finest = question._replace(h=question.h[-1:], steps=question.steps[-1:])
         response = np.abs(_means(finest, small, FEWER, WRONG)[0][0] - coarse[-1])
         difference = np.abs(errors - coarse)
-    return TransitionErrors(question.h, question.steps, errors, exact, spread, difference, response, *noticed)
+        still = np.array(float(question.one_step.is_still(float(question.h[-1]))))
+    record = TransitionErrors(question.h, question.steps, errors, exact, spread, difference, response, *noticed)
+    return record._replace(still=still)
 
 
 def _means(

@@ -25,7 +25,9 @@ FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 # The nodes of a step are no farther out, in standard deviations: those of Gauss-Hermite rules of up to 9 points are
 # within 4.52.
 OUTERMOST = 4.52
-TRUNCATED = "steps are truncated at every state, however short they are"
+TRUNCATED = "steps are truncated at every state, however short they are: the order is never seen"
+STILL = "a step does not move, it returns its state unchanged"
+FAILED = "every step fails, at every state and however short it is: the order is never seen"
 
 
 def why_not_resolved(view: Problem, shortest: float) -> str:
@@ -280,9 +282,38 @@ class OneStep:
             truncated = self.truncated(x, np.array([h]), [self.time])[:, 0]
         return x[:, ~truncated] if truncated.any() else x
 
-    def all_truncated(self, h: float) -> str:
-        """Return that steps of this size are truncated at every state of the cloud, or an empty string."""
-        return "" if self.usable_states(h).size else TRUNCATED
+    def why_not_sound(self, h: float, x: Array | None = None) -> str:
+        """Return that no step of this size has an order, or an empty string.
+
+        Steps are truncated at every state, or each one fails.
+
+        Parameters
+        ----------
+        h : float
+        x : ndarray, shape (d, S), optional
+            The states; those of the cloud if left out.
+        """
+        x = cloud(self.view, self.equation) if x is None else x
+        if not self.usable_states(h, x).size:
+            return TRUNCATED
+        if self.view.records:
+            return ""
+        _, made = self._at_few_nodes(x, h)
+        return FAILED if made.failed is not None and made.failed.all() else ""
+
+    def is_still(self, h: float) -> bool:
+        """Return whether a step of this size returns each state of the cloud unchanged, all its memory included."""
+        if self.view.records:
+            return False
+        state, made = self._at_few_nodes(cloud(self.view, self.equation), h)
+        return np.array_equal(flatten(state), flatten(made.state))
+
+    def _at_few_nodes(self, x: Array, h: float) -> tuple[State, Step]:
+        """Return the scheme's states from which steps of this size begin, and the steps."""
+        nodes = self._few_nodes()
+        with np.errstate(all="ignore"):
+            state = self.enter(np.repeat(x, len(nodes.weights), axis=1), self.time, h)
+            return state, self.scheme.prepare(self.view, h)(state, self.time, nodes.increment(h, x.shape[1]))
 
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""

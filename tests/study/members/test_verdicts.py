@@ -23,7 +23,7 @@ from facade import (
     member_classes,
     member_rows,
 )
-from sdaeverify import ConstrainedLangevin, DelaySDAE, HolonomicSDAE, HolonomicState, Step
+from sdaeverify import Claim, ConstrainedLangevin, DelaySDAE, HolonomicSDAE, HolonomicState, Step
 from sdaeverify.measuring import Finding, Measure, Reason, Verdict
 
 SEED = 11
@@ -243,6 +243,68 @@ def test_a_claim_with_a_trait_is_put_to_members_with_it():
     found = member_classes(HalfExplicitEuler(truncation="none"), SEED)
     narrowed = {kind.name: [claim.value.least for claim in own] for kind, own in found.items() if kind != MECHANICS}
     assert narrowed == {"HolonomicSDAE without velocity-noise": [1.0]}
+
+
+class MeanTheta(StochasticTheta):
+    """It claims weak order 1 of the mean of x alone."""
+
+    claims: ClassVar = (Claim(measure="weak", value=1.0, quantities=("x",), source="test"),)
+
+
+def test_a_claim_about_a_named_mean_is_not_put_to_members_and_the_row_says_so():
+    """There was no row at all, and the gate had a cell for it that nothing answered."""
+    kind = next(iter(member_classes(MeanTheta(), SEED)))
+    row = verdicts(MeanTheta(), kind, [Weak()])["weak"]
+
+    assert row.verdict is ClassVerdict.PREMISE
+    assert "the claim is about the mean of x alone" in row.why
+    assert verdicts(StochasticTheta(), DELAYS, [Weak()])["weak"].verdict is ClassVerdict.VERIFIED
+
+
+class Marked:
+    """The steps of another scheme, with one field that marks every path."""
+
+    mark = ""
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        made = super().step(problem, state, t, h, noise)
+        return made._replace(**{self.mark: np.ones(noise.dW.shape[1], dtype=bool)})
+
+
+class TruncatedTheta(Marked, StochasticTheta):
+    """Each step is marked as truncated."""
+
+    mark = "truncated"
+
+
+class FailedTheta(Marked, StochasticTheta):
+    """Each path is marked as failed."""
+
+    mark = "failed"
+
+
+class FailedHalfExplicit(Marked, HalfExplicitEuler):
+    """The same of a scheme for mechanics."""
+
+    mark = "failed"
+
+
+@pytest.mark.parametrize(
+    ("scheme", "unmarked", "kind"),
+    [
+        (TruncatedTheta(), StochasticTheta(), DELAYS),
+        (FailedTheta(), StochasticTheta(), DELAYS),
+        (FailedHalfExplicit(truncation="none"), HalfExplicitEuler(truncation="none"), MECHANICS),
+    ],
+)
+def test_an_order_is_not_verified_by_steps_that_are_all_truncated_or_fail(scheme, unmarked, kind):
+    """They were verified on two of two members, as the same steps without marks are; a wrong one is refuted above."""
+    assert verdicts(unmarked, kind, [Strong()])["strong"].verdict is ClassVerdict.VERIFIED
+    found = verdicts(scheme, kind, [Strong(), Weak()])
+
+    assert {row.verdict for row in found.values()} == {ClassVerdict.PREMISE}
+    assert all("the order is never seen" in row.why for row in found.values())
 
 
 def test_a_form_of_others_brings_its_own_class(monkeypatch):
