@@ -104,3 +104,12 @@ def test_mistakes(call, words, message):
     assert not others
     assert message in line
     assert outcome.code == 2
+
+
+def test_progress_has_a_total_while_schemes_are_compared(call):
+    """The comparison, which may take longer than the run before it, says on how many of the paths it is done."""
+    lines = call("choose", "gbm", *FEW, "--accuracy", "0.03", "--progress", "plain").err.splitlines()
+    silent = call("choose", "gbm", *FEW, "--accuracy", "0.03", "--progress", "none").err
+
+    assert lines[-2:] == ["gbm  compared on 256 of 512 paths", "gbm  compared on 512 of 512 paths"]
+    assert silent == ""

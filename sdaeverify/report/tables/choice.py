@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...study import CellResult
-from ...study.common_errors import common_errors
+from ...study.common_errors import Show, common_errors
 from ..cells import Row, grouped, number
 from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
@@ -270,7 +270,12 @@ def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) 
 
 
 def common_basis(
-    results: Iterable[CellResult], known: Sequence[Curve], problem: str, asked: tuple[str, str], settings: Settings
+    results: Iterable[CellResult],
+    known: Sequence[Curve],
+    problem: str,
+    asked: tuple[str, str],
+    settings: Settings,
+    show: Show,
 ) -> CommonBasis:
     """Return errors to one reference, and times on the same arrays, of the schemes on a problem.
 
@@ -285,6 +290,8 @@ def common_basis(
     asked : tuple of str
         Names of measure and quantity, as `choices` takes them.
     settings : Settings
+    show : callable, Compared -> None
+        For progress.
     """
     here = [one.cell for one in results if (one.cell.spec.label, one.cell.measure.name) == (problem, asked[0])]
     ready = {cell.scheme.label: cell for cell in here if cell.verdict is None and cell.seen is not None}
@@ -292,7 +299,7 @@ def common_basis(
         return OF_THE_RUN
     quantity = first_quantity(known, problem, asked) if asked[0] in ALONG_PATHS else ""
     best = ready.get(best_verified(known, problem, asked))
-    found = common_errors([*ready.values()], (asked[0], quantity), settings, best)
+    found = common_errors([*ready.values()], (asked[0], quantity), settings, best, show)
     controls = next(iter(ready.values())).spec.build().controls
     negative = frozenset(control.negative for control in controls if control.measure == asked[0])
     return CommonBasis(found.reference, found.errors, found.step_seconds, negative)
