@@ -18,8 +18,9 @@ from typing import Any, NamedTuple
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
+from ...measures.path_errors.errors import STATE
 from ...study import CellResult
-from ...study.common_errors import Show, common_errors
+from ...study.common_errors import OF_MEANS, Show, common_errors
 from ..cells import Row, grouped, number
 from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
@@ -237,10 +238,14 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
     here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
     quantities = list(dict.fromkeys(each.row.quantity for each in here if each.row.quantity))
     if not quantities or (quantity and quantity not in quantities):
-        known = f"; there are {', '.join(quantities)}" if quantities else ""
+        why = f"sdaeverify matrix -p {problem} -m {measure} --dry-run says why"
+        known = f"there are {', '.join(quantities)}" if quantities else why
         raise UsageError(
-            f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}{known}"
+            f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}; {known}"
         )
+    if measure == OF_MEANS and quantities == [STATE]:
+        what = "the problem has no observables, and weak errors are those of means of observables"
+        raise UsageError(f"nothing to choose from on {problem}: {what}; give it some, or take -m strong")
     return quantity or quantities[0]
 
 
