@@ -154,7 +154,14 @@ class Result:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
         return Plots(self.rows.verdicts, _records(self.levels), self._details, self.settings.confidence)
 
-    def choose(self, problem: str, measure: str = "strong", quantity: str = "", accuracy: float = nan) -> Choices:
+    def choose(
+        self,
+        problem: str,
+        measure: str = "strong",
+        quantity: str = "",
+        accuracy: float = nan,
+        progress: str = "none",
+    ) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
 
         Errors are those to one reference, the truth of the problem or the best verified scheme at finer steps, and
@@ -171,6 +178,8 @@ class Result:
             The first there is if left out.
         accuracy : float, optional
             The error that is wanted; what half of the schemes reach if left out.
+        progress : str, optional
+            On stderr, while paths are made again: as of `verify`.
 
         Raises
         ------
@@ -180,7 +189,8 @@ class Result:
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
         known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
-        basis = common_basis(self.results, known, problem, asked, self.settings)
+        with shown_progress(_kind_of_progress(progress)) as show:
+            basis = common_basis(self.results, known, problem, asked, self.settings, show)
         return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
 
     @property
@@ -316,7 +326,7 @@ def verify(
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)
         study = Study(todo, settings, None if folder is None else Store(folder), orders=folder is not None)
         LOG.info("%d cells of %d problems are planned", len(todo.cells), len(todo.problems))
-        with shown_progress(asked["progress"] or "none") as show:
+        with shown_progress(_kind_of_progress(asked["progress"])) as show:
             for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
                 _log(event)
                 show(event)
@@ -343,8 +353,7 @@ def _check_options(
     """Check options of `verify` that are no settings, and return the limits that processes of its own are held to."""
     if whole("jobs", jobs) < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
-    if progress not in {None, *KINDS}:
-        raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
+    _kind_of_progress(progress)
     if out is not None:
         folder_of("out", out)
     if memory is not None and not isinstance(memory, str):
@@ -478,3 +487,10 @@ def folder_of(name: str, given: object) -> Path:
     if not isinstance(given, str | Path) or not str(given).strip():
         raise UsageError(f"{name} expects a folder, got {given!r:.200}")
     return Path(given)
+
+
+def _kind_of_progress(progress: str | None) -> str:
+    """Return the kind, ``none`` if there is none; UsageError if it is unknown."""
+    if progress not in {None, *KINDS}:
+        raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
+    return progress or "none"

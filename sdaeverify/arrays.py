@@ -19,7 +19,7 @@ def each(change: Callable[[Array], Array], batch: Any) -> Any:
     """Return a batch of paths with every array changed: an array, or a tuple or mapping of batches and of None."""
     if isinstance(batch, tuple):
         parts: list[Any] = [each(change, part) for part in batch]
-        return type(batch)(*parts)
+        return _named(batch, parts)
     if isinstance(batch, Mapping):
         return {name: each(change, part) for name, part in batch.items()}
     return None if batch is None else change(batch)
@@ -30,10 +30,18 @@ def join_batches(batches: Sequence[Any], axis: int = 0) -> Any:
     first = batches[0]
     if isinstance(first, tuple):
         parts: list[Any] = [join_batches(part, axis) for part in zip(*batches, strict=True)]
-        return type(first)(*parts)
+        return _named(first, parts)
     if isinstance(first, Mapping):
         return {name: join_batches([batch[name] for batch in batches], axis) for name in first}
     return None if first is None else np.concatenate(batches, axis=axis)
+
+
+def _named(model: tuple[Any, ...], parts: list[Any]) -> Any:
+    """Return parts as a NamedTuple of the type of a model; TypeError if that is a plain tuple."""
+    if type(model) is tuple:
+        expected = "a state of several arrays is a NamedTuple, such as the one that the step was given"
+        raise TypeError(f"{expected}; got a plain tuple of {len(model)}")
+    return type(model)(*parts)
 
 
 def arrays(batch: Any) -> Iterator[Array]:

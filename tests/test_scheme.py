@@ -7,6 +7,7 @@ import pytest
 
 from facade import flatten, same_kind
 from sdaeverify import Array, Claim, SchemeError, Step, UsageError
+from sdaeverify.arrays import each
 
 
 class TwoParts(NamedTuple):
@@ -136,3 +137,13 @@ def test_claims_that_say_nothing_are_refused(changes, words):
     """A claim needs a positive order or round-off, and a positive margin."""
     with pytest.raises(SchemeError, match=words):
         Claim(**{"measure": "strong", "value": 1.0, "source": "test", **changes})
+
+
+def test_a_plain_tuple_as_a_state_is_named():
+    """It was made by `tuple(x, y)`, whose error says nothing of states."""
+    x = np.zeros((1, 3))
+    with pytest.raises(
+        TypeError, match="is a NamedTuple, such as the one that the step was given; got a plain tuple of 2"
+    ):
+        each(np.copy, (x, x))
+    assert each(np.copy, TwoParts(x, x)).__class__ is TwoParts

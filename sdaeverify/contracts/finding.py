@@ -41,6 +41,7 @@ class Kind(StrEnum):
     INCONSISTENT = "one step does not follow the equation"
     LOST_INDEX = "the problem loses its root"
     MORE_PATHS = "paths that would decide"
+    TRUTH = "a truth that would decide"
     LOWER_ORDER = "a lower order is not excluded"
     GUARD = "paths do not guard what one step says"
     FINER = "finer levels would tell"

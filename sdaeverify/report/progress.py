@@ -8,7 +8,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.text import Text
 
 from ..contracts.finding import Verdict
-from ..study import Advanced, CellResult, Event, Finished
+from ..study import Advanced, CellResult, Compared, Event, Finished
 from .plain import errors, visible
 
 # How progress is shown.
@@ -47,6 +47,12 @@ def _lines(event: Event) -> None:
         asked = [result for result in event.results if result.cell.verdict is not Verdict.NOT_APPLICABLE]
         for result in asked:
             errors().print(Text(line(result)), soft_wrap=True)
+    if isinstance(event, Compared) and event.ended:
+        errors().print(Text(visible(_comparison(event))), soft_wrap=True)
+
+
+def _comparison(event: Compared) -> str:
+    return f"{event.problem}  compared on {event.done:.0f} of {event.total} paths"
 
 
 def _bar() -> Iterator[Show]:
@@ -58,5 +64,7 @@ def _bar() -> Iterator[Show]:
         def show(event: Event) -> None:
             if isinstance(event, Advanced):
                 bar.update(task, total=event.total, completed=event.done, description=visible(event.problem))
+            elif isinstance(event, Compared):
+                bar.update(task, total=event.total, completed=event.done, description=visible(_comparison(event)))
 
         yield show

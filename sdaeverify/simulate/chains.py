@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State
+from ..contracts.settings import LARGEST_BLOCK
 from ..noise.brownian import USUAL, Brownian, Source
 from ..numerics.statistics import EPS
 from .tracks import Track
@@ -35,6 +36,23 @@ SEGMENTS = 10
 MOST_STEPS, MOST_FIRST = 20_000, 40_000
 
 
+# Chains at the coarsest step size alone, and how many times as many as these are there at all step sizes.
+FEWEST_WIDE, MOST_WIDE, WIDE_OF_PAIRED = 256 * GROUPS, LARGEST_BLOCK, 8
+
+
+def chains_of(paths: int) -> tuple[int, int]:
+    """Return how many chains run at all step sizes, and how many at the coarsest alone.
+
+    Parameters
+    ----------
+    paths : int
+        Of a run. With up to 8192 of them there are 1024 chains and 8192; with more, 1/8 of the paths and as many as
+        the paths, in multiples of `GROUPS`, up to 131072 and 2^20, which are held in memory together.
+    """
+    groups = -(-min(max(paths, FEWEST_WIDE), MOST_WIDE) // (WIDE_OF_PAIRED * GROUPS))
+    return groups * GROUPS, groups * GROUPS * WIDE_OF_PAIRED
+
+
 class ChainPlan(NamedTuple):
     """How many chains there are, and how long they run.
 
@@ -55,8 +73,8 @@ class ChainPlan(NamedTuple):
     relaxation_time: float
     seed: int
     looks: int = 6
-    paired: int = 32 * GROUPS
-    wide: int = 256 * GROUPS
+    paired: int = FEWEST_WIDE // WIDE_OF_PAIRED
+    wide: int = FEWEST_WIDE
 
     def steps(self, times: float) -> int:
         """Return the coarsest steps of some relaxation times, a multiple of `SEGMENTS`."""

@@ -2,12 +2,13 @@
 
 from .judging import CellResult
 from .plan import Cell, Plan, ProblemPlan, plan
-from .run import Advanced, Event, Finished, Study
+from .run import Advanced, Compared, Event, Finished, Study
 
 __all__ = [
     "Advanced",
     "Cell",
     "CellResult",
+    "Compared",
     "Event",
     "Finished",
     "Plan",

@@ -43,7 +43,28 @@ class Finished(NamedTuple):
     results: tuple[CellResult, ...]
 
 
-Event = Advanced | Finished
+class Compared(NamedTuple):
+    """Schemes are compared with one reference on some of the paths; see `common_errors`.
+
+    Attributes
+    ----------
+    done : float
+        Number of paths, with the part of those that are under way.
+    total : int
+        Number of paths.
+    problem : str
+        Label.
+    ended : bool
+        Whether a block of paths is at its end.
+    """
+
+    done: float
+    total: int
+    problem: str
+    ended: bool
+
+
+Event = Advanced | Finished | Compared
 
 
 class Study:

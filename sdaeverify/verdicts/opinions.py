@@ -7,6 +7,7 @@ from typing import Any
 from ..contracts.claimed import Bound, Order, Word
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
+from ..contracts.settings import MOST_PATHS
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from ..probe.step.memory import NEAR
@@ -193,7 +194,7 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     # Of a measure with paths of its own there may be an opinion before the run has any.
     more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth) and evidence.paths > 0
     paths = tests.growth * evidence.paths
-    needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
+    needed = "" if found is not Verdict.INCONCLUSIVE else tests.remedy or _ask_to_decide(tests, evidence)
     finer = found is Verdict.INCONCLUSIVE and tests.reason.has(Kind.FINER)
     settled = _beyond_budget(evidence, paths) if more else not finer
     opinion = Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
@@ -249,7 +250,8 @@ def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
     else:
         # More paths do not verify it either.
-        opinion = opinion._replace(reason=opinion.reason.without(Kind.MORE_PATHS).then(local.reason))
+        reason = opinion.reason.without(Kind.MORE_PATHS).without(Kind.TRUTH)
+        opinion = opinion._replace(reason=reason.then(local.reason))
     return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
 
 
@@ -275,7 +277,8 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     if not isfinite(tests.blind):
         return doubt.then("nor would more paths", ", "), True
     needed = tests.blind * evidence.paths
-    return doubt.then(_ask_for_paths("about {paths} would", needed), ", "), _beyond_budget(evidence, needed)
+    asked = _ask_for_paths("about {paths} would (--paths)", "nor would {most:.0e}, the most of --paths", needed)
+    return doubt.then(asked, ", "), _beyond_budget(evidence, needed)
 
 
 def _beyond_budget(evidence: Evidence, needed: float) -> bool:
@@ -284,12 +287,48 @@ def _beyond_budget(evidence: Evidence, needed: float) -> bool:
     return most <= 2 * evidence.paths < 2 * most < 2 * needed
 
 
-def _ask_for_paths(text: str, paths: float) -> Reason:
-    # Two digits, rounded up: a run that was allowed 1024 does not say that 1000 would decide.
-    unit = 10.0 ** max(floor(log10(paths)) - 1, 0)
-    enough = ceil(paths / unit) * unit
-    rounded = f"{enough:.2g}" if enough >= 1e6 else f"{enough:.0f}"
-    return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
+def _ask_to_decide(tests: PathTests, evidence: Evidence) -> Reason:
+    """Return how many paths would decide; no number where these are enough by their figures and do not decide."""
+    if not isfinite(tests.growth) or evidence.paths == 0:
+        return Reason()
+    if tests.growth > 1.0:
+        beyond = "more than {most:.0e} paths, the most of --paths, would be needed"
+        return _ask_for_paths("about {paths} paths would decide (--paths)", beyond, tests.growth * evidence.paths)
+    if tests.verified <= evidence.level:
+        text = "the same paths speak against the claim (p = {p:.1g}): finer steps would decide (--levels)"
+        return Reason(text, numbers={"p": tests.suspected})
+    # An order below the bound, with a second fit that is not sure of it yet.
+    return Reason("more paths would decide (--paths)", Kind.MORE_PATHS) if tests.refuted < 0.5 else Reason()
+
+
+def ask_to_resolve(signal: float, needed: float, paths: int) -> Reason:
+    """Return how many paths would tell an effect from 0, which does not decide what size it has.
+
+    Parameters
+    ----------
+    signal, needed : float
+        Size of the effect in standard errors, now and as it is needed. Below 1 it may be noise alone, which grows
+        with the number of paths that is asked for: no number is given.
+    paths : int
+        Number of paths now.
+    """
+    if signal < 1.0:
+        return Reason("no number of paths can be predicted from less than one standard error")
+    beyond = "more than {most:.0e} paths, the most of --paths, would be needed to show one"
+    return _ask_for_paths("about {paths} paths would show one (--paths)", beyond, paths * (needed / signal) ** 2)
+
+
+def _ask_for_paths(text: str, beyond: str, paths: float) -> Reason:
+    """Return a number of paths in words, or other words where it is more than a run takes."""
+    if paths > MOST_PATHS:
+        return Reason(beyond, Kind.MORE_PATHS, {"paths": f"{paths:.2g}", "most": MOST_PATHS})
+    return Reason(text, Kind.MORE_PATHS, {"paths": rounded_up(paths)})
+
+
+def rounded_up(number: float) -> str:
+    """Return a positive number with two digits, rounded up: 1024 paths do not say that 1000 would decide."""
+    unit = 10.0 ** max(floor(log10(number)) - 1, 0)
+    return f"{ceil(number / unit) * unit:.0f}"
 
 
 def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:

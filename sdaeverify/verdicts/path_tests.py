@@ -68,6 +68,8 @@ class PathTests(NamedTuple):
     limit : float
         The part of `refuted` that a wrong limit has. An order that is held back leaves it as it is; steps that are
         too coarse do not.
+    remedy : Reason
+        What would decide where that is not the number of paths that `growth` gives, such as a truth; empty if it is.
     """
 
     verified: float
@@ -77,6 +79,7 @@ class PathTests(NamedTuple):
     suspected: float = 1.0
     blind: float = 1.0
     limit: float = 1.0
+    remedy: Reason = Reason()
 
     @property
     def against(self) -> float:
@@ -86,7 +89,8 @@ class PathTests(NamedTuple):
     def held(self, *why: Reason | str, growth: float = inf) -> "PathTests":
         """Return tests that refute nothing, for a reason; what they show stays suspicious."""
         reason = reduce(Reason.then, why, self.reason)
-        return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason)
+        remedy = self.remedy if isfinite(growth) else Reason()
+        return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason, remedy=remedy)
 
     def unless_vacuous(self, most: float, size: float) -> "PathTests":
         """Return tests that verify nothing if a claimed bound is no less than the size of what it bounds.
@@ -101,10 +105,38 @@ class PathTests(NamedTuple):
         reason = why_vacuous(most, size)
         return self._replace(verified=1.0, growth=inf, reason=reason.then(self.reason)) if reason else self
 
+    def without_truth(self, level: float, truth: str, *, reached: bool) -> "PathTests":
+        """Return tests that may refute and do not verify, because the problem has no truth to compare the limit with.
+
+        Parameters
+        ----------
+        level : float
+            Of a test: what is above the bound of the claim at this level needs no more paths.
+        truth : str
+            What has to be attached to the problem, in words.
+        reached : bool
+            Whether the estimate is as claimed: more paths do not refute then, if the figures stay.
+        """
+        growth = inf if self.verified <= level else self.growth
+        remedy = ask_for_truth(truth) if reached or not isfinite(growth) else Reason()
+        return self._replace(verified=1.0, growth=growth, remedy=remedy)
+
     @classmethod
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
         """Return tests that reject nothing, and why."""
         return cls(1.0, 1.0, Reason.of(reason), growth)
+
+
+def ask_for_truth(truth: str) -> Reason:
+    """Return that a truth, and no number of paths, would decide.
+
+    Parameters
+    ----------
+    truth : str
+        What has to be attached to the problem, in words.
+    """
+    text = "no number of paths verifies this without a truth: attach {truth} to the problem"
+    return Reason(text, Kind.TRUTH, {"truth": truth})
 
 
 def order_tests(

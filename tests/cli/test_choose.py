@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from sdaeverify import verify
+from sdaeverify import SDE, UsageError, verify
 
 FEW = ("-s", "milstein,euler-maruyama,displaced-euler", "--paths", "512", "--levels", "8..64")
 
@@ -104,3 +104,36 @@ def test_mistakes(call, words, message):
     assert not others
     assert message in line
     assert outcome.code == 2
+
+
+def test_progress_has_a_total_while_schemes_are_compared(call):
+    """The comparison, which may take longer than the run before it, says on how many of the paths it is done."""
+    lines = call("choose", "gbm", *FEW, "--accuracy", "0.03", "--progress", "plain").err.splitlines()
+    silent = call("choose", "gbm", *FEW, "--accuracy", "0.03", "--progress", "none").err
+
+    assert lines[-2:] == ["gbm  compared on 256 of 512 paths", "gbm  compared on 512 of 512 paths"]
+    assert silent == ""
+
+
+def test_a_problem_without_observables_has_no_weak_errors():
+    """More paths would not show any: the message says what to give it."""
+
+    def growth() -> SDE:
+        """Return dx = x dt + x dW, with nothing to observe."""
+        return SDE(
+            drift=lambda t, x: x,
+            diffusion=lambda t, x: x[:, None],
+            start=[1.0],
+            noise_dim=1,
+            horizon=1.0,
+            observables={},
+            source="a test",
+        )
+
+    result = verify("euler-maruyama", growth, ["strong", "weak"], paths=256, levels="8..32")
+
+    assert result.choose("growth", "strong").found
+    with pytest.raises(UsageError, match="the problem has no observables"):
+        result.choose("growth", "weak")
+    with pytest.raises(UsageError, match="sdaeverify matrix -p growth -m invariant --dry-run says why"):
+        result.choose("growth", "invariant")

@@ -71,3 +71,18 @@ def test_it_offers_what_it_has():
 def test_mistakes_are_told(changed, text):
     """A shape, a start, an index and a derivative that are wrong are errors of one line."""
     assert text in refusal(plain, **changed)
+
+
+def test_schemes_call_it_in_the_variables_of_its_author():
+    """Functions of (t, x, y) are called so, or with the lagged value before y as schemes for delay equations do."""
+    problem = plain(solved=lambda t, x: 0.5 * x)
+    x, y, w = np.array([[1.0, 3.0]]), np.array([[0.5, 2.0]]), np.array([[0.1, -0.2]])
+
+    for name in ("drift", "diffusion", "constraint"):
+        function = getattr(problem, name)
+        assert np.array_equal(function(0.0, x, y), function(0.0, x, x, y))
+    assert np.array_equal(problem.drift(0.0, x, y), y - x * x)
+    assert np.array_equal(problem.diffused(0.0, x, y, w), (x + y) * w)
+    assert np.array_equal(problem.diffused(0.0, x, x, y, w), (x + y) * w)
+    assert np.array_equal(problem.eliminated(0.0, x), problem.eliminated(0.0, x, x))
+    assert np.array_equal(plain().eliminated(0.0, x), 0.5 * x)

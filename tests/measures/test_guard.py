@@ -88,15 +88,40 @@ def test_the_last_look_is_saved_where_half_of_all_paths_say_that_all_are_too_few
     assert guard(LOCAL, path_tests.PathTests(1.0, 1.0, Reason(), blind=growth), evidence).settled is settled
 
 
-@pytest.mark.parametrize(
-    ("growth", "told"), [(1.0, "1100"), (1.01, "1100"), (2.1, "2200"), (10.0, "11000"), (1e3, "1.1e+06")]
-)
+@pytest.mark.parametrize(("growth", "told"), [(1.01, "1100"), (2.1, "2200"), (10.0, "11000"), (1e3, "1100000")])
 def test_paths_that_would_decide_are_rounded_up(growth, told):
-    """A run of 1024 paths is never told that 1000 would decide."""
-    evidence = replace(evidence_of(1024, KNOWN, 0.1), settings=Settings(paths=1024))
-    found = decide(path_tests.PathTests(1.0, 1.0, Reason(), growth), evidence)
+    """A run of 1024 paths is never told that 1000 would decide, and which option takes the number."""
+    assert str(decided(growth).reason) == f"about {told} paths would decide (--paths)"
 
-    assert str(found.reason) == f"about {told} paths would decide"
+
+def decided(growth, **tests):
+    """Return what is said of 1024 paths that reject nothing but what is given."""
+    evidence = replace(evidence_of(1024, KNOWN, 0.1), settings=Settings(paths=1024))
+    return decide(path_tests.PathTests.none("", growth)._replace(**tests), evidence)
+
+
+def test_more_paths_than_a_run_takes_are_not_asked_for():
+    """10^9 is the most of --paths."""
+    assert str(decided(1e7).reason) == "more than 1e+09 paths, the most of --paths, would be needed"
+    guarded = guard(LOCAL, path_tests.PathTests(1.0, 1.0, Reason(), blind=1e7), evidence_of(1024, KNOWN, 0.1))
+    assert str(guarded.reason).endswith("1024 paths cannot exclude a violation, nor would 1e+09, the most of --paths")
+
+
+def test_a_sample_that_is_large_enough_by_its_figures_asks_for_no_more_paths():
+    """An order told from the bound that is open all the same; the number would be that of the run, rounded up."""
+    assert str(decided(1.0).reason) == ""
+    assert str(decided(1.0, refuted=0.01).reason) == "more paths would decide (--paths)"
+    doubted = decided(1.0, verified=0.0, suspected=0.004)
+    assert doubted.verdict is Verdict.INCONCLUSIVE
+    assert "(p = 0.004): finer steps would decide (--levels)" in str(doubted.reason)
+
+
+def test_a_truth_that_is_lacking_is_asked_for_in_place_of_paths():
+    """Sampling goes on as it would, as more paths may still refute; no number of them is named."""
+    found = decided(5.0, remedy=path_tests.ask_for_truth("a Moment of x"))
+    assert "attach a Moment of x to the problem" in str(found.reason)
+    assert "paths would decide" not in str(found.reason)
+    assert decided(5.0).settled is found.settled
 
 
 class ItoTaylor(Scheme):

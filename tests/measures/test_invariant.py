@@ -11,7 +11,8 @@ from facade import CHAINS, GROUPS, MALA, OPERATOR, BiasSample, ChainRecord, Inva
 from facade import double_well as shipped_double_well
 from sdaeverify import Claim, InvariantMean, Settings
 from sdaeverify.measures.invariant.chain_findings import is_decided
-from sdaeverify.measuring import Evidence, Tally, Verdict, packed
+from sdaeverify.measuring import Evidence, Tally, Verdict, packed, unpacked
+from sdaeverify.simulate.chains import chains_of
 from stationary_cells import (
     VARIANCE,
     Euler,
@@ -120,7 +121,12 @@ CASES = {
     "h^2 of a claim of 1": (record(squared), Euler(), RIGHT, ""),
     "h^2 of a claim of 2": (record(squared), Euler(order=2.0), RIGHT, ""),
     "h^2 of a claim of 3": (record(squared), Euler(order=3.0), WRONG, ""),
-    "means known no better": (record(linear, spread=0.05), Euler(), OPEN, "chains up to t = 10 would decide"),
+    "means known no better": (
+        record(linear, spread=0.05),
+        Euler(),
+        OPEN,
+        "about 4100 chains up to t = 10 would decide (--paths 33000)",
+    ),
     "a claim in words": (record(linear), Exactness(), OPEN, ""),
     "no claim": (record(linear), Claimless(), Verdict.OUT_OF_SCOPE, ""),
     "a coarse level blew up": (record(linear, spread=1e-5, lost=FIRST), Euler(), RIGHT, "diverged at h = 0.25"),
@@ -202,11 +208,42 @@ def test_an_unseen_bias_is_refuted_where_its_limit_is_wrong():
 
 
 def test_without_any_bias_nothing_is_decided():
-    """Where all differences are noise, all is inconclusive, and the chains that would resolve it are named."""
+    """Where all differences are noise, all is inconclusive, and no number of chains is said to show an order.
+
+    The number would grow with each run: bias that is not there is resolved by no number.
+    """
     found = findings(record(lambda h: 0.0 * h))
 
     assert {finding.verdict for finding in found.values()} == {Verdict.INCONCLUSIVE}
-    assert all("chains up to t" in str(finding.reason) for finding in found.values())
+    told = [str(finding.reason) for finding in found.values()]
+    assert all("less than one standard error" in reason for reason in told)
+    assert not any("chains up to t" in reason for reason in told)
+
+
+def test_the_chains_that_would_resolve_a_bias_are_not_said_to_decide_its_order():
+    """A bias of one to three standard errors."""
+    reason = str(findings(record(linear, spread=3.0))["x^2"].reason)
+
+    assert "bias below the noise" in reason
+    assert "would resolve it (--paths " in reason
+
+
+@pytest.mark.parametrize(("paths", "chains"), [(40, 1024), (8192, 1024), (65536, 8192), (10**9, 131072)])
+def test_paths_set_the_number_of_chains(paths, chains):
+    """An eighth of the paths, from 1024 on, up to what is held in memory together."""
+    assert chains_of(paths) == (chains, 8 * chains)
+
+
+@pytest.mark.long
+def test_more_paths_have_chains_of_their_own():
+    """Digits of 1024 and of 2048 chains differ, which no option did to them before."""
+    short = replace(PROBLEM, relaxation_time=0.5)
+    few, many = (
+        unpacked(CHAINS, ChainRecord, Invariant().probe(Euler(), short, Settings(paths=paths, max_looks=1)))
+        for paths in (8192, 16384)
+    )
+    assert (few.paired, many.paired) == (1024.0, 2048.0)
+    assert not np.array_equal(few.levels, many.levels)
 
 
 @pytest.mark.slow

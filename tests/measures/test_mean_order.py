@@ -8,7 +8,7 @@ import pytest
 from cells import claimant
 from facade import ROUNDING, TOO_FEW, MeanObserver, Weak, gbm, mean_order, means_of
 from sdaeverify import Claim, Moment, Settings
-from sdaeverify.measuring import Evidence, Snapshot, Tally
+from sdaeverify.measuring import Evidence, Snapshot, Tally, Verdict, decide
 
 SETTINGS = Settings(paths=4000)
 H = np.array([1.0 / n for n in SETTINGS.steps])
@@ -94,6 +94,29 @@ def test_without_a_truth_nothing_is_verified():
 
     assert order.tests.verified == 1.0
     assert "the exact mean is not known" in str(order.tests.reason)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.004, 0.05], ids=["surely above the bound", "about it", "unresolved"])
+def test_without_a_truth_no_number_of_paths_is_asked_for(jitter):
+    """The number would move with each run, as no number of paths verifies; a truth is asked for instead."""
+    seen = problem(truth=False)
+    order = found(0.1 * H, seen=seen, jitter=jitter)
+    reason = str(decide(order.tests, evidence(0.1 * H, seen=seen)).reason)
+
+    assert "attach a Moment of x or a Pathwise truth to the problem" in reason
+    assert "would decide" not in reason
+
+
+def test_without_a_truth_a_low_order_is_still_refuted_or_more_paths_are_asked_for():
+    """More paths tell an order below the bound from it: the wrong twin of an order that only lacks a truth."""
+    seen = problem(truth=False)
+    surely, nearly = (
+        found(0.1 * H**power, seen=seen, jitter=jitter) for power, jitter in ((0.5, 0.0), (0.78, 0.004))
+    )
+
+    assert decide(surely.tests, evidence(0.1 * H, seen=seen)).verdict is Verdict.REFUTED
+    assert nearly.slope.value < 0.8
+    assert "paths would decide (--paths)" in str(decide(nearly.tests, evidence(0.1 * H, seen=seen)).reason)
 
 
 def test_a_wrong_limit_is_seen_from_a_reference():

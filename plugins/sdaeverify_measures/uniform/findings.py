@@ -92,8 +92,8 @@ def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
             f"no finite interval of the order: the {fitted.bias.reference} is too coarse or not finite"
         )
     tests = fall_tests(fitted)
-    tests = _with_plateau(fitted, tests) if fitted.bias.knows_limit else _towards_its_own(fitted.evidence, tests)
-    return fitted.calibrate(tests)
+    limited = _with_plateau if fitted.bias.knows_limit else _towards_its_own
+    return fitted.calibrate(limited(fitted, tests))
 
 
 def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
@@ -125,7 +125,7 @@ def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
     if needed > evidence.level:
         growth = max(tests.growth, grid.tests.growth)
         doubt = Reason("not shown: {why} (p = {p:.2g})", numbers={"why": why, "p": needed})
-        tests = tests._replace(reason=doubt.then(tests.reason), growth=growth)
+        tests = tests._replace(reason=doubt.then(tests.reason), growth=growth, remedy=grid.tests.remedy)
     return fitted.calibrate(tests._replace(verified=max(tests.verified, needed)))
 
 
@@ -186,13 +186,10 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
     return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
 
 
-def _towards_its_own(evidence: Evidence, tests: PathTests) -> PathTests:
-    growth = np.inf if tests.verified <= evidence.level else tests.growth
-    return tests._replace(
-        verified=1.0,
-        growth=growth,
-        reason=Reason("towards the scheme's own limit, as no exact solution is known").then(tests.reason),
-    )
+def _towards_its_own(fitted: Fit, tests: PathTests) -> PathTests:
+    reason = Reason("towards the scheme's own limit, as no exact solution is known").then(tests.reason)
+    reached = fitted.slope.value >= FALLING
+    return tests._replace(reason=reason).without_truth(fitted.evidence.level, "a Pathwise truth", reached=reached)
 
 
 def _may_refute(fitted: Fit) -> bool:

@@ -221,7 +221,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Order, sample: Pai
     more = min(sample_growth(p, evidence.level, len(sample.D)) for p in (falls, stays))
     if opinion.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
         needed = {"paths": float(f"{run_of(more * paths):.1g}")}
-        return opinion.plus(Reason("about {paths:.0f} paths would decide", Kind.MORE_PATHS, needed))
+        return opinion.plus(Reason("about {paths:.0f} paths would decide (--paths)", Kind.MORE_PATHS, needed))
     return opinion
 
 

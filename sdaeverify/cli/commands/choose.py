@@ -72,7 +72,8 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
     with output_to_stderr():
         result = _result(problem, asked)
     label = _label(result, problem, alone=asked["run"] is None)
-    found = result.choose(label, asked["measure"], asked["quantity"] or "", accuracy)
+    with output_to_stderr():
+        found = result.choose(label, asked["measure"], asked["quantity"] or "", accuracy, asked["progress"])
     code = ExitCode.OK if any(isfinite(one.seconds) for one in found.found) else ExitCode.NOTHING
     if as_json:
         print_json({**found.record, "reaching": int(code is ExitCode.OK)})

@@ -47,7 +47,12 @@ COUNT = re.compile("[0-9]{1,9}")
 @click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
 @selection
 @plugins
-@once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
+@once(
+    "--paths",
+    type=int,
+    default=DEFAULTS.paths,
+    help="Number of paths at most; of chains an eighth, and 1024 at least.",
+)
 @once(
     "--levels",
     metavar="LEVELS",

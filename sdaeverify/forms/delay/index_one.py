@@ -25,18 +25,21 @@ from .universal import IndexOneTrees
 
 @dataclass(frozen=True)
 class Pastless:
-    """A function of (t, x, v, y) that does not depend on v.
+    """A function of (t, x, y) that schemes for delay equations call as one of (t, x, v, y).
 
     Attributes
     ----------
-    f : callable, (t, x, y) -> object
+    f : callable, (t, x, y) -> object; of (t, x) where y is not an argument
+    of_y : bool
+        Whether y is an argument.
     """
 
     f: Callable[..., Any]
+    of_y: bool = True
 
-    def __call__(self, t: float, x: Array, v: Array, *y: Array) -> Any:  # noqa: ARG002 - the past of no delay
-        """Return f(t, x, y)."""
-        return self.f(t, x, *y)
+    def __call__(self, t: float, x: Array, *rest: Array) -> Any:
+        """Return f(t, x, y), the last argument being y; a lagged value before it, which is x itself, is left out."""
+        return self.f(t, x, *rest[-1:]) if self.of_y else self.f(t, x)
 
 
 def _with_past(df: Callable[..., tuple[Array, Array]], t: float, x: Array, y: Array) -> Partials:
@@ -54,6 +57,10 @@ class IndexOneSDAE(DelaySDAE):
 
     where the constraint holds no noise and determines y: du/dy is regular. It is a `DelaySDAE` whose delay is 0: what
     solves that one solves it, too.
+
+    The state of a scheme for it is a ``DelayState(x, y)``, which a step returns as well. The step calls
+    ``problem.drift(t, x, y)``, ``problem.diffused(t, x, y, noise.dW)`` for g dW, ``problem.constraint(t, x, y)``, and
+    ``problem.eliminated(t, x)`` for the y that solves the constraint.
 
     Attributes
     ----------
@@ -103,10 +110,19 @@ class IndexOneSDAE(DelaySDAE):
             # A copy of a problem is given what its original has wrapped.
             if given is not None and not isinstance(given, Pastless):
                 derivative = partial(_with_past, given) if name.endswith("partials") else given
-                object.__setattr__(self, name, Pastless(derivative))
+                object.__setattr__(self, name, Pastless(derivative, of_y=name != "solved"))
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "history", lambda _: start)
         super().__post_init__()
+
+    def diffused(self, t: float, x: Array, *rest: Array) -> Array:
+        """Return g(t, x, y) w for the last two arguments y and w, shape (d, P); one before them is left out."""
+        y, w = rest[-2:]
+        return super().diffused(t, x, x, y, w)
+
+    def eliminated(self, t: float, x: Array, v: Array | None = None) -> Array:  # noqa: ARG002 - the past of no delay
+        """Return the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
+        return super().eliminated(t, x, x)
 
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:

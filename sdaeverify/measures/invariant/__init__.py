@@ -40,7 +40,7 @@ from ...probe.operator.transition_errors import (
 )
 from ...probe.step.one_step import why_not_resolved
 from ...registry.hookspecs import hookimpl
-from ...simulate.chains import ChainPlan, ChainRecord, run_chains
+from ...simulate.chains import ChainPlan, ChainRecord, chains_of, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import beside, finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
@@ -297,7 +297,8 @@ def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
     """Run chains until enough is decided of some observables."""
     view, settings = evidence.view, evidence.settings
-    plan = ChainPlan(coarsest_step(view, settings), view.relaxation_time, settings.seed, settings.max_looks)
+    h, chains = coarsest_step(view, settings), chains_of(settings.paths)
+    plan = ChainPlan(h, view.relaxation_time, settings.seed, settings.max_looks, *chains)
 
     def enough(record: ChainRecord) -> bool:
         return is_decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)

@@ -10,10 +10,19 @@ from ...contracts.claimed import Order
 from ...contracts.finding import Finding, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...forms.truths import InvariantMean
-from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
+from ...simulate.chains import (
+    CONTRACTING,
+    GROUPS,
+    MOST_FIRST,
+    MOST_WIDE,
+    WIDE_OF_PAIRED,
+    ChainPlan,
+    ChainRecord,
+    chains_of,
+)
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, name_wrong, sound_levels
-from ...verdicts.opinions import finding, judge_claim
+from ...verdicts.opinions import finding, judge_claim, rounded_up
 from ...verdicts.path_tests import RESOLVED, order_in
 from ...verdicts.rules import withhold_in_doubt
 from ..resolution import stationary_resolution
@@ -213,7 +222,9 @@ def _opinion(
         text = Reason(
             "bias below the noise ({standard_errors:.1f} standard errors)", numbers={"standard_errors": least}
         )
-        needed = _ask_for_chains(record, (RESOLVED / least) ** 2 if least else np.inf)
+        needed = Reason("no number of chains can be predicted from less than one standard error")
+        if least >= 1.0:
+            needed = _ask_for_chains(record, (RESOLVED / least) ** 2, "resolve it")
         verdict, reason = _uninformative(text, others, one, needed)
     else:
         verdict, reason = Verdict.INCONCLUSIVE, order.then(limit).then(_ask_for_chains(record, tests.growth))
@@ -230,11 +241,17 @@ def _uninformative(
     return Verdict.NOT_APPLICABLE, Reason(f"not informative: {text}, that of {', '.join(shown)} is resolved")
 
 
-def _ask_for_chains(record: ChainRecord, growth: float) -> Reason:
-    if not np.isfinite(growth):
+def _ask_for_chains(record: ChainRecord, growth: float, aim: str = "decide") -> Reason:
+    if not (np.isfinite(growth) and growth > 1.0):
         return Reason()
-    needed = {"chains": float(f"{growth * float(record.paired):.1g}"), "length": float(record.time[-1])}
-    return Reason("about {chains:.0f} chains up to t = {length:.3g} would decide", Kind.MORE_PATHS, needed)
+    needed, (most, _) = growth * float(record.paired), chains_of(MOST_WIDE)
+    figures = {"length": float(record.time[-1]), "most": most, "aim": aim}
+    if needed > most:
+        text = "more than {most} chains, the most of --paths, would be needed up to t = {length:.3g}"
+        return Reason(text, Kind.MORE_PATHS, figures)
+    figures |= {"chains": rounded_up(needed), "option": rounded_up(WIDE_OF_PAIRED * needed)}
+    text = "about {chains} chains up to t = {length:.3g} would {aim} (--paths {option})"
+    return Reason(text, Kind.MORE_PATHS, figures)
 
 
 def _details(record: ChainRecord, sample: BiasSample) -> dict[str, object]:

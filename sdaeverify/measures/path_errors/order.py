@@ -304,12 +304,10 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
         early = _above(fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
         tests = _with_limit(tests, fitted, early=early)
     else:
-        growth = np.inf if tests.verified <= evidence.level else tests.growth
-        tests = tests._replace(
-            verified=1.0,
-            growth=growth,
-            reason=tests.reason.then("towards the scheme's own limit, as no exact solution is known", ", but "),
-        )
+        reason = tests.reason.then("towards the scheme's own limit, as no exact solution is known", ", but ")
+        tests = tests._replace(reason=reason)
+        reached = isinstance(claimed, Order) and fitted.slope.value >= claimed.floor
+        tests = tests.without_truth(evidence.level, "a Pathwise truth", reached=reached)
     if low and fitted.rises:
         # Steps too coarse look like a wrong limit, too.
         tests = tests.held("the order still rises: take finer steps")

@@ -28,12 +28,13 @@ from ...numerics.statistics import EPS, RISING, Estimate, correct_for_skewness
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ...verdicts.opinions import finding, guard, judge_claim, leave_open, local_doubt
+from ...verdicts.opinions import ask_to_resolve, finding, guard, judge_claim, leave_open, local_doubt
 from ...verdicts.path_tests import (
     COARSE,
     RESOLVED,
     SUSPECT,
     PathTests,
+    ask_for_truth,
     hold_back,
     order_resolution,
     order_tests,
@@ -123,7 +124,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
         suspected = min(limit.suspected, _shrinks(means, levels))
-        tests = limit._replace(verified=1.0, blind=blind, suspected=suspected, limit=limit.refuted)
+        tests = limit._replace(verified=1.0, blind=blind, suspected=suspected, limit=limit.refuted, remedy=Reason())
         return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), CHANGES_SIGN)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
@@ -146,7 +147,8 @@ def _tests(
         text = "paths show no order: bias {standard_errors:.1f} standard errors, {needed:g} needed"
         unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
-        return tests._replace(limit=limit.refuted)
+        remedy = limit.remedy or ask_to_resolve(resolved, RESOLVED, evidence.paths)
+        return tests._replace(limit=limit.refuted, remedy=remedy)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
     assert isinstance(claim.value, Order)
     refuted = max(order.refuted, corrected.p_below(claim.value.floor))
@@ -161,7 +163,14 @@ def _tests(
         suspected=unlike(claim.value, slope, corrected),
         limit=min(1.0, 2.0 * limit.refuted),
     )
+    if limit.remedy:
+        ordered, reached = tests._replace(verified=order.verified), slope.value >= claim.value.floor
+        tests = ordered.without_truth(evidence.level, _truth(means), reached=reached)
     return with_sample(tests, evidence.paths, heavy=False)
+
+
+def _truth(means: Means) -> str:
+    return f"a Moment of {means.name} or a Pathwise truth"
 
 
 def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> float:
@@ -208,7 +217,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     if means.coupled:
         return PathTests(0.0, 1.0, Reason())
     if off is None:
-        return PathTests.none("the exact mean is not known")
+        return PathTests.none("the exact mean is not known")._replace(remedy=ask_for_truth(_truth(means)))
     error, allowed = off[0], _left(means, order, off)
     wrong = _p_wrong(evidence, means, off, allowed)
     if means.heavy:

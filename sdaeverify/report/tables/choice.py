@@ -18,12 +18,13 @@ from typing import Any, NamedTuple
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
+from ...measures.path_errors.errors import STATE
 from ...study import CellResult
 from ..cells import Row, grouped, number
 from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
 from ..verdict_row import VerdictRow
-from .common_errors import common_errors
+from .common_errors import OF_MEANS, Show, common_errors
 
 # Measures whose levels are errors along paths, which more steps make smaller; and that of stationary means, whose
 # steps are counted in a unit of time.
@@ -237,10 +238,14 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
     here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
     quantities = list(dict.fromkeys(each.row.quantity for each in here if each.row.quantity))
     if not quantities or (quantity and quantity not in quantities):
-        known = f"; there are {', '.join(quantities)}" if quantities else ""
+        why = f"sdaeverify matrix -p {problem} -m {measure} --dry-run says why"
+        known = f"there are {', '.join(quantities)}" if quantities else why
         raise UsageError(
-            f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}{known}"
+            f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}; {known}"
         )
+    if measure == OF_MEANS and quantities == [STATE]:
+        what = "the problem has no observables, and weak errors are those of means of observables"
+        raise UsageError(f"nothing to choose from on {problem}: {what}; give it some, or take -m strong")
     return quantity or quantities[0]
 
 
@@ -270,7 +275,12 @@ def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) 
 
 
 def common_basis(
-    results: Iterable[CellResult], known: Sequence[Curve], problem: str, asked: tuple[str, str], settings: Settings
+    results: Iterable[CellResult],
+    known: Sequence[Curve],
+    problem: str,
+    asked: tuple[str, str],
+    settings: Settings,
+    show: Show,
 ) -> CommonBasis:
     """Return errors to one reference, and times on the same arrays, of the schemes on a problem.
 
@@ -285,6 +295,8 @@ def common_basis(
     asked : tuple of str
         Names of measure and quantity, as `choices` takes them.
     settings : Settings
+    show : callable, Compared -> None
+        For progress.
     """
     here = [one.cell for one in results if (one.cell.spec.label, one.cell.measure.name) == (problem, asked[0])]
     ready = {cell.scheme.label: cell for cell in here if cell.verdict is None and cell.seen is not None}
@@ -292,7 +304,7 @@ def common_basis(
         return OF_THE_RUN
     quantity = first_quantity(known, problem, asked) if asked[0] in ALONG_PATHS else ""
     best = ready.get(best_verified(known, problem, asked))
-    found = common_errors([*ready.values()], (asked[0], quantity), settings, best)
+    found = common_errors([*ready.values()], (asked[0], quantity), settings, best, show)
     controls = next(iter(ready.values())).spec.build().controls
     negative = frozenset(control.negative for control in controls if control.measure == asked[0])
     return CommonBasis(found.reference, found.errors, found.step_seconds, negative)

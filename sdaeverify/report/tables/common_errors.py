@@ -6,7 +6,8 @@ with the truth of the problem or, where there is none, with one scheme at finer 
 on the same blocks of paths, so that all times are those of arrays of the same sizes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import count
 from time import perf_counter
 from typing import NamedTuple
@@ -23,9 +24,13 @@ from ...noise.brownian import Brownian, Piece, Source
 from ...simulate.reference import OWN_REFERENCE, Reference
 from ...simulate.tracks import Track, follow
 from ...study.plan import Cell
+from ...study.run import Compared
 
 # The measure whose errors are those of means of observables; of any other they are distances between components.
 OF_MEANS = "weak"
+
+
+Show = Callable[[Compared], None]
 
 
 class CommonErrors(NamedTuple):
@@ -47,7 +52,11 @@ class CommonErrors(NamedTuple):
 
 
 def common_errors(
-    cells: Sequence[Cell], asked: tuple[str, str], settings: Settings, best: Cell | None = None
+    cells: Sequence[Cell],
+    asked: tuple[str, str],
+    settings: Settings,
+    best: Cell | None = None,
+    show: Show = lambda _: None,
 ) -> CommonErrors:
     """Return the errors of the schemes of some cells in one quantity, against one reference.
 
@@ -60,15 +69,25 @@ def common_errors(
     settings : Settings
     best : Cell, optional
         Of the scheme that is the reference where the problem has no pathwise truth.
+    show : callable, Compared -> None, optional
+        Called at the end of each coarsest step.
     """
     problem = cells[0].spec.build()
     compared = asked[1] != "" and (problem.pathwise is not None or best is not None)
     runners = {cell.scheme.label: _Runner(cell, settings) for cell in cells}
     for block in range(settings.blocks):
-        _run_block(block, (problem, best if compared else None), settings, [*runners.values()], asked)
+        noted = partial(_tell, show, settings, block, cells[0].spec.label)
+        _run_block(block, (problem, best if compared else None), settings, [*runners.values()], asked, noted)
     found = {label: runner.estimates(asked[0]) for label, runner in runners.items() if compared}
     times = {label: runner.seconds / runner.steps for label, runner in runners.items() if runner.steps}
     return CommonErrors(_in_words(problem, best, settings) if compared else "", found, times)
+
+
+def _tell(show: Show, settings: Settings, block: int, problem: str, step: int) -> None:
+    """Show that a block has made a number of coarsest steps."""
+    paths, ended = settings.paths_of(block), step == settings.coarsest
+    done = settings.totals[block] - paths * (1.0 - step / settings.coarsest)
+    show(Compared(done, settings.paths, problem, ended))
 
 
 def _in_words(problem: Problem, best: Cell | None, settings: Settings) -> str:
@@ -182,8 +201,9 @@ def _run_block(
     settings: Settings,
     runners: Sequence[_Runner],
     asked: tuple[str, str],
+    noted: Callable[[int], None],
 ) -> None:
-    """Make all steps on a block of paths, and note the errors at the end of each coarsest step."""
+    """Make all steps on a block of paths, and note the errors at the end of each coarsest step, which is counted."""
     problem, truth = known[0], _Truth(*known, settings, block)
     drawn, paths, finest = truth.reference.drawn, truth.reference.paths, truth.reference.finest
     # The stream of noise is that of the run, which schemes do not enter.
@@ -198,11 +218,12 @@ def _run_block(
             runner.advance(piece)
 
     def note() -> None:
-        t = next(times)
+        step = next(steps)
         for runner in runners:
-            runner.note(problem, truth.parts(), asked, t)
+            runner.note(problem, truth.parts(), asked, step * h)
+        noted(step)
 
-    times = (step * h for step in count(1))
+    steps = count(1)
     with np.errstate(all="ignore"):
         follow(
             Brownian(source, problem.noise_dim, h, finest, problem.noise, problem.records),
