@@ -1,5 +1,6 @@
 """Verdicts on stationary means: from records of chains that are prescribed, from chains that are run, and without."""
 
+import re
 from dataclasses import replace
 from time import process_time
 
@@ -232,6 +233,32 @@ def test_the_chains_that_would_resolve_a_bias_are_not_said_to_decide_its_order()
 def test_paths_set_the_number_of_chains(paths, chains):
     """An eighth of the paths, from 1024 on, up to what is held in memory together."""
     assert chains_of(paths) == (chains, 8 * chains)
+
+
+class Bounded(Euler):
+    """Euler-Maruyama that claims a bias of x^2 slightly above the one it has, 0.035 at h = 0.25."""
+
+    promises = (Claim(measure="invariant", value="unbiased", bound=0.039, quantities=("x^2",), source="test"),)
+
+
+@pytest.mark.long
+def test_a_bound_that_few_chains_leave_open_is_decided_by_the_paths_it_asks_for():
+    """The reason names --paths with its number, with which the same claim is decided."""
+    open_, asked = probed_at(Bounded(), 8192)
+    decided, _ = probed_at(Bounded(), asked)
+
+    assert (open_.verdict, decided.verdict) == (Verdict.INCONCLUSIVE, Verdict.VERIFIED)
+    assert 8192 < asked < 10**6
+
+
+def probed_at(scheme, paths):
+    """Return the finding on x^2 with a number of paths, and the number that its reason asks for; 0 for none."""
+    settings = Settings(paths=paths, max_looks=1)
+    tally = Invariant().probe(scheme, PROBLEM, settings)
+    evidence = Evidence(scheme, PROBLEM, PROBLEM, settings, tally, Tally(), level=settings.level)
+    (found,) = (found for found in Invariant().judge(evidence).findings if found.quantity == "x^2")
+    told = re.search(r"--paths (\d+)", str(found.reason))
+    return found, int(told[1]) if told else 0
 
 
 @pytest.mark.long
