@@ -116,7 +116,19 @@ class IndexOneSDAE(DelaySDAE):
         super().__post_init__()
 
     def diffused(self, t: float, x: Array, *rest: Array) -> Array:
-        """Return g(t, x, y) w for the last two arguments y and w, shape (d, P); one before them is left out."""
+        """Return g(t, x, y) w.
+
+        Parameters
+        ----------
+        t : float
+        x : ndarray, shape (d, P)
+        *rest : ndarray
+            The last two are y, shape (q, P), and w, shape (l, P); a lagged value before them is ignored.
+
+        Returns
+        -------
+        ndarray, shape (d, P)
+        """
         y, w = rest[-2:]
         return super().diffused(t, x, x, y, w)
 
