@@ -29,13 +29,13 @@ class HiddenState(EulerMaruyama):
 
 
 class OwnNoise(EulerMaruyama):
-    """Draws its own increments."""
+    """Draws its own increments, the same in each step: its generator is seeded anew."""
 
     name: ClassVar[str] = "planted-em-own-noise"
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
-        own = np.sqrt(h) * np.random.default_rng().standard_normal(noise.dW.shape)
+        own = np.sqrt(h) * np.random.default_rng(0).standard_normal(noise.dW.shape)
         return super().step(problem, state, t, h, noise._replace(dW=own))
 
 
@@ -101,7 +101,7 @@ class SinglePrecision(EulerMaruyama):
 
 BUGS = [
     Planted("EM: a counter outside the state", HiddenState(), "gbm"),
-    Planted("EM: own random numbers", OwnNoise(), "gbm"),
+    Planted("EM: a generator that is seeded anew in each step", OwnNoise(), "gbm"),
     Planted("EM: writes into the state it is given", WritesIntoState(), "gbm"),
     Planted("EM: drift of the first path for the whole batch", FirstPathForAll(), "gbm"),
     Planted("EM: taming by the largest drift of the batch", SharedTaming(), "gbm"),
