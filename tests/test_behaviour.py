@@ -145,7 +145,7 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
 
     turned, right = simulate_block(task, Marker(), 1, places)
 
-    assert "what the scheme does has changed during the run" in turned.errors[0]
+    assert "the same step gave another result when it was repeated" in turned.errors[0]
     assert right.errors == ("",)
     assert [lane.scheme for _, _, lane in lanes_in(tmp_path)] == ["euler-maruyama"]
 
