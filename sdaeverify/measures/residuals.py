@@ -57,7 +57,7 @@ def _ratios_after(step: OneStep, h: float) -> dict[str, float]:
     scheme, view = step.scheme, step.view
     x = np.repeat(states_near_start(view, step.equation), PATHS, axis=1)
     noise = scheme.law.increment(view.drawn(np.random.Generator(np.random.Philox(key=SEED)), h, x.shape[1]), h)
-    made = scheme.prepare(view, h)(step.enter(x, step.time, h), step.time, noise)
+    made = step.make(x, step.time, h, noise)
     kept = np.ones(x.shape[1], dtype=bool) if made.failed is None else ~made.failed
     found = view.residuals(scheme.parts(view, made.state))
     sizes = {name: norm(each.value) / (BOUND * EPS * each.scale) for name, each in found.items()}

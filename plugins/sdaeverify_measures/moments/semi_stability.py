@@ -66,7 +66,7 @@ def _rates(step: OneStep, x: Array, nodes: Nodes, before: Array, h: float) -> Ar
     view: Any = step.view
     t, count = step.time, len(nodes.weights)
     wide = np.repeat(x, count, axis=1)
-    result = step.scheme.prepare(view, h)(step.enter(wide, t, h), t, nodes.increment(h, x.shape[1]))
+    result = step.make(wide, t, h, nodes.increment(h, x.shape[1]))
     V = lyapunov(view, view.parts(view.state(step.read(result.state))))
     bad = ~np.isfinite(V) if result.failed is None else result.failed | ~np.isfinite(V)
     mean = nodes.mean(np.where(bad, np.inf, V).reshape(-1, count))

@@ -138,4 +138,4 @@ def _output(step: OneStep, result: Step, name: str, paths: int) -> Array:
 
 def _result(step: OneStep, x: Array, h: float, dW: Array) -> Step:
     H = np.zeros_like(dW) if "H" in step.scheme.noise else None
-    return step.scheme.prepare(step.view, h)(step.enter(x, step.time, h), step.time, Increment(dW, H))
+    return step.make(x, step.time, h, Increment(dW, H))

@@ -68,7 +68,7 @@ def _level(step: OneStep, x: Array, noise: Array, h: float) -> tuple[Array, Arra
     l, still = len(noise), np.zeros_like(noise)
     areas = np.zeros((l * (l - 1) // 2, noise.shape[1]))
     increment = Increment(np.sqrt(h) * noise, still if "H" in step.scheme.noise else None, K=still, A=areas)
-    result = step.scheme.prepare(step.view, h)(step.enter(wide, t, h), t, increment)
+    result = step.make(wide, t, h, increment)
     failed = np.zeros(wide.shape[1], dtype=bool) if result.failed is None else result.failed
     state = result.state if isinstance(result.state, tuple) else (result.state,)
     return _any_of_pairs(failed), _any_of_pairs(~all_finite(np.concatenate(state)))

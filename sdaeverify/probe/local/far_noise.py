@@ -126,7 +126,7 @@ def _difference(step: OneStep, rates: EquationRates, draw: _Draw, part: float) -
     """Return by how much a step differs from Euler's in parts of the noise, shape (d, P), and how Euler's moves."""
     h = float(part * step.time_unit)
     noise = step.scheme.law.increment(draw.nodes.increment(h), h)
-    made = step.scheme.prepare(step.view, h)(step.enter(draw.x, draw.t, h), draw.t, noise)
+    made = step.make(draw.x, draw.t, h, noise)
     euler = step.euler(draw.x, draw.t, h, noise)
     root = np.full_like(draw.x, np.inf)
     for rows, size in zip(rates.rows.values(), draw.root, strict=True):

@@ -273,9 +273,8 @@ def _power(step: OneStep, given: Sequence[Given], nodes: Nodes) -> float | None:
 def _moves(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
     """Return the moves of a step of size h, shape (d, n, K)."""
     wide = np.repeat(given.x, len(nodes.weights), axis=1)
-    make = step.scheme.prepare(step.view, h)
-    after = make(step.enter(wide.copy(), given.t, h), given.t, nodes.increment(h, given.x.shape[1])).state
-    return np.asarray((step.read(after) - wide).reshape(*given.x.shape, -1))
+    made = step.make(wide.copy(), given.t, h, nodes.increment(h, given.x.shape[1]))
+    return np.asarray((step.read(made.state) - wide).reshape(*given.x.shape, -1))
 
 
 def _central(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:

@@ -222,7 +222,7 @@ def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = AS
     length, variance = given
     noise = nodes.increment(variance * h, x.shape[1] // len(nodes.weights))
     h = float(length * h)
-    return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
+    return one_step.make(x, 0.0, h, noise)
 
 
 def _step_in_parts(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given) -> tuple[Array, Mask, Mask]:

@@ -17,6 +17,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from ...contracts.settings import Settings
+from ...contracts.specs import built
 from ...errors import UsageError
 from ...measures.path_errors.errors import STATE
 from ...study import CellResult
@@ -210,17 +211,32 @@ def choices(
         If nothing was measured of it.
     """
     measure, name = asked[0], first_quantity(found, problem, asked)
-    here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
+    here = _of_cells(found, problem, measure)
     own = [basis.applied_to(each) for each in here if each.row.quantity in {name, ""}]
-    out = {each.row.scheme for each in here if each.row.verdict in REFUTED}
+    out = _refuted(here)
     out |= {each.row.scheme for each in own if not each.row.claim} & basis.negative
     own = [each for each in own if each.row.scheme not in out]
     reached = [each.points[-1][1] for each in own if each.points and each.row.claim]
     wanted = accuracy if isfinite(accuracy) else _one_digit_up(median(reached)) if reached else nan
     made = [_choice(each, noise.get(each.row.scheme, ""), wanted) for each in own]
     by_work = sorted(made, key=lambda one: (not one.claim, not isfinite(one.seconds), one.seconds, one.scheme))
-    quantities = tuple(dict.fromkeys(each.row.quantity for each in here if each.row.quantity))
+    quantities = tuple(_quantities(here))
     return Choices(problem, measure, name, wanted, tuple(by_work), quantities, basis.reference, tuple(sorted(out)))
+
+
+def _of_cells(found: Sequence[Curve], problem: str, measure: str) -> list[Curve]:
+    """Return the curves of one problem and measure."""
+    return [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
+
+
+def _refuted(found: Sequence[Curve]) -> set[str]:
+    """Return the schemes with a refuted claim."""
+    return {each.row.scheme for each in found if each.row.verdict in REFUTED}
+
+
+def _quantities(found: Sequence[Curve]) -> list[str]:
+    """Return the quantities of curves, each once, in their order."""
+    return list(dict.fromkeys(each.row.quantity for each in found if each.row.quantity))
 
 
 def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
@@ -235,8 +251,7 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
         As in `choices`, which raises the same.
     """
     measure, quantity = asked
-    here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
-    quantities = list(dict.fromkeys(each.row.quantity for each in here if each.row.quantity))
+    quantities = _quantities(_of_cells(found, problem, measure))
     if not quantities or (quantity and quantity not in quantities):
         why = f"sdaeverify matrix -p {problem} -m {measure} --dry-run says why"
         known = f"there are {', '.join(quantities)}" if quantities else why
@@ -262,9 +277,8 @@ def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) 
     asked : tuple of str
         As in `choices`, which raises the same.
     """
-    measure, name = asked[0], first_quantity(found, problem, asked)
-    here = [each for each in found if (each.row.problem, each.row.measure) == (problem, measure)]
-    out = {each.row.scheme for each in here if each.row.verdict in REFUTED}
+    name, here = first_quantity(found, problem, asked), _of_cells(found, problem, asked[0])
+    out = _refuted(here)
     good = [each for each in here if each.row.quantity == name and each.row.verdict == VERIFIED]
     ranked = [
         (-each.row.claimed_order, each.points[-1][1] if each.points else 0.0, each.row.scheme)
@@ -305,7 +319,7 @@ def common_basis(
     quantity = first_quantity(known, problem, asked) if asked[0] in ALONG_PATHS else ""
     best = ready.get(best_verified(known, problem, asked))
     found = common_errors([*ready.values()], (asked[0], quantity), settings, best, show)
-    controls = next(iter(ready.values())).spec.build().controls
+    controls = built(next(iter(ready.values())).spec).controls
     negative = frozenset(control.negative for control in controls if control.measure == asked[0])
     return CommonBasis(found.reference, found.errors, found.step_seconds, negative)
 
