@@ -226,7 +226,7 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
         return Opinion(Verdict.REFUTED, reason, 3, p_refuted=tests.refuted)
     doubt, settled = _doubt(tests, evidence)
     if doubt:
-        reason = local.reason.then(doubt, ", but ")
+        reason = local.reason.then(doubt, "; ")
         return Opinion(Verdict.INCONCLUSIVE, reason, 3, settled, p_refuted=tests.refuted)
     return local._replace(p_refuted=tests.refuted)
 
@@ -277,7 +277,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     if not isfinite(tests.blind):
         return doubt.then("nor would more paths", ", "), True
     needed = tests.blind * evidence.paths
-    asked = _ask_for_paths("about {paths} would (--paths)", "nor would {most:.0e}, the most of --paths", needed)
+    asked = _ask_for_paths("--paths {paths} would", "nor would {most:.0e}, the most of --paths", needed)
     return doubt.then(asked, ", "), _beyond_budget(evidence, needed)
 
 
