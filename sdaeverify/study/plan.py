@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,25 @@ from ..forms import Problem
 from ..forms.controls import Control
 
 Resolve = Callable[[str], Scheme]
-# Tells of which schemes on a problem a process has died, and why; None stands for the problem itself.
-Trial = Callable[[ProblemSpec], Mapping[Scheme | None, str]]
+
+
+class Tried(NamedTuple):
+    """What a worker process has found out about a scheme on a problem, or about the problem.
+
+    Attributes
+    ----------
+    fatal : str
+        What has ended the process, or would have; empty if nothing.
+    own_numbers : str
+        That a step draws random numbers of its own; empty if it does not.
+    """
+
+    fatal: str = ""
+    own_numbers: str = ""
+
+
+# What has been found out about the schemes on a problem; None stands for the problem itself.
+Trial = Callable[[ProblemSpec], Mapping[Scheme | None, Tried]]
 
 
 @dataclass(frozen=True)
@@ -137,7 +155,8 @@ def plan(
     resolve : callable, str -> Scheme, optional
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
     trial : callable, ProblemSpec -> mapping of (Scheme or None) to str, optional
-        Tells who cannot be asked here what can be run, since a process has died of it or taken too long.
+        Tells who cannot be asked here what can be run, since a process has died of it or taken too long, and whose
+        steps draw random numbers of their own; without it no process but this one makes steps.
     followed : Followed, optional
         Names of all measures whose claims say that steps follow the equation; those among `measures` if left out.
 
@@ -152,7 +171,7 @@ def plan(
     """
     # What problem functions read may have changed since another plan was made.
     built.cache_clear()
-    plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else {}) for spec in specs]
+    plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else None) for spec in specs]
     known = Followed.by(measures) if followed is None else followed
     controls = (tuple(_controls(made, measures, resolve)) for made in plans)
     together = zip(plans, controls, strict=True)
@@ -160,24 +179,45 @@ def plan(
 
 
 def _problem_plan(
-    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], fatal: Mapping[Scheme | None, str]
+    spec: ProblemSpec,
+    schemes: Sequence[Scheme],
+    measures: Sequence[Measure],
+    tried: Mapping[Scheme | None, Tried] | None,
 ) -> ProblemPlan:
     schemes, measures = spec.select(schemes, measures)
-    if None in fatal:
-        return _unbuilt_plan(spec, schemes, measures, fatal[None])
+    if tried is not None and None in tried:
+        return _unbuilt_plan(spec, schemes, measures, tried[None].fatal)
     try:
         problem = built(spec)
     except FAULTS as error:
         if spec.parameters and isinstance(error, UsageError):
             raise
         return _unbuilt_plan(spec, schemes, measures, one_line(error))
-    found = (
-        _failed_cells(scheme, spec, measures, fatal[scheme])
-        if scheme in fatal
-        else scheme_cells(scheme, spec, problem, measures)
-        for scheme in schemes
-    )
-    return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
+    cells: list[Cell] = []
+    for scheme in schemes:
+        if tried is not None and (why := tried[scheme].fatal):
+            cells += _failed_cells(scheme, spec, measures, why)
+            continue
+        asked = scheme_cells(scheme, spec, problem, measures)
+        own = own_numbers(asked) if tried is None else tried[scheme].own_numbers
+        cells += [_not_applicable(cell, own) if own and cell.verdict is None else cell for cell in asked]
+    return ProblemPlan(spec, problem, tuple(cells))
+
+
+def own_numbers(cells: Sequence[Cell]) -> str:
+    """Return that the steps of a scheme draw random numbers of their own, or an empty string.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        Of one scheme on one problem. If none of them can be run, no step is made.
+    """
+    runnable = (cell for cell in cells if cell.seen is not None)
+    return next((draws_own_numbers(cell.scheme, cell.seen) for cell in runnable if cell.seen is not None), "")
+
+
+def _not_applicable(cell: Cell, reason: str) -> Cell:
+    return replace(cell, verdict=Verdict.NOT_APPLICABLE, reason=reason, seen=None)
 
 
 def _unbuilt_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], why: str) -> ProblemPlan:
@@ -200,7 +240,7 @@ def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
 
 
 def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
-    """Return the cells of a scheme on a problem, one for each measure: this asks all three.
+    """Return the cells of a scheme on a problem, one for each measure: this asks all three, and makes no step.
 
     Parameters
     ----------
@@ -214,8 +254,6 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
     matched = _try_to_match(scheme, problem)
     if matched.failed:
         return _failed_cells(scheme, spec, measures, matched.reason)
-    if matched.problem is not None and (own := draws_own_numbers(scheme, matched.problem)):
-        matched = matched._replace(reason=own)
     return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
 
 

@@ -14,14 +14,13 @@ from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.marks import Mark, StopError
 from ..workers.pool import Processes
-from .plan import Trial, scheme_cells
+from .plan import Trial, Tried, own_numbers, scheme_cells
 
 LATE = "no answer within {:g} s (--timeout)"
 # Blocks of a look that may be computed side by side, of one scheme on one problem.
 BLOCKS = 8
-
-
-Death = Lost | None
+# What has ended the process, or that a step draws random numbers of its own, or an empty string.
+Answer = Lost | str
 
 
 def trial_of(
@@ -45,7 +44,7 @@ def trial_of(
     executor.expect(len(schemes) * len(specs) * BLOCKS)
     workers = Workers(executor, 1)
     sent = {spec.label: Batch(workers, _task(spec, schemes, measures), try_asking, LATE) for spec in specs}
-    return lambda spec: dict(_fatal(sent[spec.label]))
+    return lambda spec: dict(_tried(sent[spec.label]))
 
 
 def _task(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> Task:
@@ -53,14 +52,16 @@ def _task(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measu
     return Task(spec, tuple(Entry(scheme, tuple(measures)) for scheme in schemes), Settings())
 
 
-def _fatal(sent: Batch[Death]) -> Iterator[tuple[Scheme | None, str]]:
-    for entry, death in sent.answers():
-        if death is not None:
-            yield None if death.mark.scheme == PROBLEM else entry.scheme, death.why
+def _tried(sent: Batch[Answer]) -> Iterator[tuple[Scheme | None, Tried]]:
+    for entry, answer in sent.answers():
+        if isinstance(answer, str):
+            yield entry.scheme, Tried(own_numbers=answer)
+        else:
+            yield None if answer.mark.scheme == PROBLEM else entry.scheme, Tried(fatal=answer.why)
 
 
-def try_asking(task: Task, marker: Marker) -> list[Death]:
-    """Ask schemes and measures what can be run, and return for each scheme what would have ended this process.
+def try_asking(task: Task, marker: Marker) -> list[Answer]:
+    """Ask schemes and measures what can be run, and return for each scheme what this process has found out.
 
     Parameters
     ----------
@@ -75,14 +76,12 @@ def try_asking(task: Task, marker: Marker) -> list[Death]:
     except StopError as stop:
         return [Lost(Mark(PROBLEM), one_line(stop))] * len(task.entries)
     except FAULTS:
-        return [None] * len(task.entries)
-    found: list[Death] = []
+        return [""] * len(task.entries)
+    found: list[Answer] = []
     for index, (scheme, measures) in enumerate((entry.scheme, entry.measures) for entry in task.entries):
         try:
             with marker.of(index):
-                scheme_cells(scheme, task.spec, problem, measures)
+                found.append(own_numbers(scheme_cells(scheme, task.spec, problem, measures)))
         except StopError as stop:
             found.append(Lost(Mark(index), one_line(stop)))
-        else:
-            found.append(None)
     return found

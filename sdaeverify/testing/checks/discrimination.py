@@ -38,7 +38,9 @@ def _judge(
     """Yield each control with the results of its two schemes, of which its order is claimed."""
     (found,) = select_measures(subject.registry, [measure])
     schemes = [_claiming(subject, each, label) for each in controls for label in (each.positive, each.negative)]
-    made = plan(schemes, [subject.spec], [found], followed=subject.registry.followed)
+    # A default run may leave out schemes and measures on a problem: its controls are tried all the same.
+    spec = replace(subject.spec, schemes=(), measures=())
+    made = plan(schemes, [spec], [found], followed=subject.registry.followed)
     # The controls are what is judged here: they do not take part as controls.
     study = Study(Plan(tuple(replace(problem, controls=()) for problem in made.problems)), BUDGET)
     for _ in study.run():
