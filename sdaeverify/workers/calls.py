@@ -157,8 +157,9 @@ def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Li
         File that tells the parent whose code runs, and until when it may.
     limits : Limits
     """
+    watchdog = Watchdog(mark, limits.timeout)
     with limited_memory(limits.memory):
-        value = function(unpickle_argument(argument, MemoryError), Watchdog(mark, limits.timeout))
+        value = function(unpickle_argument(argument, MemoryError), watchdog)
     return pickle.dumps(value)
 
 

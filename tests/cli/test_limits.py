@@ -228,7 +228,7 @@ def test_bad_schemes_beside_good_ones(rows):
         row["verdict"] for row in beside["zz-fine", "gbm", "strong"]
     }
     for scheme in SLOW:
-        assert why(beside, scheme) == ("error", "no result within 10 s on a block of paths (--timeout)")
+        assert why(beside, scheme) == ("error", "no answer within 10 s (--timeout)")
     for scheme, how in DEAD.items():
         assert why(beside, scheme) == ("error", f"its worker process died {how}, twice")
 
