@@ -222,3 +222,11 @@ def test_weak_and_invariant_orders_are_verified_by_a_chart_without_multiplier() 
     assert found[""] == {"verified"}
     assert "refuted" in found["noise"]
     assert "refuted" in found["kick"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("flaw", "verdict"), [("", "verified"), ("kick", "refuted"), ("noise", "refuted")])
+def test_weak_order_on_the_registered_sphere_is_verified(flaw: str, verdict: str) -> None:
+    """The problem declares controls of weak order 2: it is verified there, and refuted of the wrong twins."""
+    result = verify([Rattle(flaw)], ["sphere-langevin"], ["weak"], paths=512, seed=1)
+    assert set(result.verdicts.verdict) == {verdict}

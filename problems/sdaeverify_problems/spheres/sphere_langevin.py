@@ -61,7 +61,7 @@ def sphere_langevin(
     problem = constrained_langevin(
         lambda r: weight,
         Bath(friction=gamma, kT=kT),
-        controls=controls.VANISHING,
+        controls=controls.VANISHING_SEVERAL,
         constraint=unit_sphere.constraint,
         jacobian=unit_sphere.jacobian,
         curvature=unit_sphere.curvature,
