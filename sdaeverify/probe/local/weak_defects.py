@@ -287,7 +287,7 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
     with np.errstate(all="ignore"):
         found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
         apart = _rules_apart(step, near[0], found[0][0])
-        own = _own_rounding(step, near[0], nodes)
+        own = _own_rounding(step, near[0])
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     apart = keep_defined(apart, scale[:, : apart.shape[1]])
     finite = np.isfinite(defect) & np.isfinite(scale)
@@ -310,17 +310,18 @@ def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Arr
     return np.asarray(_defects_at(step, known, other)[0] - defect)
 
 
-def _own_rounding(step: OneStep, known: SemigroupReference, nodes: Nodes) -> Array:
+def _own_rounding(step: OneStep, known: SemigroupReference) -> Array:
     """Return how far a step moves at most if its state changes by one rounding error, in units of components, (H,).
 
     A step that divides a difference of states by h, or solves an equation up to a tolerance, makes more of a rounding
     error than eps of the state. The change itself, and a rounding error of each of the two steps that are compared,
-    do not count. It is the mean over the nodes of a state, whose outermost ones hardly count.
+    do not count. It is the mean over a few nodes of a state.
     """
-    x = known.states[:, :: max(1, known.states.shape[1] // NUDGED)]
-    ends = (_ends(step, known, nodes, each) for each in (x, x * (1.0 + EPS)))
+    nodes, x = step.few_nodes(), known.states[:, :: max(1, known.states.shape[1] // NUDGED)]
+    both = np.concatenate([x, x * (1.0 + EPS)], axis=1)
     found, start = [], np.repeat(np.abs(x), len(nodes.weights), axis=1)
-    for a, b in zip(*ends, strict=True):
+    for end in _ends(step, known, nodes, both):
+        a, b = np.split(end, 2, axis=1)
         beyond = (np.abs(b - a) - 3.0 * EPS * np.maximum(np.abs(a), start)).clip(0.0) / known.frame.unit
         means = nodes.mean(beyond.reshape(*x.shape, -1))
         found.append(means.max(where=np.isfinite(means), initial=0.0))

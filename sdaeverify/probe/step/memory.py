@@ -34,8 +34,9 @@ from .nodes import SEED
 COARSE, HALVINGS, SHORTER = 64, (0, 2, 4), 2.0**-4
 # Times at which runs are compared, in parts of the horizon: memory may set in late, or be forgotten at the end.
 LOOKS = 4
-# Paths: they know a root mean square to 5 per cent, and its quotients on the same noise better.
-PATHS = 256
+# Paths: they know a root mean square to 5 per cent, and its quotients on the same noise better. That memory changes
+# nothing beyond rounding is a property of each path, and is asked of a few first.
+PATHS, FIRST = 256, 16
 # Standard errors that are added to the size of a mean: what is not resolved falls as slowly as they do.
 ERRORS = 3.0
 # Differences below this part of what a run moves are rounding; below the other one, a solver's tolerance if they do
@@ -116,18 +117,18 @@ def memory_orders(step: EnteredSteps) -> MemoryOrders:
 
 
 def _compare(step: EnteredSteps, horizon: float) -> MemoryOrders:
-    finest = _runs(step, horizon, HALVINGS[-1:])
+    finest = _runs(step, horizon, HALVINGS[-1:], FIRST)
     if all(size.max() <= ROUNDING for size in _sizes(step, finest)):
         # Whatever longer steps show: most memory is of components that each step solves for.
         return MemoryOrders(np.full(len(step.names), np.inf), np.array(np.inf))
-    strong, weak = map(_falls, _sizes(step, [*_runs(step, horizon, HALVINGS[:-1]), *finest]))
+    strong, weak = map(_falls, _sizes(step, _runs(step, horizon, HALVINGS, PATHS)))
     return MemoryOrders(strong, np.maximum(weak.min(), strong.min()))
 
 
-def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int]) -> list[Array]:
+def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int], paths: int) -> list[Array]:
     """Return both states at the start and each look, shape (1 + L, 2, d, P), of runs with so many halvings."""
-    runs = [_PairedRuns(step, horizon / COARSE, halvings) for halvings in sizes]
-    fields, source = step.view.noise & {*BROWNIAN} | USUAL, Source(SEED, "memory", 0, PATHS)
+    runs = [_PairedRuns(step, horizon / COARSE, halvings, paths) for halvings in sizes]
+    fields, source = step.view.noise & {*BROWNIAN} | USUAL, Source(SEED, "memory", 0, paths)
     drawn = brownian_steps(source, step.view.noise_dim, horizon / COARSE, HALVINGS[-1], fields, step.view.records)
     for place, levels in zip(range(COARSE), drawn, strict=False):
         for run in runs:
@@ -140,10 +141,10 @@ def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int]) -> list[Arra
 class _PairedRuns:
     """A run, and one on the same noise that is entered anew at each step: their paths make each step together."""
 
-    def __init__(self, step: EnteredSteps, coarsest: float, halvings: int) -> None:
+    def __init__(self, step: EnteredSteps, coarsest: float, halvings: int, paths: int) -> None:
         self.step, self.halvings, self.h = step, halvings, coarsest / 2**halvings
         self.make: Stepper = step.scheme.prepare(step.view, self.h)
-        self.own: State = step.scheme.start(step.view, PATHS, self.h)
+        self.own: State = step.scheme.start(step.view, paths, self.h)
         self.both = np.stack([step.read(self.own)] * 2)
         self.places, self.seen = count(), [self.both]
 
@@ -153,7 +154,7 @@ class _PairedRuns:
             given: Increment = self.step.scheme.law.increment(twice.increment(n), self.h)
             t = next(self.places) * self.h
             state = self.make(join_batches([self.own, self.step.enter(self.both[1], t, self.h)], -1), t, given).state
-            self.own = each(lambda part: part[..., :PATHS], state)
+            self.own = each(lambda part: np.split(part, 2, axis=-1)[0], state)
             self.both = np.stack(np.split(self.step.read(state), 2, axis=1))
 
 

@@ -235,7 +235,7 @@ class OneStep:
         times : sequence of H floats
             When the step of each size begins.
         """
-        nodes = self._few_nodes()
+        nodes = self.few_nodes()
         wide = np.repeat(x, len(nodes.weights), axis=1)
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
         if self.view.records:
@@ -270,7 +270,8 @@ class OneStep:
             return np.zeros(x.shape[1], dtype=bool)
         return outside(self.view, self.euler(x, t, h, noise))
 
-    def _few_nodes(self) -> Nodes:
+    def few_nodes(self) -> Nodes:
+        """Return two nodes for each variable of the noise, or a few random ones where these are too many."""
         l, noise, law = self.view.noise_dim, self.scheme.noise, self.scheme.law
         nodes = step_nodes(l, 2, areas="H" in noise, law=law)
         return law_nodes(l, noise, law)[0] if "A" in noise or not nodes.exact else nodes
@@ -310,7 +311,7 @@ class OneStep:
 
     def _at_few_nodes(self, x: Array, h: float) -> tuple[State, Step]:
         """Return the scheme's states from which steps of this size begin, and the steps."""
-        nodes = self._few_nodes()
+        nodes = self.few_nodes()
         with np.errstate(all="ignore"):
             state = self.enter(np.repeat(x, len(nodes.weights), axis=1), self.time, h)
             return state, self.scheme.prepare(self.view, h)(state, self.time, nodes.increment(h, x.shape[1]))
