@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from operator import eq, gt, lt
 
 import numpy as np
@@ -113,12 +113,12 @@ class Means(Slopes):
     sizes: Array | None = None
     cubes: Array | None = None
 
-    @property
+    @cached_property
     def left_out(self) -> Array:
         """Means over all paths and without each group, shape (1 + G, L) or (1 + G, L + 1)."""
         return leave_out(self.sums, self.counts)
 
-    @property
+    @cached_property
     def differences(self) -> Array:
         """Differences of these means to the truth's, or to the next level's."""
         left_out = self.left_out
@@ -166,11 +166,19 @@ class Means(Slopes):
 
     def mean(self, level: int) -> Estimate:
         """Return E phi(x_l(T))."""
-        return estimates(self.left_out[:, level])[0]
+        return self._means[level]
 
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
-        return estimates(self.differences[:, level])[0]
+        return self._errors[level]
+
+    @cached_property
+    def _means(self) -> tuple[Estimate, ...]:
+        return estimates(self.left_out)
+
+    @cached_property
+    def _errors(self) -> tuple[Estimate, ...]:
+        return estimates(self.differences)
 
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
