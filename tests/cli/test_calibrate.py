@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from evidence import rows_of
 from facade import studies
 
@@ -19,6 +21,7 @@ def test_calibrate_writes_its_tables(call):
     assert "`python -m sdaeverify calibrate --repetitions 40 --seed 7 --only 'chains*on ou' --out here`" in text
 
 
+@pytest.mark.long
 def test_rates_that_disagree_are_named(call, monkeypatch):
     """An interval of half its width ends with exit code 1 and the rows that show it."""
     right = studies.estimates

@@ -51,6 +51,7 @@ def test_a_finished_run_is_asked(call, tmp_path):
     assert "milstein" in outcome.out
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("eighty")
 def test_names_are_not_broken(call):
     """A table with a name that does not fit is wider than the terminal, and each name is in one piece."""

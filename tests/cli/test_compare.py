@@ -113,6 +113,7 @@ def test_a_plugin_that_is_needed_again_is_named_with_its_option(measured, call):
     assert call("compare", "old", "new", "--plugin", str(file)).err == ""
 
 
+@pytest.mark.long
 def test_improvement_is_shown_and_no_failure(measured, call):
     """The other way round the errors are better, which is in the table, and the command succeeds."""
     measured("old"), measured("new", DOUBLED)
@@ -267,6 +268,7 @@ def test_evidence_that_cannot_be_compared(measured, compared, change, reason):
     assert any(row["reason"].startswith(reason) or reason in row["reason"] for row in answer["omitted"])
 
 
+@pytest.mark.long
 def test_a_scheme_that_is_not_registered_here(measured, call):
     """Without its plugin the components of a scheme have no names: verdicts alone are compared, and it says why."""
     measured("old"), measured("new")

@@ -48,7 +48,8 @@ SHORTER = {
 }
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
-# So many schemes are put to each problem by the fast tests: a default run tries the contract on every cell.
+# So many schemes are put to each problem by the fast tests, and one if all had their turn: a default run tries the
+# contract on every cell.
 TURNS = 2
 # What takes seconds: controls everywhere, and these on long problems.
 LONG = frozenset({"solution-simulated", "moments-simulated", "moments-settle"})
@@ -119,8 +120,10 @@ def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
         on_problems[cell.label.partition(" on ")[2]].append(cell)
     for found in on_problems.values():
         found.sort(key=lambda cell: turns[cell.scheme.label])
-        turns.update(cell.scheme.label for cell in found[:TURNS])
-        yield from found[:TURNS] if chosen else found[TURNS:]
+        waiting = sum(not turns[cell.scheme.label] for cell in found)
+        count = max(1, min(TURNS, waiting))
+        turns.update(cell.scheme.label for cell in found[:count])
+        yield from found[:count] if chosen else found[count:]
 
 
 def breaches(registry: Registry) -> list[Planted]:

@@ -144,6 +144,7 @@ class Delayed(StochasticTheta):
         return super().step(problem, state, t, h, noise._replace(dW=self.factor * noise.dW))
 
 
+@pytest.mark.long
 def test_delay_equations_have_a_law_as_well() -> None:
     """With a delay, too, -W is as good as W in law, and one per cent of the variance is seen."""
     assert exactness_violation(Delayed(0.5)) == ""

@@ -122,6 +122,7 @@ def test_a_law_that_drifts_away_late_is_not_verified():
     assert Verdict.VERIFIED not in verdicts(result)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "family", "measure", "excluded"),
     [

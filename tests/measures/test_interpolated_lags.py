@@ -67,6 +67,7 @@ def test_order_two_is_verified_where_lagged_values_are_whole_steps_behind():
     assert verdicts(on_mesh) == {"verified"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("problem", [between, linear_between])
 def test_one_step_does_not_verify_order_two_between_mesh_points(problem):
     """The order is 1 where the drift is not linear in the lagged value, which one step does not tell from others."""

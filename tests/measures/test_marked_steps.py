@@ -39,6 +39,7 @@ def found(scheme, measure):
     return list(zip(verdicts["verdict"], verdicts["reason"], strict=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mark", ["truncated", "failed"])
 @pytest.mark.parametrize("measure", ["strong", "weak", "invariant"])
 def test_marks_on_every_step_leave_a_claim_open_and_the_reason_says_that_no_order_was_seen(mark, measure):

@@ -107,6 +107,7 @@ def findings(scheme, family, settings=None):
     return made.results()[0].findings
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "family"),
     [

@@ -57,6 +57,7 @@ def found(scheme, problem):
     return set(table.verdict), " ".join(table.reason)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("problem", ["ou", "double-well"])
 def test_the_weak_measure_hears_that_errors_are_taken_back(problem):
     """A right scheme is not refuted by one step, which says why it is silent; undeclared, it is refuted."""

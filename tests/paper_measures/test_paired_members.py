@@ -29,6 +29,7 @@ def exact(eps):
     return np.stack([found.first[:, 0], found.first[:, 1], found.second[:, 0, 0], found.second[:, 0, 1]], axis=1)[:3]
 
 
+@pytest.mark.long
 def test_errors_agree_with_exact_moments(errors):
     """Means and changes of means are those of exact recursions, up to the error of sample and reference."""
     names = list(PROBLEM.observables)

@@ -67,6 +67,7 @@ def test_the_size_of_an_interpolated_past() -> None:
     np.testing.assert_allclose(record.rms, np.tile(0.7 * np.sqrt(record.h * 0.24), (13, 1)), rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mesh", TIMES)
 def test_a_claim_about_y_is_judged_by_the_errors_of_y(mesh: str) -> None:
     """Order 1 is refuted for y and for the full state where the delay lies between mesh points, and not for x."""

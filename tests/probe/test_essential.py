@@ -104,6 +104,7 @@ def test_states_that_a_scheme_reaches_beside_the_manifold_count() -> None:
     assert rho == pytest.approx(4.0, rel=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("force", [0.0, 1.0])
 def test_without_a_linear_part_second_moments_stay(force: float) -> None:
     """Of dx = force dt + 0.3 dW, 0 = y - x nothing depends on the state: it was an error, and rho is 1."""

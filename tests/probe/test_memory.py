@@ -85,6 +85,7 @@ def test_single_steps_decide_up_to_the_order_of_memory() -> None:
     assert of_memory(refuted, 1.75, 1.0, 1.0).verdict is Verdict.INCONCLUSIVE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", [m.EverySoMany(), m.EverySoMany(period=7), m.SetsIn(time=0.6), m.RunningMean()])
 def test_no_class_is_verified_above_the_order_of_memory(scheme: Scheme) -> None:
     """Weak order 2 of Heun's method is that of its step without a history."""
@@ -93,6 +94,7 @@ def test_no_class_is_verified_above_the_order_of_memory(scheme: Scheme) -> None:
     assert "memory changes runs" in rows["weak"].why
 
 
+@pytest.mark.long
 def test_langevin_dynamics_with_an_old_force_is_not_verified() -> None:
     """The same of a class that a form poses."""
     rows = {row.measure: row for row in OrderReport.of(m.OldForce(), classes="langevin", motions=1).rows}
@@ -100,6 +102,7 @@ def test_langevin_dynamics_with_an_old_force_is_not_verified() -> None:
     assert rows["strong"].verdict is ClassVerdict.VERIFIED
 
 
+@pytest.mark.long
 def test_a_right_method_of_two_steps_is_verified_for_its_class() -> None:
     """Its older drift changes runs by no more than its order allows."""
     rows = OrderReport.of(m.AdamsBashforth(), classes="additive", motions=1).rows

@@ -77,6 +77,7 @@ def drifts(scheme: DriftImplicitMilstein) -> set[ClassVerdict]:
     return {row.verdict for kind in kinds for row in member_rows(scheme, kind, [Drift()], SEED)}
 
 
+@pytest.mark.long
 def test_all_orders_are_verified_on_random_members() -> None:
     """Strong order 1/2, 1 for one Brownian motion, and weak order 1."""
     expected = [("strong", 0.5), ("strong", 1.0), ("weak", 1.0)]
@@ -98,6 +99,7 @@ def test_an_algebraic_component_at_the_old_time_is_no_solution() -> None:
     assert drifts(Wrong("old")) == {ClassVerdict.REFUTED}
 
 
+@pytest.mark.long
 def test_a_hundredth_of_a_further_drift_is_refuted() -> None:
     """T0 finds it on motion along a line."""
     assert exactness_violation(DriftImplicitMilstein()) == ""

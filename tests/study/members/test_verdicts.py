@@ -99,6 +99,7 @@ class FlatLimit(ConstrainedEuler):
         return Step(state + y - at.normal(y))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "kind"),
     [
