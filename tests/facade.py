@@ -94,6 +94,7 @@ from sdaeverify.numerics.statistics import (
     log_functional,
     lower_term_weights,
 )
+from sdaeverify.probe.balance import balance, say_imbalance, why_not_balanced
 from sdaeverify.probe.explosion import explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay

@@ -1,5 +1,6 @@
 """Invariant law: with which order in h stationary means tend to the exact ones.
 
+Where a step accepts or rejects a proposal, detailed balance tells whether it leaves the exact law invariant (T1).
 Where the problem has a chart of one or two coordinates, the stationary law of the scheme is computed from its
 transition operator (T2), without sampling. For claims that this leaves open, replicated chains at several step sizes
 on the same noise are run (T3): paired differences tell the order, and the coarsest mean less the differences tells
@@ -21,6 +22,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...forms.truths import InvariantMean, MomentEquation
+from ...probe.balance import Balance, balance, why_not_balanced
 from ...probe.operator.functional_orders import (
     ABOVE_FLOOR,
     FunctionalOrder,
@@ -44,7 +46,7 @@ from ...simulate.chains import ChainPlan, ChainRecord, chains_of, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import beside, finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
-from .bias import bias_bound, bias_of_operator, with_bias, withhold_vacuous
+from .bias import bias_bound, bias_of_operator, judge_balance, with_bias, withhold_vacuous
 from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
@@ -164,7 +166,7 @@ def _local_order(h: Array, errors: Array, level: int) -> float:
     return float(np.log(abs(errors[level - 1] / errors[level])) / np.log(h[level - 1] / h[level]))
 
 
-OPERATOR, CHAINS, DENSITIES = "stationary law", "chains", "densities"
+OPERATOR, CHAINS, DENSITIES, BALANCE = "stationary law", "chains", "densities", "balance"
 # Quantities of the levels alone.
 DENSITY = "density of coordinate"
 STEP_SIZES = 5
@@ -214,10 +216,13 @@ class Invariant(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
         view = view.with_moment_equations
-        evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
+        evidence = Evidence(
+            scheme, view, view, settings, _balance(scheme, view, settings), Tally(), level=settings.level
+        )
         operator = stationary_record(evidence)
         if operator is not None:
-            evidence = replace(evidence, tally=packed(OPERATOR, operator).merge(_densities(evidence, operator)))
+            known = packed(OPERATOR, operator).merge(_densities(evidence, operator))
+            evidence = replace(evidence, tally=evidence.tally.merge(known))
         left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
         if not (left and np.isfinite(view.relaxation_time)):
             return evidence.tally
@@ -227,7 +232,7 @@ class Invariant(Measure):
         """Return a finding for each observable whose exact mean is known, and its levels."""
         evidence = replace(evidence, view=evidence.view.with_moment_equations)
         operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
-        chains = unpacked(CHAINS, ChainRecord, evidence.tally)
+        chains, balanced = unpacked(CHAINS, ChainRecord, evidence.tally), unpacked(BALANCE, Balance, evidence.tally)
         findings = {truth.observable: _without_chart(evidence, truth) for truth in _truths(evidence.view)}
         levels: list[LevelFinding] = []
         # The logarithm of a difference that is exactly zero is not a defect.
@@ -241,7 +246,8 @@ class Invariant(Measure):
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
                 findings |= {name: _join_chains(findings[name], sampled[name]) for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
-        return Judgement(tuple(withhold_vacuous(found, evidence) for found in findings.values()), tuple(levels))
+        judged = judge_balance([*findings.values()], balanced)
+        return Judgement(tuple(withhold_vacuous(found, evidence) for found in judged), tuple(levels))
 
 
 @hookimpl
@@ -276,6 +282,15 @@ def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     if usable(record) and further and not is_settled(evidence, record):
         record = record.extend(invariant_errors(scheme, view, further))
     return record if usable(record) else None
+
+
+def _balance(scheme: Scheme, view: Problem, settings: Settings) -> Tally:
+    """Return both sides of detailed balance, for a scheme that claims to be unbiased."""
+    if all(bias_bound(claim) is None for claim in scheme.claims) or why_not_balanced(scheme, view):
+        return Tally()
+    coarsest = coarsest_step(view, settings)
+    found = balance(scheme, view, [coarsest / 2.0**level for level in range(STEP_SIZES)])
+    return Tally() if found is None else packed(BALANCE, found)
 
 
 def _densities(evidence: Evidence, record: TransitionErrors) -> Tally:

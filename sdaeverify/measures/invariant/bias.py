@@ -12,11 +12,12 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import UNBIASED, Bound
-from ...contracts.finding import Finding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
 from ...numerics.outweighed import outweighs, sample_growth
+from ...probe.balance import Balance, say_imbalance
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
 from ...probe.step.states import reached_states
 from ...verdicts.path_tests import why_vacuous
@@ -38,6 +39,10 @@ class StationaryBias(NamedTuple):
     low: float
     high: float
     growth: float = float("inf")
+
+
+BALANCE = Method("detailed balance", 1)
+NO_BIAS = StationaryBias(0.0, 0.0, 0.0)
 
 
 def bias_bound(claim: Claim | None) -> float | None:
@@ -176,3 +181,28 @@ def _figures(bias: float, off: float, at: float, h: Array, bound: float) -> Reas
     where = f"at h = {at:.3g}, one of {len(h)} step sizes from {h.min():.3g} to {h.max():.3g}"
     text = "largest bias {bias:.2g} +- {off:.1g} {where}; claimed within {bound:g}"
     return Reason(text, numbers={"bias": bias, "off": off, "where": where, "bound": bound})
+
+
+def judge_balance(findings: Sequence[Finding], found: Balance | None) -> Sequence[Finding]:
+    """Return findings on bounds of a bias as detailed balance decides them, or with what fails it.
+
+    That it fails does not refute: steps may leave a law invariant without it.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+    found : Balance or None
+        None where it is not probed.
+    """
+    if found is None or not found.seen.any():
+        return findings
+    holds = "detailed balance holds for {pairs} pairs of states at {sizes} step sizes"
+    figures = {"pairs": int(found.seen.sum()), "sizes": len(found.density)}
+    opinion = Opinion(Verdict.VERIFIED, Reason(holds, numbers=figures), tier=1)
+    if not found.holds:
+        fails = say_imbalance(found)
+        open_ = (bias_bound(each.claim) is not None and each.verdict is not Verdict.VERIFIED for each in findings)
+        together = zip(findings, open_, strict=True)
+        return [replace(each, reason=each.reason.then(fails)) if left else each for each, left in together]
+    unbiased = (replace(with_bias(each, NO_BIAS, opinion), tier=1, method=BALANCE) for each in findings)
+    return [each if bias_bound(each.claim) is None else new for each, new in zip(findings, unbiased, strict=True)]

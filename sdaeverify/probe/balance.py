@@ -1,0 +1,341 @@
+"""Detailed balance of a step that accepts or rejects a proposal, without sampling.
+
+Let rho be the invariant density of dx = -grad V dt + sigma dW. A step proposes y = g(x, dW) and takes it with the
+probability a(x, y), else the state stays at x. With the density q of the proposal,
+
+    rho(x) q(x, y) a(x, y) = rho(y) q(y, x) a(y, x)    for all x and y
+
+makes rho invariant under the step (Hastings 1970). Each factor is found from the step alone, at states that solutions
+reach: a(x, y) by bisection of the uniform variable from which the step decides, q(x, y) = n(dW)/|det dg/dW| with the
+normal density n of dW, and the increment that proposes x from y by Newton's method.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Mask
+from ..contracts.scheme import Scheme, flatten
+from ..forms import Problem
+from ..noise.brownian import Increment
+from .step.nodes import SEED
+from .step.one_step import OneStep
+from .step.states import WHEN, reached_states
+
+# Pairs of x and y at each step size.
+PAIRS = 64
+# Uniform variables at which the step is seen to take the proposal or not; where it begins or ceases to is bisected.
+# The extremes stand for 0 and 1.
+GRID = np.array([1e-300, 1e-12, 1e-6, 1e-3, *np.linspace(0.05, 0.95, 10), 1.0 - 1e-3, 1.0 - 1e-6, 1.0 - 1e-12])
+# Bisections of an interval of the grid, down to rounding of numbers near 1.
+BISECTIONS = 52
+# Gauss-Legendre nodes of the integral of the drift from x to y; the difference to fewer of them is its error.
+NODES = (32, 24)
+# Newton's method for an increment, and the half width of differences of the proposal, in units of sqrt(h). Central
+# differences of half width d are off by d^2 of a third derivative.
+NEWTON, WIDTH, REACHED = 12, 1e-4, 1e-10
+# A pair counts if either acceptance is at least this: a proposal that is hardly ever taken is seen with few digits.
+LEAST = 1e-6
+# Logarithms of both sides may differ by so much, from the differences of the proposal, beside the integral's error.
+ALIKE = 1e-6
+
+# Acceptances between these determine what their logarithm is made of.
+FEW, SURE = 1e-6, 1.0 - 1e-9
+# Logarithms of acceptances are known to this, by the differences of the proposal; coefficients are recognised to it.
+KNOWN = 1e-5
+# Coefficients have to be determined by so many times as many acceptances.
+TIMES = 4
+
+
+class Balance(NamedTuple):
+    """Both directions between pairs of states at some step sizes, all of shape (H, N); NaN where a pair is not seen.
+
+    Attributes
+    ----------
+    density : ndarray
+        log rho(y) - log rho(x).
+    proposals : ndarray
+        log q(y, x) - log q(x, y).
+    forth, back : ndarray
+        a(x, y) and a(y, x).
+    off : ndarray
+        By how much the difference of both sides may be off, as logarithms.
+    shift, square : ndarray
+        (y - x) . (m(x) + m(y)) and (|m(x)|^2 - |m(y)|^2)/2 over the variance of the proposal, m(x) = g(x, 0) - x. For
+        a normal proposal log q(y, x) - log q(x, y) = square - shift.
+    """
+
+    density: Array
+    proposals: Array
+    forth: Array
+    back: Array
+    off: Array
+    shift: Array
+    square: Array
+
+    @property
+    def defect(self) -> Array:
+        """log[rho(x) q(x, y) a(x, y)] - log[rho(y) q(y, x) a(y, x)], shape (H, N)."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(self.forth) - np.log(self.back) - self.density - self.proposals)
+
+    @property
+    def seen(self) -> Mask:
+        """Which pairs are seen, shape (H, N)."""
+        return np.asarray(np.isfinite(self.density + self.proposals))
+
+    @property
+    def holds(self) -> bool:
+        """Whether detailed balance holds at all pairs, and most pairs at each step size are seen."""
+        most = self.seen.mean(axis=1).min() > 0.5
+        return bool(most and (np.abs(self.defect[self.seen]) <= self.off[self.seen]).all())
+
+
+def why_not_balanced(scheme: Scheme, view: Any) -> str:
+    """Return why detailed balance of a step is not probed, or an empty string.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+    if view.equation() is None or not _has_density(view):
+        return "no invariant density is known from the drift"
+    step = OneStep(scheme, view)
+    if scheme.noise - {"dW", "H"} or scheme.law.bounded or view.records:
+        return "a step takes more than normal dW and H"
+    if step.why_not_comparable() or view.noise_dim != step.equation.dimension:
+        return "the noise of the proposal has other components than the state"
+    if len(flatten(step.enter(step.equation.initial(1), 0.0, view.horizon))) > step.equation.dimension:
+        return "the scheme has memory"
+    return ""
+
+
+def _has_density(view: Any) -> bool:
+    scalar = view.noise_dim == 1 and {"additive-noise", "scalar-noise"} <= view.traits
+    return scalar or "overdamped-gradient" in view.traits
+
+
+def balance(scheme: Scheme, view: Problem, sizes: list[float]) -> Balance | None:
+    """Return both directions between pairs of states, or None where the step does not accept or reject.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; `why_not_balanced` has nothing against the pair.
+    sizes : list of float
+        Step sizes.
+    """
+    step = OneStep(scheme, view)
+    # A step may look at the time: each size has its own.
+    when = view.horizon * (WHEN * np.arange(1.0, 1.0 + len(sizes)) % 1.0)
+    with np.errstate(all="ignore"):
+        found = [_Metropolis(step, t, h).between() for t, h in zip(when.tolist(), sizes, strict=True)]
+    known = [each for each in found if each is not None]
+    return Balance(*map(np.stack, zip(*known, strict=True))) if len(known) == len(found) else None
+
+
+class _Metropolis:
+    """A step of one size, as a proposal and its acceptance.
+
+    Parameters
+    ----------
+    step : OneStep
+    t, h : float
+        Begin and size of the step.
+    """
+
+    def __init__(self, step: OneStep, t: float, h: float) -> None:
+        self.step, self.t, self.h = step, t, h
+        self.decides = "H" in step.scheme.noise
+        # The uniform variable with which a proposal is taken if it ever is.
+        self.least = GRID[0]
+
+    def between(self) -> Balance | None:
+        """Return both directions between N pairs, or None where the step does not accept or reject."""
+        equation, rng = self.step.equation, np.random.Generator(np.random.Philox(key=SEED + 16))
+        points = reached_states(self.step.view, equation).points
+        x = points[:, rng.integers(points.shape[1], size=PAIRS)]
+        dW = np.sqrt(self.h) * rng.standard_normal((equation.noise_dim, PAIRS))
+        forth = self._acceptance(x, dW)
+        if forth is None:
+            return None
+        y = self._end(x, dW, self.least)
+        back_dW, reached = self._increment(y, x, -dW)
+        back = self._acceptance(y, back_dW)
+        if back is None:
+            return None
+        density, off = _log_density_ratio(self.step, self.t, x, y)
+        proposals = self._log_proposal(y, back_dW) - self._log_proposal(x, dW)
+        seen = reached & (np.maximum(forth, back) >= LEAST) & (y != x).any(axis=0)
+        density, proposals = (np.where(seen, each, np.nan) for each in (density, proposals))
+        return Balance(density, proposals, forth, back, ALIKE + off, *self._regressors(x, y))
+
+    def _end(self, x: Array, dW: Array, u: Array | float) -> Array:
+        """Return where the step leads with a uniform variable u."""
+        uniform = np.broadcast_to(scipy.special.ndtri(u), dW.shape)
+        return self.step(x, self.t, self.h, Increment(dW, np.sqrt(self.h / 12.0) * uniform))
+
+    def _acceptance(self, x: Array, dW: Array) -> Array | None:
+        """Return a(x, g(x, dW)), shape (N,), or None where the end depends on u in another way."""
+        if not self.decides:
+            return np.ones(x.shape[1])
+        ends = np.stack([self._end(x, dW, u) for u in GRID])
+        taken = (ends != x).any(axis=1)
+        first = np.where(taken[0], 0, -1)
+        if (taken[0] < taken[-1]).any():
+            self.least, first = GRID[-1], np.where(taken[-1], len(GRID) - 1, -1)
+        proposal = ends[first, :, np.arange(x.shape[1])].T
+        alone = (ends == proposal).all(axis=1) | ~taken
+        turns = np.count_nonzero(np.diff(taken, axis=0), axis=0)
+        if not (alone.all() and (turns <= 1).all()):
+            return None
+        share = self._bisect(x, dW, taken)
+        return np.asarray(share if self.least == GRID[0] else 1.0 - share)
+
+    def _bisect(self, x: Array, dW: Array, taken: Mask) -> Array:
+        """Return the uniform variable at which the step turns, or 1 or 0 where it takes or leaves all from below."""
+        turn = np.argmax(np.diff(taken, axis=0), axis=0)
+        low, high, begin = GRID[turn], GRID[np.minimum(turn + 1, len(GRID) - 1)], taken[0]
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            same = (self._end(x, dW, middle) != x).any(axis=0) == begin
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        # Where nothing turns, all or nothing is taken.
+        always = np.where(begin == (self.least == GRID[0]), 1.0, 0.0)
+        return np.where((taken == taken[:1]).all(axis=0), always, high)
+
+    def _increment(self, y: Array, x: Array, guess: Array) -> tuple[Array, Mask]:
+        """Return dW with g(y, dW) = x, and whether it was found."""
+        dW, scale = guess, 1.0 + np.abs(x).max(axis=0)
+        for _ in range(NEWTON):
+            off = self._end(y, dW, self.least) - x
+            dW = dW - np.linalg.solve(self._slope(y, dW).transpose(2, 0, 1), off.T[..., None])[..., 0].T
+        found = np.abs(self._end(y, dW, self.least) - x).max(axis=0) <= REACHED * scale
+        return dW, found
+
+    def _slope(self, x: Array, dW: Array) -> Array:
+        """Return the derivative of the proposal by dW, shape (d, d, N)."""
+        width = WIDTH * np.sqrt(self.h)
+        units = width * np.eye(len(dW))[..., None]
+        columns = [self._end(x, dW + e, self.least) - self._end(x, dW - e, self.least) for e in units]
+        found = np.stack(columns, axis=1) / (2.0 * width)
+        singular = ~np.isfinite(found).all(axis=(0, 1)) | (np.abs(np.linalg.det(found.transpose(2, 0, 1))) == 0.0)
+        return np.where(singular, np.eye(len(dW))[..., None], found)
+
+    def _log_proposal(self, x: Array, dW: Array) -> Array:
+        """Return log q(x, g(x, dW)) but for a constant."""
+        slope = np.abs(np.linalg.det(self._slope(x, dW).transpose(2, 0, 1)))
+        return np.asarray(-0.5 * (dW**2).sum(axis=0) / self.h - np.log(slope))
+
+    def _regressors(self, x: Array, y: Array) -> tuple[Array, Array]:
+        still = np.zeros_like(x)
+        slope = np.abs(np.linalg.det(self._slope(x, still).transpose(2, 0, 1)))
+        variance = self.h * slope ** (2.0 / len(x))
+        at_x, at_y = (self._end(z, still, self.least) - z for z in (x, y))
+        shift = ((y - x) * (at_x + at_y)).sum(axis=0) / variance
+        return shift, ((at_x**2).sum(axis=0) - (at_y**2).sum(axis=0)) / (2.0 * variance)
+
+
+def _log_density_ratio(step: OneStep, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+    """Return log rho(y) - log rho(x) = (2/sigma^2) int_x^y f, and its error, each of shape (N,)."""
+    variance, found = step.equation.diffusion(t, x)[0, 0] ** 2, []
+    for count in NODES:
+        nodes, weights = np.polynomial.legendre.leggauss(count)
+        drift = (
+            w * step.equation.drift(t, x + 0.5 * (1.0 + z) * (y - x)) for z, w in zip(nodes, weights, strict=True)
+        )
+        found.append(((y - x) * sum(drift)).sum(axis=0) / variance)
+    return found[0], np.abs(found[0] - found[1])
+
+
+# What a wrong acceptance is made of.
+
+
+class Weights(NamedTuple):
+    """The logarithm of an acceptance, density (log rho(y) - log rho(x)) - shift S + square Q, where it is negative.
+
+    S and Q are those of `Balance`. All three are 1 for the acceptance of Metropolis and Hastings.
+
+    Attributes
+    ----------
+    density, shift, square : float
+    """
+
+    density: float
+    shift: float
+    square: float
+
+
+# What an acceptance is made of by mistake, and how it is said.
+MISTAKES = {
+    Weights(1.0, 0.0, 0.0): "lacks the densities of the proposals",
+    Weights(0.0, 1.0, 1.0): "lacks the invariant density",
+    Weights(1.0, -1.0, -1.0): "has the densities of the proposals forth and back exchanged",
+    Weights(-1.0, 1.0, 1.0): "has the invariant densities of both ends exchanged",
+    Weights(-1.0, -1.0, -1.0): "has its ratio upside down",
+    Weights(1.0, 1.0, -1.0): "takes the drift of each proposal's density at the wrong one of both ends",
+}
+POWER = "has the invariant density to the power {density:.3g}"
+OTHER = "has the density of another proposal, of {drift:.3g} times its drift and {variance:.3g} times its variance"
+
+
+def say_imbalance(found: Balance) -> str:
+    """Return in words why detailed balance fails: the mistake that explains all acceptances, or how large it is.
+
+    Parameters
+    ----------
+    found : Balance
+    """
+    seen, defect = found.seen, np.abs(found.defect)
+    text = f"detailed balance fails for {int((defect > found.off)[seen].sum())} of {seen.sum()} pairs of states"
+    if (found.forth[seen] == 1.0).all() and (found.back[seen] == 1.0).all():
+        return f"{text}: each proposal is accepted"
+    if named := [sentence for weights, sentence in MISTAKES.items() if explains(weights, found)]:
+        return f"{text}: the acceptance {' or '.join(named)}"
+    weights = fitted_weights(found)
+    if weights is None or not explains(weights, found):
+        return f"{text}: the acceptance is off by a factor of up to {np.exp(defect[seen].max()):.3g}"
+    if np.allclose(weights[1:], 1.0, rtol=0.0, atol=KNOWN):
+        return f"{text}: the acceptance {POWER.format(density=weights.density)}"
+    if abs(weights.density - 1.0) <= KNOWN and min(weights) > 0.0:
+        drift = weights.square / weights.shift
+        return f"{text}: the acceptance {OTHER.format(drift=drift, variance=drift / weights.shift)}"
+    return f"{text}: the acceptance is off by a factor of up to {np.exp(defect[seen].max()):.3g}"
+
+
+def explains(weights: Weights, found: Balance) -> bool:
+    """Tell whether acceptances in both directions are all made of these weights.
+
+    Parameters
+    ----------
+    weights : Weights
+    found : Balance
+    """
+    terms, accepted = _equations(found)
+    expected = np.exp(np.minimum(terms @ np.array(weights), 0.0))
+    off = np.abs(np.log(np.maximum(expected, FEW)) - np.log(np.maximum(accepted, FEW)))
+    return bool((off <= KNOWN).all())
+
+
+def fitted_weights(found: Balance) -> Weights | None:
+    """Return of which weights the acceptances are made at best, or None where they do not determine all three.
+
+    Parameters
+    ----------
+    found : Balance
+    """
+    terms, accepted = _equations(found)
+    inner = (accepted > FEW) & (accepted < SURE)
+    weights, _, rank, _ = np.linalg.lstsq(terms[inner], np.log(accepted[inner]), rcond=KNOWN)
+    return Weights(*weights.tolist()) if rank == terms.shape[1] and inner.sum() >= TIMES * rank else None
+
+
+def _equations(found: Balance) -> tuple[Array, Array]:
+    """Return what each weight stands with, shape (M, 3), and the acceptances, shape (M,)."""
+    seen = found.seen
+    terms = np.stack([found.density[seen], -found.shift[seen], found.square[seen]], axis=1)
+    return np.concatenate([terms, -terms]), np.concatenate([found.forth[seen], found.back[seen]])
