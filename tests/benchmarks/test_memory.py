@@ -17,10 +17,10 @@ sdaeverify.verify({{arguments}})
 print(next(line.split()[1] for line in open("{STATUS}") if line.startswith("VmHWM")))
 """
 MANY_PATHS = {
-    "gbm, 10^6 paths": "'euler-maruyama', 'gbm', 'strong', paths=10**6, looks=1",
-    "pendulum, 10^5 paths": "'half-explicit-euler[truncation=none]', 'pendulum', 'strong', paths=10**5, looks=1",
+    "gbm, 10^6 paths": "'euler-maruyama', 'gbm', 'strong', paths=10**6, max_looks=1",
+    "pendulum, 10^5 paths": "'half-explicit-euler[truncation=none]', 'pendulum', 'strong', paths=10**5, max_looks=1",
 }
-STUDY = "'euler-maruyama', 'gbm', 'strong', paths=8192, coarsest=8, looks=1"
+STUDY = "'euler-maruyama', 'gbm', 'strong', paths=8192, coarsest=8, max_looks=1"
 LIMIT = 500.0
 
 
