@@ -62,6 +62,7 @@ EXAMPLES = {
     "calibrate": "calibrate --repetitions 100 --only slope",
     "check": "check milstein gbm --json",
     "choose": "choose gbm -m strong --accuracy 0.01",
+    "cite": "cite reports/latest --table latex",
     "compare": "compare before after --factor 1.2",
     "demo": "demo --out demo",
     "gate": "gate --tier smoke --seed-from date",

@@ -86,15 +86,16 @@ def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
 
 
 def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Text | Table]:
-    """Yield what was found of each quantity, a table for each cell."""
-    for (scheme, problem), found in grouped(rows, lambda row: (row.scheme, row.problem)).items():
+    """Yield what was found of each quantity, a table for each cell, and what their columns mean below the last."""
+    every = list(rows)
+    for (scheme, problem), found in grouped(every, lambda row: (row.scheme, row.problem)).items():
         yield Text(f"\n{visible(f'{scheme} on {problem}')}")
         yield quantity_table(found, plain=plain)
-        yield from _tiers_in_words(found)
+    yield from _tiers_in_words(every)
 
 
 def _tiers_in_words(rows: Sequence[VerdictRow]) -> Iterator[Text]:
-    """Yield in a line what the tiers of a table mean, and from which order on paths verify a claim."""
+    """Yield in a line what the tiers of tables mean, and from which order on paths verify a claim."""
     told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
     if not all(isnan(row.claimed_order) for row in rows):
         told.append("paths from: least order along paths that is accepted")

@@ -171,6 +171,8 @@ def test_the_first_contact_is_a_table_and_a_page(call):
     assert "half-explicit-euler on pendulum" in lines
     assert "The page with the pictures is first/report.html: open it in a browser." in lines
     assert Path("first/report.html").is_file()
+    # What the columns mean is told once, below the last table.
+    assert sum(line.startswith("T1: from one step") for line in lines) == 1
 
 
 def test_a_shell_completes_commands(call, monkeypatch):
@@ -181,6 +183,28 @@ def test_a_shell_completes_commands(call, monkeypatch):
     monkeypatch.setenv("COMP_WORDS", "sdaeverify ma")
     monkeypatch.setenv("COMP_CWORD", "1")
     assert call().out == "plain,matrix\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("matrix -s half-ex", ["half-explicit-euler"]),
+        ("matrix -s heun,half-ex", ["heun,half-explicit-euler"]),
+        ("matrix -p noisy-c", ["noisy-circuit"]),
+        ("gate -m stro", ["strong"]),
+        ("choose noisy-c", ["noisy-circuit"]),
+        ("info noisy-c", ["noisy-circuit"]),
+        ("check half-ex", ["half-explicit-euler"]),
+        ("matrix -s nobody", []),
+        ("matrix --plugin missing.py -s half-ex", []),
+    ],
+)
+def test_a_shell_completes_names(call, monkeypatch, words, told):
+    """Of schemes, problems and measures, also the last one of a list; a plugin that is missing completes nothing."""
+    monkeypatch.setenv("_SDAEVERIFY_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"sdaeverify {words}")
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
+    assert call().out.split() == [f"plain,{name}" for name in told]
 
 
 @pytest.mark.parametrize("given", [{}, {"_SDAEVERIFY_COMPLETE": "bash_complete"}], ids=["version", "completion"])

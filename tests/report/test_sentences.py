@@ -7,10 +7,21 @@ import pytest
 
 from facade import read_verdicts
 from report.rows import read, verdict, weak
+from sdaeverify.report.plain import wrap_text
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 WIDTHS = [60, 132]
+
+
+def test_what_is_left_out_is_the_middle():
+    """A text that is too long keeps its last clause, which often says what to do; without clauses its beginning."""
+    lines = wrap_text(f"a reason {'of many words ' * 20}; take smaller steps", 40, "    ", 4)
+    assert len(lines) == 4
+    assert lines[0].startswith("a reason of many words")
+    assert lines[-1] == "    … take smaller steps"
+    assert wrap_text("word " * 100, 40, "", 3)[-1].endswith(" …")
+    assert wrap_text(f"a; {'word ' * 100}", 40, "", 3)[0].startswith("a; word")
 
 
 def end_of(rows, width=80, notes=("exit code 0: no claim is refuted",)):

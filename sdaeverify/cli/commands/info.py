@@ -30,6 +30,7 @@ from ...registry.contributions import Registered
 from ...registry.load import Registry
 from ...report.passports import Passport, docstring, measure_passport, problem_passport, scheme_passport
 from ...report.plain import visible
+from ..completion import names_of
 from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
@@ -40,7 +41,7 @@ LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parame
 
 
 @click.command(short_help="Show all about one of them.")
-@click.argument("name", metavar="NAME[PARAMETERS]")
+@click.argument("name", metavar="NAME[PARAMETERS]", shell_complete=names_of("schemes", "problems", "measures"))
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
 @plugins
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:

@@ -89,8 +89,11 @@ def label_steps(ax: Axes, sizes: Sequence[float], style: str = SCREEN) -> None:
     Parameters
     ----------
     ax : Axes
+        Its x axis is labelled.
     sizes : sequence of float
+        Step sizes of all curves; zeros and values that are not finite are left out.
     style : str
+        ``screen`` or ``paper``: how many labels fit beside each other.
     """
     every = sorted({size for size in sizes if size > 0.0 and isfinite(size)})
     # From the coarsest on: each tick is a factor of two or more from its neighbour unless problems are mixed.

@@ -104,7 +104,13 @@ class ForPapers:
         return self._table(schemes, problems, measures).to_latex()
 
     def to_markdown(self, schemes: str = "", problems: str = "", measures: str = "") -> str:
-        """Return the verdicts as a Markdown table, with a paragraph on how they were found; see `to_latex`."""
+        """Return the verdicts as a Markdown table, with a paragraph on how they were found.
+
+        Parameters
+        ----------
+        schemes, problems, measures : str, optional
+            As of `to_latex`, which raises the same.
+        """
         return self._table(schemes, problems, measures).to_markdown()
 
     def cite(self) -> str:
