@@ -27,7 +27,7 @@ def installed(tmp_path_factory):
 
 
 def run(installed, *words):
-    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONWARNINGS": "error"}
+    environment = {**os.environ, "COLUMNS": "", "PYTHONPATH": str(installed), "PYTHONWARNINGS": "error"}
     command = [sys.executable, "-m", "sdaeverify", *words]
     return subprocess.run(command, capture_output=True, text=True, check=True, cwd=installed, env=environment).stdout
 
