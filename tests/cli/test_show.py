@@ -106,7 +106,7 @@ def test_show_tells_of_a_cell_why_and_how_again(finished, call):
     """Claim, margin, orders, tier and guard of each quantity, the command, and why the rest does not apply."""
     told = call("show", "out", "milstein", "gbm").out
     words = " ".join(told.split())
-    assert "x: order >= 1.0 (margin 0.2 along paths); local order 1.000; order along paths" in words
+    assert "x: order ≥ 1.0 (sampled: ≥ 0.8); local order 1.000; order along paths" in words
     assert "decided by T1; guarded by paths, exact solution" in words
     assert "again: python -m sdaeverify matrix -s milstein -p gbm -m strong" in told
 
@@ -135,8 +135,8 @@ def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
     assert "milstein on gbm" in told
     assert max(map(len, told.splitlines())) <= 80
     (row,) = [line.split() for line in told.splitlines() if line.startswith("✓  strong x ")]
-    assert [*row[3:6], *row[-2:]] == [">=", "1.0", "1.00", "0.8", "T1"]
-    note = "T1: from one step, without sampling, accepted from the order that its reason names"
+    assert [*row[3:6], *row[-2:]] == ["≥", "1.0", "1.00", "0.8", "T1"]
+    note = "T1: from one step, without sampling, with the one-step tolerance that the reason names"
     assert note in " ".join(told.split())
 
 

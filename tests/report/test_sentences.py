@@ -76,7 +76,7 @@ def test_what_is_wrong_is_told_with_claim_margin_estimate_and_reason():
     ]
     lines = end_of(rows, 200)
     assert lines[1] == (
-        "✗ refuted: a on gbm, strong x: order >= 0.5 (margin 0.2 along paths), "
+        "✗ refuted: a on gbm, strong x: order ≥ 0.5 (sampled: ≥ 0.3), "
         "found 0.39 [0.36, 0.43] along paths. local order 0.1"
     )
     assert lines[2].startswith("? inconclusive: b on gbm, strong x: ")
