@@ -50,6 +50,7 @@ LAYERS = {
     "cli": 8,
     "commands": 8,
     "studying": 7,
+    "pytest_plugin": 0,
     "__main__": 8,
     "__init__": 8,
 }
