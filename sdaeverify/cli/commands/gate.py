@@ -40,6 +40,7 @@ SEEDS = ("fixed", "date")
 @once("--out", type=PLACE, default=FOLDER, help="Folder of gate.json and of the run.")
 @jobs
 @progress_of_cells
+@once("--against", type=PLACE, metavar="DIR", help="Tell what changed against an earlier gate, by its gate.json.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
 @limits
 @click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
