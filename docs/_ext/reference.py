@@ -68,6 +68,7 @@ EXAMPLES = {
     "gate": "gate --tier smoke --seed-from date",
     "hunt": "hunt milstein -m strong --when scalar-noise --examples 50 --out found.py",
     "info": "info HolonomicSDAE",
+    "init": "init my-solvers",
     "list": "list schemes --json",
     "matrix": "matrix -s 'milstein,euler-*' -p gbm,ou -m strong --paths 2048 --lf -x",
     "merge": "merge shard1 shard2 --out whole",
