@@ -50,7 +50,7 @@ LAYERS = {
     "cli": 8,
     "commands": 8,
     "studying": 7,
-    "pytest_plugin": 0,
+    "pytest_plugin": 8,
     "__main__": 8,
     "__init__": 8,
 }
