@@ -166,7 +166,7 @@ def test_the_first_contact_is_a_table_and_a_page(call):
     lines = outcome.out.splitlines()
     assert outcome.code == 0
     assert lines[1] == "euler-maruyama on gbm"
-    assert lines[2].split() == ["quantity", "claim", "one", "step", "along", "paths", "paths", "from", "by"]
+    assert lines[2].split() == ["quantity", "claim", "one", "step", "along", "paths", "accepted", "≥", "by"]
     assert max(map(len, lines)) <= 80
     assert "half-explicit-euler on pendulum" in lines
     assert "The page with the pictures is first/report.html: open it in a browser." in lines
