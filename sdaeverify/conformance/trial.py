@@ -88,8 +88,8 @@ class Trial:
 
     @cached_property
     def first(self) -> Step:
-        """The step of all paths, made before any other."""
-        return self.step(self.state, self.noise)
+        """The step of all paths, made before any other; whether it is a `Step` at all is for checks to say."""
+        return self.stepper(self.state, WHEN * self.view.horizon, self.noise)
 
     @property
     def rounding(self) -> Array:
