@@ -12,6 +12,7 @@ from sdaeverify.report.plots import Plots
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs the extra plot")
 matplotlib.use("agg")
+plt = pytest.importorskip("matplotlib.pyplot")
 SIZES = [0.125, 0.0625, 0.03125, 0.015625]
 
 
@@ -26,14 +27,14 @@ def plots():
         for h in SIZES
     ]
     yield Plots(read(*rows), levels)
-    matplotlib.pyplot.close("all")
+    plt.close("all")
 
 
 @pytest.fixture
 def axes():
     """Return empty axes."""
-    yield matplotlib.pyplot.subplots()[1]
-    matplotlib.pyplot.close("all")
+    yield plt.subplots()[1]
+    plt.close("all")
 
 
 def test_no_two_of_seventy_lines_look_alike():
