@@ -26,6 +26,7 @@ from .report.files import require_writable
 from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_own, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
+from .report.paper.citation import ForPapers
 from .report.passports import noise_in_words, passports
 from .report.plots import Plots
 from .report.progress import KINDS
@@ -58,7 +59,7 @@ Measures = str | Measure | Sequence[str | Measure]
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(ForPapers):
     """Tables of a study.
 
     Attributes
@@ -208,10 +209,11 @@ class Result:
         return CellView.of(self.rows.verdicts, self.rows.absent, scheme, problem)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return the verdicts with their levels as an `xarray.Dataset` of dimensions ``row`` and ``level``.
+        """Return the verdicts with their levels as an `xarray.Dataset` of dimensions ``row`` and ``h``.
 
-        Each column of `verdicts` is a variable of the rows; ``h``, ``estimate``, ``std_error`` and whatever else
-        `levels` has are variables of both, NaN or None where a row has fewer levels.
+        Rows have the coordinates ``scheme``, ``problem``, ``measure`` and ``quantity``: use
+        ``.sel(scheme="milstein", problem="gbm", h=0.125)``. Columns of `verdicts` are variables of the rows; those of
+        `levels` of both, NaN or None where there is no level. Densities have a third dimension, ``point``.
 
         Raises
         ------

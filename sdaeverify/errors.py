@@ -11,6 +11,8 @@
         └── MissingLibraryError   the library it is made for is not installed       it is left out
 """
 
+import inspect
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -79,13 +81,14 @@ def one_line(error: BaseException) -> str:
     -------
     str
         ``message`` for an error of this package; for any other ``Type: message``, with the file and the line of the
-        plugin that raised it, or that called what did.
+        plugin that raised it, or that called what did. Of a call with wrong arguments, the right ones as well.
     """
     text = " ".join(_text(error).split()) or "no message"
     if isinstance(error, SdaeverifyError):
         return text
-    place = _line_of_plugin(error)
-    return f"{type(error).__name__}: {text}{f' ({place})' if place else ''}"
+    place, expected = _line_of_plugin(error), _signature(error, text)
+    told = f"{text}; expected {expected}" if expected else text
+    return f"{type(error).__name__}: {told}{f' ({place})' if place else ''}"
 
 
 def with_traceback(error: BaseException) -> str:
@@ -104,6 +107,28 @@ def _text(error: BaseException) -> str:
         return str(error)
     except FAULTS as other:
         return f"its message cannot be read, which raises {type(other).__name__}"
+
+
+# How Python tells of a call with wrong arguments.
+_CALL = re.compile(r"(?:\S*\.)?(?P<name>\w+)\(\) (?:missing|takes|got an unexpected)")
+
+
+def _signature(error: BaseException, text: str) -> str:
+    """Return what was called with wrong arguments with the right ones, such as ``DelaySDAE.diffused(t, x, v, y, w)``.
+
+    It is empty for any other error, and where no object that the caller knows has a function of this name.
+    """
+    called = _CALL.match(text) if isinstance(error, TypeError) else None
+    frames = [frame for frame, _ in walk_tb(error.__traceback__)]
+    if called is None or not frames:
+        return ""
+    for owner in [*frames[-1].f_locals.values()]:
+        # Nothing is called: an attribute may be a property of a plugin.
+        function = inspect.getattr_static(owner, called["name"], None)
+        if inspect.isfunction(function) and not isinstance(owner, type):
+            arguments = [name for name in inspect.signature(function).parameters if name != "self"]
+            return f"{type(owner).__name__}.{function.__name__}({', '.join(arguments)})"
+    return ""
 
 
 FRAMEWORK = __name__.partition(".")[0]

@@ -50,6 +50,7 @@ LAYERS = {
     "cli": 8,
     "commands": 8,
     "studying": 7,
+    "pytest_plugin": 8,
     "__main__": 8,
     "__init__": 8,
 }
@@ -80,7 +81,7 @@ JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
-MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 27, 16, 50
+MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 28, 16, 57
 PARAMETERS, COEFFICIENTS = 6, 8
 
 

@@ -96,6 +96,8 @@ def test_a_folder_that_cannot_be(tmp_path):
 STRONG = {"measure": "strong", "source": "a test"}
 MISTAKES: dict[str, tuple[Callable[[object], object], str]] = {
     "no such scheme": (lambda _: sample("no", "gbm"), "unknown scheme 'no'"),
+    "a problem for a scheme": (lambda _: sample("gbm", "gbm"), "expected a scheme, 'gbm' is a problem"),
+    "a scheme for a problem": (lambda _: sample("heun", "heun"), "expected a problem, 'heun' is a scheme"),
     "two schemes": (lambda _: sample("milstein,heun", "gbm"), "expected the label of one scheme"),
     "a class": (lambda _: sample(Scheme, "gbm"), "write Scheme\\(\\)"),
     "no problem": (lambda _: sample("milstein", None), "expected"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facade import one_line
+from facade import delay_linear, one_line
 from sdaeverify import UsageError
 from sdaeverify.numerics import apply
 
@@ -46,3 +46,35 @@ def test_what_is_meant_for_the_user_needs_no_line():
 def test_what_no_plugin_has_raised_has_no_line():
     """Where no code of a plugin was run, none is accused."""
     assert one_line(ValueError("made, and never raised")) == "ValueError: made, and never raised"
+
+
+def test_a_call_with_wrong_arguments_is_told_with_the_right_ones():
+    """Of a method of a problem, and of a function that a problem was given; nothing else that is raised has any."""
+
+    class Equation:
+        def __init__(self):
+            self.drift = drift
+
+        def diffused(self, t, x, v, y, w):
+            return w
+
+    def drift(t, x):
+        return x
+
+    problem = Equation()
+    for call, expected in (
+        (lambda problem=problem: problem.diffused(0.0, 1.0, 2.0), "Equation.diffused(t, x, v, y, w)"),
+        (lambda problem=problem: problem.diffused(1, 2, 3, 4, 5, 6), "Equation.diffused(t, x, v, y, w)"),
+        (lambda problem=problem: problem.drift(0.0, 1.0, 2.0), "Equation.drift(t, x)"),
+        (lambda problem=problem: problem.drift(0.0, z=1.0), "Equation.drift(t, x)"),
+    ):
+        assert f"; expected {expected} (" in one_line(raised(call))
+    for other in (lambda: int("a"), lambda: len(3), drift, lambda: None + 1):
+        assert "expected Equation" not in one_line(raised(other))
+
+
+def test_the_signature_of_a_form_is_told():
+    """The step of a scheme for delay equations that forgets the past reads what its form expects."""
+    problem = delay_linear()
+    told = one_line(raised(lambda problem=problem: problem.diffused(0.0, 1.0, 2.0)))
+    assert "; expected DelaySDAE.diffused(t, x, v, y, w)" in told

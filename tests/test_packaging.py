@@ -27,7 +27,7 @@ def installed(tmp_path_factory):
 
 
 def run(installed, *words):
-    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONWARNINGS": "error"}
+    environment = {**os.environ, "COLUMNS": "", "PYTHONPATH": str(installed), "PYTHONWARNINGS": "error"}
     command = [sys.executable, "-m", "sdaeverify", *words]
     return subprocess.run(command, capture_output=True, text=True, check=True, cwd=installed, env=environment).stdout
 
@@ -58,6 +58,18 @@ def test_wheel_writes_a_plugin(installed, tmp_path):
     assert (tmp_path / "rodeo" / ".github" / "workflows" / "verify.yml").is_file()
 
 
+def test_extras_are_named_for_what_they_hold(installed):
+    """Dask is Dask, a cluster's queue is beside it, and `all` is everything but other libraries and our own tools."""
+    (metadata,) = installed.glob("*.dist-info/METADATA")
+    told = [line for line in metadata.read_text(encoding="utf-8").splitlines() if line.startswith("Requires-Dist")]
+    having = {extra: [line for line in told if f"extra == '{extra}'" in line] for extra in ("dask", "cluster", "all")}
+
+    names = {extra: sorted(line.split()[1].partition(">")[0] for line in lines) for extra, lines in having.items()}
+    assert names["dask"] == ["distributed"]
+    assert names["cluster"] == ["dask-jobqueue", "distributed"]
+    assert names["all"] == ["dask-jobqueue", "distributed", "hypothesis", "matplotlib", "xarray"]
+
+
 def test_wheel_holds_no_tests(installed):
     """Only the nine packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
@@ -80,6 +92,15 @@ def sources(tmp_path_factory):
     with tarfile.open(archive) as packed:
         packed.extractall(folder, filter="data")
     return folder / archive.name.removesuffix(".tar.gz")
+
+
+def test_sdist_leaves_out_what_nothing_reads(sources):
+    """Pages of runs stay in the repository; tables that tests and the site read are there."""
+    reports = sources / "reports"
+
+    assert not [*reports.rglob("report.html"), *reports.glob("field/*/levels.csv")]
+    assert (reports / "reference" / "levels.csv").is_file()
+    assert (reports / "field" / "sdes" / "verdicts.csv").is_file()
 
 
 def in_sources(sources, *words):

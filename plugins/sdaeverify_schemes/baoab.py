@@ -6,6 +6,8 @@ import numpy as np
 
 from sdaeverify import Array, Claim, Increment, Langevin, Scheme, Step, hookimpl
 
+from ._small_steps import STABLE
+
 
 class BAOAB(Scheme):
     """Half a kick, half a move, the exact Ornstein-Uhlenbeck step of the momentum, half a move, half a kick.
@@ -25,6 +27,7 @@ class BAOAB(Scheme):
         Claim(measure="strong", value=1.0, source="measured; local errors of size h^(3/2), and h^2 in the mean"),
         Claim(measure="weak", value=2.0, source="Leimkuhler & Matthews 2013"),
         Claim(measure="invariant", value=2.0, source="Leimkuhler, Matthews & Stoltz 2016"),
+        STABLE,
     )
     source: ClassVar[str] = "Leimkuhler & Matthews 2013"
 

@@ -10,6 +10,7 @@ from sdaeverify.numerics import apply
 from ._additive import not_additive
 from ._senses import LINEAR_GROWTH, by_growth
 from ._side_by_side import TOGETHER
+from ._small_steps import STABLE
 
 COMMUTATIVE = ("scalar-noise", "diagonal-noise", "vanishing-milstein-term")
 ADDITIVE = frozenset({"additive-noise"})
@@ -37,6 +38,7 @@ class Heun(Scheme):
         # No constrained problem has diagonal noise.
         Claim(measure="drift", value=1.0, when=frozenset({"scalar-noise"}), source=LIPSCHITZ),
         Claim(measure="drift", value=1.0, when=frozenset({"vanishing-milstein-term"}), source=LIPSCHITZ),
+        STABLE,
     )
     source: ClassVar[str] = "Ruemelin 1982; Kloeden & Platen 1992, section 11.1"
 
@@ -69,6 +71,7 @@ class HeunAdditive(Scheme):
             when=LINEAR_GROWTH | {"unconstrained"},
             source="Talay 1990: the weak order, for ergodic problems",
         ),
+        STABLE,
     )
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.1) with constant b"
 

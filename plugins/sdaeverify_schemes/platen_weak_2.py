@@ -8,6 +8,7 @@ from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, S
 from sdaeverify.numerics import apply
 
 from ._senses import by_growth
+from ._small_steps import STABLE
 
 SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 
@@ -35,6 +36,7 @@ class PlatenWeak2(Scheme):
             when=frozenset({"unconstrained"}),
             source="Talay 1990: the weak order, for ergodic problems; bounded increments do not explode",
         ),
+        STABLE,
     )
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.1) and (15.1.3)"
 

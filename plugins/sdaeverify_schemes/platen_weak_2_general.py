@@ -9,6 +9,7 @@ from sdaeverify.numerics import apply
 
 from ._senses import by_growth
 from ._side_by_side import side_by_side
+from ._small_steps import STABLE
 from .platen_weak_2 import SEPARATE
 
 
@@ -32,6 +33,7 @@ class PlatenWeak2General(Scheme):
     law: ClassVar[Law] = THREE_POINT
     claims: ClassVar[tuple[Claim, ...]] = (
         *by_growth(Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, section 15.1")),
+        STABLE,
     )
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.3)"
 

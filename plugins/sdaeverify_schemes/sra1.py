@@ -6,6 +6,7 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 from ._additive import not_additive
 from ._senses import LINEAR_GROWTH, by_growth
+from ._small_steps import STABLE
 
 
 class SRA1(Scheme):
@@ -24,6 +25,7 @@ class SRA1(Scheme):
             Claim(measure="weak", value=2.0, source="measured"),
         ),
         Claim(measure="invariant", value=2.0, when=LINEAR_GROWTH, source="measured; the weak order"),
+        STABLE,
     )
     source: ClassVar[str] = "Roessler 2010, section 6, SRA1"
 

@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 
 from ._senses import by_growth
+from ._small_steps import STABLE
 
 
 class SRI1W1(Scheme):
@@ -33,6 +34,7 @@ class SRI1W1(Scheme):
             Claim(measure="weak", value=1.5, source="at least the strong order"),
         ),
         Claim(measure="drift", value=1.5, source="no projection; at least the strong order, g being Lipschitz"),
+        STABLE,
     )
     source: ClassVar[str] = "Roessler 2010, section 6, SRI1W1"
 

@@ -1,6 +1,7 @@
 """A gate under way: run, judge, compare with the lock file, write and print the reports."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import click
 from ..api import Result
 from ..contracts.spelling import counted
 from ..errors import UsageError
+from ..gate.against import changes, in_one_line, read_gate
 from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
@@ -75,6 +77,7 @@ def carry_out_gate(
     """
     # What stands in its place and is no lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
+    earlier = None if options["against"] is None else read_gate(options["against"])
     require_own(options["out"])
     require_writable(options["out"])
     if options["write_lock"]:
@@ -98,6 +101,9 @@ def carry_out_gate(
     run.write_page()
     call_report_hooks(run, result)
     gated = _judge(run, result, policy, options, {} if options["write_lock"] else before)
+    if earlier is not None:
+        changed = changes(earlier, gated.outcomes, narrowed=narrowed)
+        gated = replace(gated, changes=changed, notes=(*gated.notes, in_one_line(changed, options["against"])))
     for line in (*text_report(gated), gated.words):
         click.echo(line)
     # Written last: where it is, the gate came to its end.

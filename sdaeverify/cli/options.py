@@ -10,6 +10,7 @@ from ..contracts.settings import Settings
 from ..errors import UsageError, is_blank
 from ..report.progress import KINDS
 from ..workers.limits import SHARE, TIMEOUT, Limits, read_limits
+from .completion import names_of
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -75,10 +76,26 @@ def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command
     return add
 
 
+def selected(short: str, kind: str, told: str) -> Callable[[Command], Command]:
+    """Return the option that selects schemes, problems or measures; a shell completes their names.
+
+    Parameters
+    ----------
+    short : str
+        The option in one letter.
+    kind : str
+        What it selects, which is the option in full.
+    told : str
+        Its help.
+    """
+    complete = names_of(kind)
+    return click.option(short, f"--{kind}", multiple=True, metavar="PATTERN", help=told, shell_complete=complete)
+
+
 selection = combine_options(
-    click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}"),
-    click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way."),
-    click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way."),
+    selected("-s", "schemes", f"Schemes. {SELECTION}"),
+    selected("-p", "problems", "Problems, in the same way."),
+    selected("-m", "measures", "Measures, in the same way."),
 )
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..contracts.scheme import Scheme, State
+from ..contracts.scheme import Scheme, State, require_step
 from ..forms import Problem
 from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
 from .batches import freeze
@@ -67,7 +67,7 @@ def stops_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
     state, stepper, recall = scheme.start(problem, paths, h), scheme.prepare(problem, h), problem.recall(h, paths)
     for n, drawn in enumerate(noises):
         stop, noise = freeze(state), freeze(drawn if recall is None else recall.add_past(drawn))
-        state = stepper(stop, n * h, noise).state
+        state = require_step(stepper(stop, n * h, noise)).state
         if recall is not None:
             recall.push(scheme.parts(problem, state)["x"])
         yield Stop(stop, noise, state)

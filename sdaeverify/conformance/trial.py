@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
+from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, require_step, same_kind
 from ..forms import Delayed
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
@@ -84,12 +84,12 @@ class Trial:
 
     def step(self, state: State, noise: Increment) -> Step:
         """Make one step."""
-        return self.stepper(state, WHEN * self.view.horizon, noise)
+        return require_step(self.stepper(state, WHEN * self.view.horizon, noise))
 
     @cached_property
     def first(self) -> Step:
-        """The step of all paths, made before any other."""
-        return self.step(self.state, self.noise)
+        """The step of all paths, made before any other; whether it is a `Step` at all is for checks to say."""
+        return self.stepper(self.state, WHEN * self.view.horizon, self.noise)
 
     @property
     def rounding(self) -> Array:

@@ -50,21 +50,21 @@ class Order:
 
     @property
     def bar(self) -> str:
-        """The claim in a reason: what is claimed, and from where on paths accept it."""
-        return bar(self.least, self.floor)
+        """The claim in a reason, with the margin that an order along paths has."""
+        return f"claim {float(self.least)}, margin {self.margin:.3g}"
 
     def __str__(self) -> str:
         return f"order >= {float(self.least)}"
 
 
 def bar(claimed: float, accepted: float) -> str:
-    """Return in words what an order is compared with: the claim, and from which order on it is accepted.
+    """Return in words what an order is compared with: the claim, and the tolerance of orders without sampling.
 
     Parameters
     ----------
     claimed, accepted : float
     """
-    return f"claimed {float(claimed)}, accepted from {accepted:.3g}"
+    return f"claim {float(claimed)}, one-step tolerance {claimed - accepted:.3g}"
 
 
 @dataclass(frozen=True)

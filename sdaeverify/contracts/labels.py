@@ -131,6 +131,21 @@ def split_list(text: str) -> list[str]:
     return [item.strip() for item in items if item.strip()]
 
 
+def is_glob(pattern: str) -> bool:
+    """Return whether a pattern stands for several names."""
+    return bool(set("*?") & set(pattern.partition("[")[0]))
+
+
+def is_named(label: str, pattern: str) -> bool:
+    """Return whether a pattern is a label, or a glob that its part before the parameters fits."""
+    return label == pattern or (is_glob(pattern) and fnmatchcase(label.partition("[")[0], pattern))
+
+
+def is_meant(label: str, patterns: str) -> bool:
+    """Return whether one of some patterns, separated by commas, is meant; no pattern means all labels."""
+    return not patterns or any(is_named(label, pattern) for pattern in split_list(patterns))
+
+
 def read_values(
     owner: str, parameters: Sequence[Parameter], texts: Mapping[str, str]
 ) -> dict[str, bool | int | float | str]:

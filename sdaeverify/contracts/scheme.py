@@ -366,6 +366,19 @@ def flatten(state: State) -> Array:
     return np.concatenate(state)
 
 
+def require_step(result: object) -> Step:
+    """Return what a step returned.
+
+    Raises
+    ------
+    SchemeError
+        If it is no `Step`.
+    """
+    if not isinstance(result, Step):
+        raise SchemeError(f"step returned {type(result).__name__}, expected Step(state)")
+    return result
+
+
 def same_kind(before: State, result: object) -> None:
     """Check that a step returned a `Step` whose state is like the one it was given.
 
@@ -374,9 +387,7 @@ def same_kind(before: State, result: object) -> None:
     SchemeError
         If it is no `Step`, or if the type, the fields, the shapes or the kind of numbers of its state differ.
     """
-    if not isinstance(result, Step):
-        raise SchemeError(f"step returned {type(result).__name__}, expected Step(state)")
-    after = result.state
+    after = require_step(result).state
     if type(before) is not type(after) or _arrays(before) != _arrays(after):
         raise SchemeError(
             f"step returned {_describe(after)}, expected a state like the one it was given, {_describe(before)}"

@@ -3,8 +3,11 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from ..contracts.settings import Settings
+from ..report.folders import Key
+from ..report.plain import visible
 from .outcomes import ORDER, Outcome, Status, is_red
 from .policy import Policy
 
@@ -16,6 +19,29 @@ WORDS = {
     Status.XFAILED: "failing as expected",
     Status.XPASSED: "unexpectedly verified",
 }
+
+
+# Of a claim that one of two gates does not have.
+ABSENT = "not gated"
+
+
+class StatusChange(NamedTuple):
+    """A claim whose status is not what it was.
+
+    Attributes
+    ----------
+    key : Key
+        Scheme, problem, measure and quantity.
+    before, now : str
+        The status in words; `ABSENT` where the claim was or is not gated.
+    """
+
+    key: Key
+    before: str
+    now: str
+
+    def __str__(self) -> str:
+        return visible(f"{self.key}: {self.before} before, {self.now} now")
 
 
 @dataclass(frozen=True)
@@ -43,6 +69,8 @@ class Gated:
         Words of the commands that find results of examinations again, by the name of the measure.
     warnings, notes : tuple of str
         What else is worth a line.
+    changes : tuple of StatusChange or None
+        Claims whose status is not what it was in an earlier gate; None without an earlier gate.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -57,6 +85,7 @@ class Gated:
     examined: Mapping[str, list[str]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    changes: tuple[StatusChange, ...] | None = None
 
     @property
     def counts(self) -> Counter[Status]:

@@ -6,21 +6,23 @@ The runner takes a line that begins with ``::`` for a command. All that plugins 
 
 import inspect
 import secrets
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-
-import pandas as pd
+from textwrap import shorten
 
 from ..contracts.scheme import Scheme
+from ..report.folders import Key
 from ..report.plain import escape, visible
 from .gated import WORDS, Gated
-from .outcomes import Outcome, Status
-from .words import gated_command, message, text_report
+from .outcomes import ORDER, Outcome, Status
+from .words import LONGEST, gated_command, message, text_report
 
 MOST = 10
 # Outcomes in a summary, which may hold 1 MiB; one rarely takes more than 2 KiB.
 MOST_ROWS, FENCE = 200, "~~~~"
+DETAILS = "<details><summary>The report</summary>"
 # Folders that hold copies of sources: of what is installed, and of what is built to be.
 INSTALLED = frozenset({"site-packages", "dist-packages", "build"})
 KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
@@ -112,19 +114,60 @@ def source_in(root: Path, file: Path) -> str:
 
 
 def markdown_report(gated: Gated) -> str:
-    """Return the summary of a job: the report for a terminal, as it is, and outcomes by scheme.
+    """Return the summary of a job: tables of what changed, of what did not pass and of schemes, and the whole report.
 
     Parameters
     ----------
     gated : Gated
     """
     # No line of the report begins with a text of a plugin, which could end the block.
-    lines = [*text_report(gated, MOST_ROWS), "", *_by_scheme(gated)]
+    report = [FENCE, *text_report(gated, MOST_ROWS), FENCE]
     sign = "❌" if gated.code else "✅"
-    return "\n".join([f"## {sign} sdaeverify gate: {escape(gated.words)}", "", FENCE, *lines, FENCE, ""])
+    head = [f"## {sign} sdaeverify gate: {escape(gated.words)}", "", escape(f"{gated.summary}; {gated.budget}"), ""]
+    return "\n".join(
+        [*head, *_changed(gated), *_not_passed(gated), *_by_scheme(gated), DETAILS, "", *report, "", "</details>", ""]
+    )
+
+
+def _changed(gated: Gated) -> list[str]:
+    if gated.changes is None:
+        return []
+    if not gated.changes:
+        return ["No claim has another status than before.", ""]
+    rows = [(*_about(key), before, f"**{now}**") for key, before, now in gated.changes]
+    return _table("What changed", ("scheme", "problem", "quantity", "before", "now"), rows)
+
+
+def _not_passed(gated: Gated) -> list[str]:
+    rows = [
+        (WORDS[outcome.status], *_about(outcome.key), escape(outcome.claim), escape(_reason(outcome)))
+        for outcome in gated.not_passed
+    ]
+    return _table("What did not pass", ("", "scheme", "problem", "quantity", "claim", "why"), rows)
 
 
 def _by_scheme(gated: Gated) -> list[str]:
-    names = [f"scheme {visible(outcome.cell.scheme.label)}" for outcome in gated.outcomes]
-    words = [WORDS[outcome.status] for outcome in gated.outcomes]
-    return pd.crosstab(names, words, rownames=[""], colnames=[""]).to_string().splitlines() if names else []
+    counts = Counter((outcome.cell.scheme.label, outcome.status) for outcome in gated.outcomes)
+    shown = [status for status in (Status.PASSED, *ORDER[:-1]) if any(status is found for _, found in counts)]
+    rows = [
+        (escape(scheme), *(str(counts[scheme, status] or "") for status in shown))
+        for scheme in sorted({scheme for scheme, _ in counts})
+    ]
+    return _table("Schemes", ("scheme", *(WORDS[status] for status in shown)), rows)
+
+
+def _about(key: Key) -> tuple[str, str, str]:
+    return escape(key.scheme), escape(key.problem), escape(f"{key.measure} {key.quantity}".strip())
+
+
+def _reason(outcome: Outcome) -> str:
+    return shorten(outcome.expected or str(outcome.finding.reason), LONGEST, placeholder=" ...")
+
+
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return a table of Markdown under its title; nothing where it has no rows."""
+    if not rows:
+        return []
+    lines = (f"| {' | '.join(cells)} |" for cells in (headings, ["---"] * len(headings), *rows[:MOST_ROWS]))
+    more = [f"and {len(rows) - MOST_ROWS} more, see gate.json", ""] if len(rows) > MOST_ROWS else []
+    return [f"### {title}", "", *lines, "", *more]

@@ -96,6 +96,7 @@ def text_report(gated: Gated, most: int = MOST) -> Iterator[str]:
     yield from limit_lines([_one_line(outcome) for outcome in gated.not_passed if outcome not in full], most)
     yield from (visible(f"lock file: {line}") for line in limit_lines(gated.violations, 2 * most))
     yield from (visible(f"hunt: {line}") for line in gated.hunted)
+    yield from (visible(f"changed: {line}") for line in limit_lines([*map(str, gated.changes or ())], most))
     yield from (visible(f"warning: {line}") for line in gated.warnings)
     yield from (visible(f"note: {line}") for line in gated.notes)
     yield gated.budget
@@ -133,6 +134,9 @@ def json_report(gated: Gated) -> dict[str, object]:
         "hunt": [*map(visible, gated.hunted)],
         "warnings": [*map(visible, gated.warnings)],
         "notes": [*map(visible, gated.notes)],
+        "changes": None
+        if gated.changes is None
+        else [{**key._asdict(), "before": before, "now": now} for key, before, now in gated.changes],
         "outcomes": [_row(outcome, gated) for outcome in gated.outcomes],
     }
 

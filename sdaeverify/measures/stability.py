@@ -136,7 +136,8 @@ def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
     return finding(
         covered,
         opinion._replace(tier=2),
-        estimate=_boundary(record) if linear else np.nan,
+        # Of an equation that is not stable itself no step size is the largest stable one.
+        estimate=_boundary(record) if linear and record.decays > 0.0 else np.nan,
         method=METHOD,
         details={
             "windows": _windows(record) if linear else "",

@@ -57,6 +57,12 @@ class Increment(NamedTuple):
     A : ndarray, shape (l (l - 1)/2, P), or None
         Levy areas A_ij of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time, where the problem has them drawn;
         see `double_integrals`.
+
+    Notes
+    -----
+    A scheme declares what it needs beside dW: ``noise = frozenset({"dW", "H"})``. Given h, dW and H are independent
+    normals of variances h and h/12: ``dW/sqrt(h)`` and ``sqrt(12/h) H`` are two independent standard normals a step
+    for each Brownian motion.
     """
 
     dW: Array

@@ -54,7 +54,7 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
             )
         return scheme
 
-    return _select("scheme", registry.schemes, wanted, given)
+    return _select("scheme", registry, wanted, given)
 
 
 def select_problems(
@@ -77,7 +77,7 @@ def select_problems(
     ParameterError
         If a parameter is unknown or its text is no value of its type.
     """
-    found = _select("problem", registry.problems, wanted, _recipe)
+    found = _select("problem", registry, wanted, _recipe)
     return [replace(spec, bound=_known_schemes(registry, spec)) if spec.schemes else spec for spec in found]
 
 
@@ -95,7 +95,7 @@ def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
     UsageError
         If a name is unknown, a pattern matches nothing or has parameters, or two measures have one name.
     """
-    return _select("measure", registry.measures, wanted, _measure)
+    return _select("measure", registry, wanted, _measure)
 
 
 def _known_schemes(registry: Registry, spec: ProblemSpec) -> frozenset[str] | None:
@@ -129,12 +129,13 @@ def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:
     return found[0]
 
 
-def _select(kind: str, entries: Mapping[str, Registered], wanted: Any, given: Callable[[Any], Any]) -> list[Any]:
+def _select(kind: str, registry: Registry, wanted: Any, given: Callable[[Any], Any]) -> list[Any]:
     """Return what is meant, each once; `given` checks what is no pattern."""
+    entries = _kinds(registry)[kind]
     if not wanted and not isinstance(wanted, str):
         found: Iterable[Any] = (thing for entry in entries.values() for thing in entry.in_matrix)
     else:
-        found = _chosen(kind, entries, wanted, given)
+        found = _chosen(kind, registry, wanted, given)
     chosen: dict[str, Any] = {}
     for thing in found:
         if _identity(chosen.setdefault(_label(thing), thing)) is not _identity(thing):
@@ -162,7 +163,20 @@ def _identity(thing: Any) -> object:
     return type(thing) if isinstance(thing, Scheme) else thing
 
 
-def _chosen(kind: str, entries: Mapping[str, Registered], wanted: Any, given: Callable[[Any], Any]) -> Iterator[Any]:
+def _kinds(registry: Registry) -> dict[str, Mapping[str, Registered]]:
+    return {"scheme": registry.schemes, "problem": registry.problems, "measure": registry.measures}
+
+
+def _unknown(kind: str, name: str, registry: Registry) -> UsageError:
+    """Return the error for an unknown name, which says if the name is registered as another kind."""
+    others = [other for other, entries in _kinds(registry).items() if other != kind and name in entries]
+    if others:
+        return UsageError(f"expected a {kind}, {name!r} is a {others[0]}; sdaeverify list {kind}s shows all {kind}s")
+    return unknown(kind, name, _kinds(registry)[kind])
+
+
+def _chosen(kind: str, registry: Registry, wanted: Any, given: Callable[[Any], Any]) -> Iterator[Any]:
+    entries = _kinds(registry)[kind]
     for item in _items(kind, wanted):
         if not isinstance(item, str):
             yield given(item)
@@ -172,7 +186,7 @@ def _chosen(kind: str, entries: Mapping[str, Registered], wanted: Any, given: Ca
         names = [known for known in entries if fnmatchcase(known, name)] if is_glob else [name]
         # "*" alone asks for everything there is, which may be nothing.
         if (not names and name != "*") or (not is_glob and name not in entries):
-            raise unknown(kind, name, entries)
+            raise _unknown(kind, name, registry)
         for entry in (entries[known] for known in names):
             yield from entry.variants if is_glob and texts is None else [entry.make(texts)]
 

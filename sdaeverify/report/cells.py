@@ -6,6 +6,8 @@ from typing import NamedTuple, TypeVar
 
 TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
 
+# How pandas writes a cell that holds nothing, of a floating and of a nullable type.
+EMPTY = frozenset({"nan", "<NA>"})
 Row = Mapping[str, object]
 Key = TypeVar("Key")
 Item = TypeVar("Item")
@@ -63,7 +65,7 @@ def text(row: Row, name: str) -> str:
     """Return a text of a row; empty where it has none."""
     found = row.get(name)
     told = "" if found is None else str(found)
-    return "" if told == "nan" else told
+    return "" if told in EMPTY else told
 
 
 def number(row: Row, name: str) -> float:

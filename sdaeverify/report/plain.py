@@ -54,13 +54,25 @@ def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[st
     indent : str
         Of all lines but the first.
     most : int
-        Number of lines; what is left out is told by an ellipsis. 0 for all.
+        Number of lines; an ellipsis stands for the middle, so that the last clause, often a hint, is kept. 0 for all.
     """
     wrapper = TextWrapper(width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
     lines = wrapper.wrap(text)
     if most and len(lines) > most:
-        lines = [*lines[: most - 1], _shorten_line(lines[most - 1], width)]
+        lines = _leave_out(lines, text, width, indent, most)
     return [line.replace(TOGETHER, " ") for line in lines]
+
+
+def _leave_out(lines: list[str], text: str, width: int, indent: str, most: int) -> list[str]:
+    """Return the first lines and the last clause; the first lines alone where the clause would take all of them."""
+    *_, clause = text.rpartition("; ")
+    wrapper = TextWrapper(
+        width, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    last = wrapper.wrap(f"{MORE}{TOGETHER}{clause}") if clause != text else []
+    if last and len(last) < most:
+        return [*lines[: most - len(last)], *last]
+    return [*lines[: most - 1], _shorten_line(lines[most - 1], width)]
 
 
 def _shorten_line(line: str, width: int) -> str:
@@ -84,10 +96,10 @@ def output(*, unbroken: bool = False) -> Console:
     Parameters
     ----------
     unbroken : bool
-        Whether a table may be wider than 80 columns where it is no terminal.
+        Whether a table may be wider than 80 columns where it is no terminal and ``COLUMNS`` is not set.
     """
     console = _Output(highlight=False, markup=False, emoji=False)
-    if unbroken and not console.is_terminal:
+    if unbroken and not console.is_terminal and not os.environ.get("COLUMNS", "").isdecimal():
         console.width = UNBROKEN
     return console
 

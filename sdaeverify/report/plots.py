@@ -2,17 +2,20 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from math import isfinite, isnan, nan
 from operator import attrgetter
+from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..contracts.labels import is_glob, is_named, split_list
 from ..errors import UsageError
 from .cells import Row, number, text
-from .folders import key_of
+from .folders import Key, key_of
+from .paper.axes import SCREEN, axes_of, in_style, label_decades, label_steps, mark_of, save_figure
+from .paper.curves import ErrorCurve, draw_curves
 from .pictures import CLEAR, axis_of, claimed_slopes, known_order, reach
 from .sentences import ABSENT, SYMBOLS
 from .verdict_row import VerdictRow
@@ -24,8 +27,8 @@ else:
 
 # Quantities of the levels, by the number of a coordinate.
 DENSITY = "density of coordinate"
-MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
-MARKERS = "osD^v<>pP*"
+# Inches that a line of tick labels of size 7 takes, and those around the fields of the matrix.
+LINE, AROUND = 0.16, 2.2
 STYLES = {"line": "-C0", "claim": "--C2", "least": ":C1"}
 LabelOf = Callable[[VerdictRow], str]
 PointOf = Callable[[VerdictRow, Row], tuple[float, float]]
@@ -58,22 +61,64 @@ class Plots:
         return f"Pictures of {len(self.rows)} quantities at {len(self.levels)} levels:\n{', '.join(kinds)}"
 
     def convergence(
-        self, scheme: str = "", problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None
+        self,
+        schemes: str | Sequence[str] = "",
+        problem: str = "",
+        measure: str = "strong",
+        quantity: str = "",
+        ax: Axes | None = None,
+        style: str = SCREEN,
     ) -> Axes:
-        """Draw errors against the step size, fitted levels filled, with their slope and that of the claim.
+        """Draw errors against the step size: of one scheme with its fit, or of several with the slopes they claim.
+
+        Of one scheme fitted levels are filled, with their slope and that of the claim. Several schemes have a marker
+        and a colour each, their order along paths in the legend, and a triangle below the data for each order that
+        is claimed. Bars are intervals at the confidence of the run.
 
         Parameters
         ----------
-        scheme, problem, measure, quantity : str, optional
+        schemes : str or sequence of str, optional
+            Labels or globs. Left out: the first there is, in the style of a paper all.
+        problem, measure, quantity : str, optional
             The first there is where left out.
         ax : Axes, optional
+        style : str, optional
+            ``screen``, or ``paper``: the width of a column, its font sizes, no title; `save` writes PDF and PGF.
 
         Raises
         ------
         UsageError
             If there is nothing to draw, or no matplotlib.
         """
-        row = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
+        wanted = {"problem": problem, "measure": measure, "quantity": quantity}
+        with in_style(style):
+            if style == SCREEN and isinstance(schemes, str) and not _is_many(schemes):
+                return self._draw_fit(self._one(scheme=schemes, **wanted), ax)
+            rows = self._rows_of(schemes, wanted)
+            curves = [curve for row in rows if (curve := self._curve(row)).h.size]
+            if not curves:
+                raise UsageError(f"nothing to draw: {rows[0].key} has no levels")
+            label, title = axis_of(rows[0].measure).label, " ".join(rows[0].key[2:])
+            return draw_curves(curves, (label, f"{title} on {rows[0].problem}"), ax, style)
+
+    def save(self, ax: Axes, *files: str | Path) -> None:
+        """Write the figure of some axes: PDF with embedded fonts, PGF for the fonts of a LaTeX document, SVG or PNG.
+
+        Parameters
+        ----------
+        ax : Axes
+            As the other methods return them.
+        *files : str or Path
+            Their suffixes say what is written. PGF needs ``pdflatex``.
+
+        Raises
+        ------
+        UsageError
+            If a suffix is none of these, or a file cannot be written.
+        """
+        save_figure(ax, files)
+
+    def _draw_fit(self, row: VerdictRow, ax: Axes | None) -> Axes:
         ax, points = axes_of(ax), list(self._points(row))
         if not points:
             raise UsageError(f"nothing to draw: {row.key} has no levels")
@@ -88,15 +133,38 @@ class Plots:
         for label, style, order in (*own, *claimed_slopes(row)):
             line = np.exp(middle[1] + order * (np.log(h) - middle[0]))
             ax.plot(h, line, STYLES[style], label=f"{label} {order:.2f}")
-        return _label(ax, str(row.key), "step size h", "error")
+        _label(ax, str(row.key), "step size h", "error")
+        label_steps(ax, h.tolist())
+        label_decades(ax)
+        return ax
+
+    def _rows_of(self, schemes: str | Sequence[str], wanted: dict[str, str]) -> list[VerdictRow]:
+        """Return the rows of schemes that concern the same quantity as the first of them, in their order."""
+        patterns = [
+            each for text in ([schemes] if isinstance(schemes, str) else schemes) for each in split_list(text)
+        ]
+        every: dict[Key, VerdictRow] = {}
+        for pattern in patterns or ["*"]:
+            rows = [row for row in self._choose(**wanted) if is_named(row.scheme, pattern)]
+            every |= {row.key: row for row in rows or [self._one(scheme=pattern, **wanted)]}
+        first = next(iter(every))
+        return [row for key, row in every.items() if key[1:] == first[1:]]
+
+    def _curve(self, row: VerdictRow) -> ErrorCurve:
+        points = [(h, abs(e), reach(self.confidence) * s) for h, e, s, _ in self._points(row) if e]
+        h, error, half = np.array(points, dtype=float).reshape(-1, 3).T
+        order = f" ({row.path.value:.2f})" if row.path.known else ""
+        return ErrorCurve(f"{row.scheme}{order}", row.claimed_order, h, error, half)
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
-        ax, found = axes_of(ax), self._choose(measure=measure)
+        found = self._choose(measure=measure)
         if not found:
             what = f"measure {measure!r:.200}" if measure else "rows"
             raise UsageError(f"nothing to draw: the result has no {what}")
         schemes, problems = sorted({row.scheme for row in found}), sorted({row.problem for row in found})
+        # A field is as wide as a line of text is high, at least: labels of neighbours do not collide.
+        ax = axes_of(ax, (AROUND + 1.6 * LINE * len(problems), AROUND + LINE * len(schemes)))
         for y, scheme in enumerate(schemes):
             for x, problem in enumerate(problems):
                 here = [row.verdict for row in found if (row.scheme, row.problem) == (scheme, problem)]
@@ -109,6 +177,8 @@ class Plots:
         ax.set_yticks(range(len(schemes)), schemes, fontsize=7)
         ax.set_xlim(-0.5, len(problems) - 0.5)
         ax.set_ylim(len(schemes) - 0.5, -0.5)
+        ax.set(xlabel="problem", ylabel="scheme")
+        ax.set_title(measure or "all measures", fontsize=9)
         return ax
 
     def orders(self, measure: str = "strong", scheme: str = "", problem: str = "", ax: Axes | None = None) -> Axes:
@@ -123,11 +193,11 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        ax = axes_of(ax)
         chosen = self._choose(measure=measure, scheme=scheme, problem=problem)
         found = [(row, *known_order(row)) for row in chosen if isfinite(known_order(row)[0].value)]
         if not found:
             raise UsageError(f"nothing to draw: no {measure} order is known")
+        ax = axes_of(ax, (6.4, max(4.8, 0.8 + LINE * len(found))))
         for y, (row, known, sampled) in enumerate(found):
             if isfinite(known.low) and isfinite(known.high):
                 ax.plot([known.low, known.high], [y, y], "-", color="C0")
@@ -189,7 +259,10 @@ class Plots:
         ax, title = self._draw_lines(
             self._one(measure=measure, problem=problem, quantity=quantity), time_and_error, ax, _with_claim
         )
-        return _label(_require_lines(ax, title), title, "seconds a path", "error")
+        _label(_require_lines(ax, title), title, "seconds a path", "error")
+        label_decades(ax, "x")
+        label_decades(ax)
+        return ax
 
     def density(self, scheme: str = "", problem: str = "", coordinate: int = 1, ax: Axes | None = None) -> Axes:
         """Draw the stationary density of a coordinate of the chart under a scheme beside that of the equation.
@@ -228,7 +301,9 @@ class Plots:
         row, axis = self._one(measure=measure, problem=problem, quantity=quantity), axis_of(measure)
         ax, title = self._draw_lines(row, size_and_error, ax)
         _label(ax, title, "step size h", axis.label)
+        label_steps(ax, [float(size) for line in ax.lines for size in np.asarray(line.get_xdata())])
         ax.set_yscale("log" if axis.log else "linear")
+        label_decades(ax)
         if axis.rule is not None:
             ax.axhline(axis.rule, color="0.4", ls="--")
         return ax
@@ -238,11 +313,11 @@ class Plots:
     ) -> tuple[Axes, str]:
         """Draw a line for each scheme, of what a row is about; return the axes and their title."""
         ax, names = axes_of(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
-        for one, marker in zip(self._choose(**names), cycle(MARKERS), strict=False):
+        for place, one in enumerate(self._choose(**names)):
             found = [point(one, level) for level in self._levels(one)]
             points = sorted((x, abs(y)) for x, y in found if x > 0.0 and y)
             if points:
-                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=label(one))
+                ax.plot(*zip(*points, strict=True), **mark_of(place), mfc="none", lw=1, label=label(one))
         return ax, f"{row.measure} {row.quantity} on {row.problem}"
 
     def _choose(self, **wanted: str) -> list[VerdictRow]:
@@ -269,28 +344,13 @@ class Plots:
 FULL = {"refuted", "diverged", "error", "verified"}
 
 
-def axes_of(ax: Axes | None) -> Axes:
-    """Return some axes, new ones where there are none.
-
-    Raises
-    ------
-    UsageError
-        If there is no matplotlib, or they are none.
-    """
-    if ax is not None:
-        if not hasattr(ax, "errorbar"):
-            raise UsageError(f"ax expects the axes of a matplotlib figure, got {ax!r:.200}")
-        return ax
-    try:
-        from matplotlib import pyplot as plt  # noqa: PLC0415 - only pictures need it
-    except ImportError as error:
-        raise UsageError(MISSING) from error
-    return plt.subplots(layout="constrained")[1]
-
-
 def _with_claim(row: VerdictRow) -> str:
     """Return a scheme beside what it claims, and what was found of that."""
     return f"{row.scheme}: {row.claim or 'no claim'} {SYMBOLS[row.verdict][0]}"
+
+
+def _is_many(schemes: str) -> bool:
+    return len(split_list(schemes)) > 1 or is_glob(schemes)
 
 
 def _fits(row: Row, wanted: Mapping[str, str]) -> bool:

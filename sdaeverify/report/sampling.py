@@ -22,7 +22,7 @@ from ..registry.load import load_registry
 from ..registry.selection import only, select_problems, select_schemes
 from ..simulate.ensemble import one_thread
 from ..simulate.tracks import Track, follow
-from .plots import axes_of
+from .paper.axes import axes_of
 from .tables.datasets import dataset
 
 if TYPE_CHECKING:

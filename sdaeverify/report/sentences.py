@@ -27,10 +27,11 @@ SYMBOLS = {
 FIRST = ("verified", "refuted")
 ATTENTION = ("refuted", "diverged", "error", "inconclusive", "not_run")
 ABSENT = "not_applicable"
-BRIEF = ("", "quantity", "claim", "one step", "along paths", "paths from", "by")
+ACCEPTED = "accepted ≥"
+BRIEF = ("", "quantity", "claim", "one step", "along paths", ACCEPTED, "by")
 TIERS = {
     "T0": "by the contract of a step",
-    "T1": "from one step, without sampling, accepted from the order that its reason names",
+    "T1": "from one step, without sampling, with the one-step tolerance that the reason names",
     "T2": "from all steps at once, without sampling",
     "T3": "along paths, which are sampled",
 }
@@ -65,11 +66,11 @@ def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
         "scheme": row.scheme,
         "problem": row.problem,
         "quantity": f"{row.measure} {row.quantity}".strip(),
-        "claim": row.claim if isnan(row.claimed_order) else f">= {row.claimed_order}",
+        "claim": row.claim if isnan(row.claimed_order) else f"{at_least(plain=plain)} {row.claimed_order}",
         "one step": local_order(row),
         "along paths": interval(row.path) or other_value(row),
-        # One step has a threshold of its own, which the reason names.
-        "paths from": "" if isnan(row.claimed_order) else f"{row.claimed_order - row.margin:.3g}",
+        # One step has a tolerance of its own, which the reason names.
+        ACCEPTED: "" if isnan(row.claimed_order) else f"{row.claimed_order - row.margin:.3g}",
         "by": row.decided_by,
         "why": row.reason,
     }
@@ -78,7 +79,7 @@ def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
 
 def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
     """Return the table of the quantities of a cell, each line in the style of its verdict."""
-    table = empty_table(*BRIEF)
+    table = empty_table(*(_in_letters(heading) if plain else heading for heading in BRIEF))
     for row in rows:
         told = in_cells(row, plain=plain)
         table.add_row(*(Text(told[name]) for name in BRIEF), style=SYMBOLS[row.verdict][2])
@@ -86,18 +87,20 @@ def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
 
 
 def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Text | Table]:
-    """Yield what was found of each quantity, a table for each cell."""
-    for (scheme, problem), found in grouped(rows, lambda row: (row.scheme, row.problem)).items():
+    """Yield what was found of each quantity, a table for each cell, and what their columns mean below the last."""
+    every = list(rows)
+    for (scheme, problem), found in grouped(every, lambda row: (row.scheme, row.problem)).items():
         yield Text(f"\n{visible(f'{scheme} on {problem}')}")
         yield quantity_table(found, plain=plain)
-        yield from _tiers_in_words(found)
+    yield from _tiers_in_words(every, plain=plain)
 
 
-def _tiers_in_words(rows: Sequence[VerdictRow]) -> Iterator[Text]:
-    """Yield in a line what the tiers of a table mean, and from which order on paths verify a claim."""
+def _tiers_in_words(rows: Sequence[VerdictRow], *, plain: bool) -> Iterator[Text]:
+    """Yield in a line what the tiers of tables mean, and from which order on paths verify a claim."""
     told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
     if not all(isnan(row.claimed_order) for row in rows):
-        told.append("paths from: least order along paths that is accepted")
+        heading = _in_letters(ACCEPTED) if plain else ACCEPTED
+        told.append(f"{heading}: the claim less its margin, which an order along paths may miss it by")
     if told:
         yield Text("; ".join(told), style="dim")
 
@@ -176,11 +179,23 @@ def local_order(row: VerdictRow, digits: int = 2) -> str:
     return "" if isnan(row.local_order) else f"{row.local_order:.{digits}f}"
 
 
-def claim_in_words(row: VerdictRow) -> str:
-    """Return a claim with its margin, which is one of orders along paths: reasons name that of one step."""
+def claim_in_words(row: VerdictRow, *, plain: bool = False) -> str:
+    """Return a claim with the least order along paths that verifies it: reasons name the tolerance of one step."""
     if not row.claim:
         return "no claim"
-    return row.claim + (f" (margin {row.margin:g} along paths)" if not isnan(row.margin) else "")
+    if isnan(row.claimed_order) or isnan(row.margin):
+        return row.claim
+    sign = at_least(plain=plain)
+    return f"order {sign} {row.claimed_order} (sampled: {sign} {row.claimed_order - row.margin:.3g})"
+
+
+def at_least(*, plain: bool = False) -> str:
+    """Return the sign of a lower bound, in letters where only ASCII can be shown."""
+    return _in_letters("≥") if plain else "≥"
+
+
+def _in_letters(text: str) -> str:
+    return text.replace("≥", ">=")
 
 
 def resolution_in_words(row: VerdictRow) -> str:
@@ -212,7 +227,7 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False) -> list[
     """
     local = local_order(row, 3)
     told = [
-        claim_in_words(row),
+        claim_in_words(row, plain=plain),
         local and f"local order {local}",
         f"order along paths {interval(row.path, 3)}" if row.path.known else "",
         other_value(row),
@@ -272,9 +287,10 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
     measures = grouped(group, lambda one: one.measure).items()
     what = [f"{name} {_some_of([one.quantity for one in found])}".strip() for name, found in measures]
     found = estimate_in_words(row)
-    claims = dict.fromkeys(claim_in_words(one) for one in group if one.claim) or [claim_in_words(row)]
-    claim = visible(" and ".join(claims)).replace(" >= ", f"{TOGETHER}>={TOGETHER}")
-    claim = claim.replace("(margin ", f"(margin{TOGETHER}") + (f", found {found}" if found else "")
+    claims = dict.fromkeys(claim_in_words(one, plain=plain) for one in group if one.claim) or ["no claim"]
+    sign = at_least(plain=plain)
+    claim = visible(" and ".join(claims)).replace(f" {sign} ", f"{TOGETHER}{sign}{TOGETHER}")
+    claim = claim.replace("(sampled: ", f"(sampled:{TOGETHER}") + (f", found {found}" if found else "")
     symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{WORDS.get(row.verdict, row.verdict)}"
     where = visible(f"{_some_of(schemes)} on {row.problem}, {', '.join(what)}")
     joint = " not tested: " if row.verdict == "error" and any(one.claim for one in group) else ". "

@@ -217,7 +217,10 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = f"paths show no order: bias {resolved:.1f} standard errors, {RESOLVED:g} needed"
+        noise = (
+            f"the bias is below the sampling noise ({resolved:.1f} of the {RESOLVED:g} standard errors needed), "
+            "so paths neither confirm nor contradict the order"
+        )
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

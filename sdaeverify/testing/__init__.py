@@ -3,7 +3,8 @@
 ::
 
     from sdaeverify.testing import check_problem, check_scheme
-    from sdaeverify.testing import parametrize_with_checks, parametrize_with_claims, parametrize_with_hunts
+    from sdaeverify.testing import parametrize_with_benchmarks, parametrize_with_checks
+    from sdaeverify.testing import parametrize_with_claims, parametrize_with_hunts
 
     failed = [row for row in check_scheme(MyScheme()) if row["status"] == "failed"]
 
@@ -18,6 +19,10 @@
     @parametrize_with_hunts([MyScheme()])
     def test_no_counterexample(subject, check):
         check(subject)
+
+    @parametrize_with_benchmarks([MyScheme()])
+    def test_speed(benchmark, timing):
+        timing(benchmark)
 
 `check_scheme` and `check_problem` need no pytest and raise nothing for a check that fails. `checks` returns the
 tables below.
@@ -143,6 +148,7 @@ controls (truths)
     Expect the positive control of each order to be verified, and the negative one to be refuted.
 """
 
+from .benchmarks import parametrize_with_benchmarks
 from .check import LEVEL, Check
 from .claims import parametrize_with_claims
 from .hunts import parametrize_with_hunts
@@ -155,6 +161,7 @@ __all__ = [
     "check_problem",
     "check_scheme",
     "checks",
+    "parametrize_with_benchmarks",
     "parametrize_with_checks",
     "parametrize_with_claims",
     "parametrize_with_hunts",

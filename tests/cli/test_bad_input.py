@@ -161,7 +161,7 @@ def test_a_step_that_raises_is_an_error_of_its_claim(quick, call, odd_scheme, tm
 
     line = (tmp_path / "odd_plugin.py").read_text().splitlines().index(f"        {narrow}") + 1
     raised = f"a step of few paths raises AssertionError: no message (odd_plugin.py:{line})"
-    told = f"order >= 1.0 (margin 0.2 along paths) not tested: {raised}"
+    told = f"order ≥ 1.0 (sampled: ≥ 0.8) not tested: {raised}"
     assert (outcome.code, outcome.err) == (3, "")
     assert f"! in error: odd on gbm, strong: {told}" in in_one_line(outcome.out)
     (details,) = rows_of("reports/latest/details/strong.csv")
@@ -180,7 +180,7 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
     outcome = quick("--plugin", odd_problem(problem), "-p", "zz-odd,gbm", "-s", "milstein", "-m", "strong")
 
     assert (outcome.code, outcome.err) == (3, "")
-    told = "order >= 1.0 (margin 0.2 along paths) not tested: problem zz-odd cannot be built: initial data violate"
+    told = "order ≥ 1.0 (sampled: ≥ 0.8) not tested: problem zz-odd cannot be built: initial data violate"
     assert f"! in error: milstein on zz-odd, strong: {told}" in in_one_line(outcome.out)
     assert "exit code 3: cells could not be measured" in outcome.out
 
@@ -237,7 +237,7 @@ def test_wrong_scheme(call, odd_scheme):
     )
 
     assert outcome.code == 1
-    told = "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2 along paths). Not exact on dx = S dW"
+    told = "✗ refuted: odd on gbm, strong: order ≥ 1.0 (sampled: ≥ 0.8). Not exact on dx = S dW"
     assert told in in_one_line(outcome.out)
     assert outcome.out.endswith("exit code 1: a claim is refuted\n")
 

@@ -68,8 +68,19 @@ def test_a_broken_scheme_from_a_file(call, write):
     assert "\x1b" not in outcome.out
 
 
-def test_one_fault_is_told_once(call, write):
+def test_a_forgotten_step_is_told_first(call, write, monkeypatch):
+    """A step that returns its state in place of Step(state) is told as that, before what it leads to."""
+    monkeypatch.delenv("COLUMNS")
+    plugin = write(HOSTILE.replace("raise ValueError(", "return state if h else str("))
+    lines = call("check", "hostile", "-p", "ou", "--plugin", plugin).out.splitlines()
+
+    of_steps = [line for line in lines if line.startswith("failed") and "  source  " not in line]
+    assert "step returned ndarray, expected Step(state)" in of_steps[0]
+
+
+def test_one_fault_is_told_once(call, write, monkeypatch):
     """A step that raises fails many checks: one line with their number, and a row for each for programs."""
+    monkeypatch.delenv("COLUMNS")
     plugin = write(HOSTILE)
     outcome = call("check", "hostile", "-p", "ou,gbm", "--plugin", plugin)
     rows = json.loads(call("check", "hostile", "-p", "ou,gbm", "--plugin", plugin, "--json").out)

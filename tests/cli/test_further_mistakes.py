@@ -77,7 +77,7 @@ MISTAKES = {
         "matrix -p gbm,oo -j 1 --dry-run": "unknown problem 'oo'; sdaeverify list problems shows all",
         "matrix -p problems/gbm.py -j 1 --dry-run": "sdaeverify list problems shows all",
         "matrix -p 'gbm[horizon=0]' -s milstein -j 1 --dry-run": "horizon must be a positive time, got 0.0",
-        "matrix -s gbm -j 1 --dry-run": "unknown scheme 'gbm'; sdaeverify list schemes shows all",
+        "matrix -s gbm -j 1 --dry-run": "expected a scheme, 'gbm' is a problem; sdaeverify list schemes shows all",
         "matrix -s euler_maruyama -j 1 --dry-run": "did you mean euler-maruyama?",
         "matrix -s 'milstein[order=2]' -j 1 --dry-run": "no parameter 'order' (known: none)",
         "matrix -s all -j 1 --dry-run": "sdaeverify list schemes shows all",

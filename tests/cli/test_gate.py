@@ -218,8 +218,28 @@ def test_a_gate_of_everything_says_why(project, monkeypatch, tmp_path):
     names = f"note: {tmp_path}/pyproject.toml names no schemes, plugins or project"
     assert f"{names}: the claims of all" in project(*few).out
 
-    monkeypatch.setattr("sdaeverify.gate.policy._nearest", lambda _: None)
-    assert "note: no pyproject.toml is here or above: the claims of all" in project(*few, "--tier", "smoke").out
+
+def test_a_gate_tells_what_changed(project):
+    """Against the folder of an earlier gate; one that is missing stops the gate before anything runs."""
+    project("--out", "base", "-s", "right")
+    told = project("--against", "base").out
+
+    assert "note: against base: " in told
+    assert "not gated before, refuted now" in told
+    assert "right on gbm" not in told.replace("random members", "")
+    missing = project("--against", "nowhere")
+    assert missing.code == ExitCode.USAGE
+    assert "--against: cannot read nowhere" in missing.err
+
+
+def test_a_gate_without_a_project_asks_for_one(call):
+    """In an empty folder nothing runs: one line says that a project is missing, and how all schemes are gated."""
+    outcome = call("gate", "-j", "1")
+
+    assert outcome.code == ExitCode.USAGE
+    assert "no pyproject.toml is here or above, so there is no project to gate" in outcome.err
+    assert "-s '*' for all schemes" in outcome.err
+    assert not Path("reports").exists()
 
 
 def test_missing_lock(project):

@@ -23,8 +23,9 @@ def test_no_command(call):
     assert call().out == call("--help").out
 
 
-def test_list_of_everything(call):
-    """All four kinds are listed, each thing on one line where the output is no terminal."""
+def test_list_of_everything(call, monkeypatch):
+    """All four kinds are listed, each thing on one line where the output is no terminal of a known width."""
+    monkeypatch.delenv("COLUMNS")
     outcome = call("list")
 
     assert (outcome.code, outcome.err) == (0, "")
@@ -32,6 +33,14 @@ def test_list_of_everything(call):
     assert "truncation=theory, no_root=hold HolonomicSDAE Position along the old normal" in " ".join(line.split())
     assert line.rstrip().endswith("sdaeverify-schemes.projections.half_explicit_euler")
     assert "sdaeverify-schemes.milstein" in outcome.out
+
+
+@pytest.mark.parametrize("columns", ["60", "120"])
+def test_a_list_heeds_the_columns_that_are_asked_for(call, monkeypatch, columns):
+    """Also where a pager reads it: no line is longer than COLUMNS."""
+    monkeypatch.setenv("COLUMNS", columns)
+
+    assert max(map(len, call("list", "measures").out.splitlines())) == int(columns)
 
 
 def test_list_on_a_terminal(call, monkeypatch):
@@ -79,6 +88,7 @@ def test_plugin_file_is_listed(call, odd_scheme):
 def test_status_of_plugins(call, monkeypatch):
     """The list of plugins gives status and reason."""
     monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "sdaeverify-schemes.milstein")
+    monkeypatch.delenv("COLUMNS")
 
     outcome = call("list", "plugins")
 

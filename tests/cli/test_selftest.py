@@ -81,8 +81,9 @@ def test_interrupt(selftest, odd_bug, monkeypatch):
     assert outcome.out == ""
 
 
-def test_planted_schemes_are_no_schemes(call):
+def test_planted_schemes_are_no_schemes(call, monkeypatch):
     """A planted scheme is neither listed nor selected among the schemes; plugins say how many they bring."""
+    monkeypatch.delenv("COLUMNS")
     listed = call("list", "schemes").out
     plugins = [line.split() for line in call("list", "plugins").out.splitlines() if "planted.higher_orders" in line]
 

@@ -106,7 +106,7 @@ def test_show_tells_of_a_cell_why_and_how_again(finished, call):
     """Claim, margin, orders, tier and guard of each quantity, the command, and why the rest does not apply."""
     told = call("show", "out", "milstein", "gbm").out
     words = " ".join(told.split())
-    assert "x: order >= 1.0 (margin 0.2 along paths); local order 1.000; order along paths" in words
+    assert "x: order ≥ 1.0 (sampled: ≥ 0.8); local order 1.000; order along paths" in words
     assert "decided by T1; guarded by paths, exact solution" in words
     assert "again: python -m sdaeverify matrix -s milstein -p gbm -m strong" in told
 
@@ -135,8 +135,8 @@ def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
     assert "milstein on gbm" in told
     assert max(map(len, told.splitlines())) <= 80
     (row,) = [line.split() for line in told.splitlines() if line.startswith("✓  strong x ")]
-    assert [*row[3:6], *row[-2:]] == [">=", "1.0", "1.00", "0.8", "T1"]
-    note = "T1: from one step, without sampling, accepted from the order that its reason names"
+    assert [*row[3:6], *row[-2:]] == ["≥", "1.0", "1.00", "0.8", "T1"]
+    note = "T1: from one step, without sampling, with the one-step tolerance that the reason names"
     assert note in " ".join(told.split())
 
 
@@ -166,11 +166,13 @@ def test_the_first_contact_is_a_table_and_a_page(call):
     lines = outcome.out.splitlines()
     assert outcome.code == 0
     assert lines[1] == "euler-maruyama on gbm"
-    assert lines[2].split() == ["quantity", "claim", "one", "step", "along", "paths", "paths", "from", "by"]
+    assert lines[2].split() == ["quantity", "claim", "one", "step", "along", "paths", "accepted", "≥", "by"]
     assert max(map(len, lines)) <= 80
     assert "half-explicit-euler on pendulum" in lines
     assert "The page with the pictures is first/report.html: open it in a browser." in lines
     assert Path("first/report.html").is_file()
+    # What the columns mean is told once, below the last table.
+    assert sum(line.startswith("T1: from one step") for line in lines) == 1
 
 
 def test_a_shell_completes_commands(call, monkeypatch):
@@ -181,6 +183,28 @@ def test_a_shell_completes_commands(call, monkeypatch):
     monkeypatch.setenv("COMP_WORDS", "sdaeverify ma")
     monkeypatch.setenv("COMP_CWORD", "1")
     assert call().out == "plain,matrix\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("matrix -s half-ex", ["half-explicit-euler"]),
+        ("matrix -s heun,half-ex", ["heun,half-explicit-euler"]),
+        ("matrix -p noisy-c", ["noisy-circuit"]),
+        ("gate -m stro", ["strong"]),
+        ("choose noisy-c", ["noisy-circuit"]),
+        ("info noisy-c", ["noisy-circuit"]),
+        ("check half-ex", ["half-explicit-euler"]),
+        ("matrix -s nobody", []),
+        ("matrix --plugin missing.py -s half-ex", []),
+    ],
+)
+def test_a_shell_completes_names(call, monkeypatch, words, told):
+    """Of schemes, problems and measures, also the last one of a list; a plugin that is missing completes nothing."""
+    monkeypatch.setenv("_SDAEVERIFY_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"sdaeverify {words}")
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
+    assert call().out.split() == [f"plain,{name}" for name in told]
 
 
 @pytest.mark.parametrize("given", [{}, {"_SDAEVERIFY_COMPLETE": "bash_complete"}], ids=["version", "completion"])

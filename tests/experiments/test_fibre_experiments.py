@@ -1,6 +1,8 @@
 """The experiments on fibres: their norms, their shared noise, and small runs of them."""
 
+import csv
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -176,3 +178,15 @@ def test_runs_share_what_the_experiment_says(registry):
     assert noises["0.1", 8] != noises["0.0001", 8]
     assert all(isinstance(noise, SharedNoise) for noise in noises.values())
     assert {A, B} <= {run.scheme for run in convergence.sdaeverify_experiments()[0].work(Budget.FULL).values()}
+
+
+def test_a_step_of_b_costs_a_fraction_with_gram_matrices_alone():
+    """As the note of figure 4.4 says: in the kept table dense Newton systems cost more than (A) from 20 points on."""
+    file = Path(__file__).parents[2] / "reports" / "papers" / "lindner-2018-figure-4-4-right" / "table.csv"
+    with file.open(newline="", encoding="utf-8") as table:
+        rows = [row for row in csv.DictReader(table) if row["group"].startswith("seconds")]
+    ratios = {(row["scheme"], int(row["N"])): float(row["value"]) for row in rows}
+
+    assert max(ratio for (name, _), ratio in ratios.items() if name == "(B), Gram") < 0.1
+    assert min(ratio for (name, n), ratio in ratios.items() if name == "(B), Newton" and n >= 20) > 1.0
+    assert ratios["(B), Newton", 5] < 1.0

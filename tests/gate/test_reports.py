@@ -1,11 +1,16 @@
 """Reports: JSON, a summary and words."""
 
 import json
+from dataclasses import replace
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from facade import FailingClaim, Policy, markdown_report
+from sdaeverify import UsageError
+from sdaeverify.gate.against import changes, read_gate
+from sdaeverify.gate.outcomes import Status
 from sdaeverify.gate.words import json_report, text_report
 from sdaeverify.measuring import Method, Verdict
 
@@ -47,11 +52,68 @@ def test_no_command_without_a_name():
 def test_summary_stays_in_its_block(reason, kind, line):
     """No text ends the block that the summary stands in, or begins a line of it."""
     found = result(Verdict.REFUTED, scheme=Plain(kind), reason=reason)
-    _, _, first, *lines, last = markdown_report(gated(found, violations=(line,))).splitlines()
+    told = markdown_report(gated(found, violations=(line,))).splitlines()
+    first, last = (place for place, text in enumerate(told) if text.startswith("~"))
 
-    assert first == last == "~~~~"
-    assert not any(text.startswith("~") for text in lines)
-    assert all(text.isprintable() for text in lines)
+    assert told[first] == told[last] == "~~~~"
+    assert told[last + 1 :] == ["", "</details>"]
+    assert all(text.isprintable() for text in told)
+    # Outside of the block texts of plugins are cells of tables, in which nothing is markup.
+    tables = [text for text in told[:first] if text.startswith("|")]
+    assert {text.replace("\\|", "").count("|") for text in tables if text.count("---") != 6} <= {3, 7}
+    assert not any(letter in text for text in tables for letter in ("<", "`", "]("))
+
+
+def test_summary_has_tables():
+    """Claims that did not pass, schemes with their counts, and, against an earlier gate, what changed."""
+    found = gated(result(Verdict.VERIFIED), result(Verdict.REFUTED, quantity="y", reason="Too low."))
+    told = markdown_report(found)
+    assert "| refuted | plain | line | sharp y | order >= 1.0 up to a margin of 0.2 | Too low. |" in told
+    assert "| scheme | verified | refuted |" in told
+    assert "| plain | 1 | 1 |" in told
+    assert "What changed" not in told
+
+    before = {outcome.key: Status.PASSED for outcome in found.outcomes}
+    changed = replace(found, changes=changes(before, found.outcomes, narrowed=False))
+    assert "| plain | line | sharp y | verified | **refuted** |" in markdown_report(changed)
+    assert "changed: plain on line, sharp y: verified before, refuted now" in [*text_report(changed)]
+    assert json_report(changed)["changes"] == [
+        {
+            "scheme": "plain",
+            "problem": "line",
+            "measure": "sharp",
+            "quantity": "y",
+            "before": "verified",
+            "now": "refuted",
+        }
+    ]
+    assert "No claim has another status than before." in markdown_report(replace(found, changes=()))
+
+
+def test_what_is_new_or_gone_is_a_change():
+    """A claim of one of the two gates alone; a selection does not make the others gone."""
+    new, old = gated(result(Verdict.VERIFIED, quantity="new")).outcomes, gated(result(Verdict.REFUTED)).outcomes
+    before = {outcome.key: outcome.status for outcome in old}
+
+    told = [(each.key.quantity, each.before, each.now) for each in changes(before, new, narrowed=False)]
+    assert told == [("new", "not gated", "verified"), ("x", "refuted", "not gated")]
+    assert [each.key.quantity for each in changes(before, new, narrowed=True)] == ["new"]
+    assert changes(before, old, narrowed=False) == ()
+
+
+def test_an_earlier_gate_is_read(tmp_path):
+    """Its statuses come back; a file that no gate has written, or none, is told in one line."""
+    found = gated(result(Verdict.VERIFIED), result(Verdict.REFUTED, quantity="y"))
+    file = tmp_path / "gate.json"
+    file.write_text(json.dumps(json_report(found)))
+    assert read_gate(tmp_path) == read_gate(file) == {outcome.key: outcome.status for outcome in found.outcomes}
+
+    for text in ("{", "[]", '{"outcomes": [{}]}', '{"outcomes": [{"status": "odd"}]}', "\xff"):
+        file.write_text(text)
+        with pytest.raises(UsageError, match=r"--against: .* is no gate\.json"):
+            read_gate(tmp_path)
+    with pytest.raises(UsageError, match="--against: cannot read"):
+        read_gate(tmp_path / "missing")
 
 
 def test_summary_of_many():
@@ -59,7 +121,8 @@ def test_summary_of_many():
     lines = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(202)))).splitlines()
 
     assert "and 2 more that fail, see gate.json" in lines
-    assert lines[-2].split() == ["scheme", "plain", "202"]
+    assert "| plain | 202 |" in lines
+    assert "and 2 more, see gate.json" in lines
 
 
 def test_words():

@@ -98,7 +98,7 @@ ROUGH = {"problem": replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
 OPEN, RIGHT, WRONG = Verdict.INCONCLUSIVE, Verdict.VERIFIED, Verdict.REFUTED
 # Errors, what else is given, the verdict, and what the reason says.
 CASES = {
-    "an order of 1/2": (errors(0.5), {}, WRONG, "claimed 1.0"),
+    "an order of 1/2": (errors(0.5), {}, WRONG, "claim 1.0"),
     "an interval around claim - margin": (scattered(H**0.8, 400, 6), {}, OPEN, "paths would decide"),
     **{f"a limit off by {off}": (errors(1.0, limit=off), {}, WRONG, "") for off in (0.02, 0.3, 0.9, 3.0)},
     "steps that do not resolve the solution": (

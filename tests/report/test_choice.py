@@ -48,6 +48,16 @@ def test_the_least_work_comes_first_and_what_is_not_known_last():
     assert [math.isfinite(one.seconds) for one in found.found] == [True, True, False, False]
 
 
+def test_choices_are_a_table():
+    """A row for each scheme in its order; a notebook shows it, texts of plugins as texts."""
+    found = chosen(curve("<b>", [0.8, 0.4, 0.2, 0.1]), curve("b", [0.8, 0.4, 0.2, 0.15]), accuracy=0.1)
+    assert found.table.scheme.tolist() == ["<b>", "b"]
+    assert found.table.steps.tolist() == [64.0, 96.0]
+    assert "&lt;b&gt;" in found._repr_html_()
+    assert "<b>b" not in found._repr_html_()
+    assert "an error of 0.1" in found._repr_html_()
+
+
 def test_errors_that_rise_again_do_not_count_as_reached():
     """An accuracy is reached where all finer levels have it, too: a zero of the error is no accuracy."""
     (one,) = chosen(curve("a", [0.8, 0.01, 0.3, 0.1]), accuracy=0.2).found

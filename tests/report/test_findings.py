@@ -54,7 +54,8 @@ def test_noise_is_no_order_and_the_local_order_stays():
     reading = read_finding(weak())
     assert not reading.path.known
     assert reading.local_order == 0.9988
-    assert reading.reason == "Local order 0.480; paths show no order: bias 0.2 standard errors, 3 needed."
+    noise = "the bias is below the sampling noise (0.2 of the 3 standard errors needed)"
+    assert reading.reason == f"Local order 0.480; {noise}, so paths neither confirm nor contradict the order."
 
 
 def test_errors_that_change_sign_tell_no_order():

@@ -195,7 +195,7 @@ def test_pictures_show_the_numbers_of_the_tables(shown):
     slopes = page.run("[...document.querySelectorAll('[data-slope]')].map(one => +one.dataset.slope)")
     assert sorted(slopes) == [0.3, 0.392, 0.5]
     text = page.run("document.querySelector('main').innerText")
-    claim = "order >= 0.5 (margin 0.2 along paths)"
+    claim = "order ≥ 0.5 (sampled: ≥ 0.3)"
     for told in (claim, "local order (T1)", "paths, exact solution", "0.39 [0.36, 0.43]"):
         assert told in text
     assert "a mean difference is 0.2 standard errors" in text

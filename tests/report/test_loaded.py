@@ -11,6 +11,8 @@ import pytest
 
 from sdaeverify import SDE, Claim, Scheme, Step, UsageError, load, sample, verify
 from sdaeverify.numerics import apply
+from sdaeverify.report.tables.datasets import dataset_of_levels
+from sdaeverify.report.tables.rows import table_of
 
 SMALL = {"paths": 200, "levels": 3}
 
@@ -132,19 +134,42 @@ def test_representations_are_short(made):
 
 @pytest.mark.long
 def test_results_and_paths_as_datasets(made):
-    """Each level is beside the row of its quantity; a component has time, index and path."""
+    """Each level is selected by the names of its quantity and its step size; a component has time, index and path."""
     pytest.importorskip("xarray", reason="needs the extra xarray")
     result, paths = made[0], sample("milstein", "gbm", steps=8, paths=3)
     found, own = result.to_xarray(), paths.to_xarray()
 
-    assert found.sizes == {"row": len(result.verdicts), "level": 3}
-    of_rows = result.levels.groupby(["scheme", "problem", "measure", "quantity"]).estimate.agg(list)
-    for row in range(found.sizes["row"]):
-        key = tuple(str(found[name][row].item()) for name in of_rows.index.names)
-        told = found.estimate[row].to_numpy()
-        assert told[~np.isnan(told)].tolist() == of_rows.get(key, [])
+    names = ["scheme", "problem", "measure", "quantity"]
+    assert found.sizes["row"] == len(result.verdicts)
+    for level in result.levels.to_dict("records"):
+        told = found.estimate.sel({**{name: level[name] for name in names}, "h": level["h"]})
+        assert level["estimate"] in np.atleast_1d(told.to_numpy())
+    assert int((~np.isnan(found.estimate)).sum()) == result.levels.estimate.notna().sum()
+    of_one = found.sel(scheme="milstein", problem="gbm")
+    assert (
+        0 < of_one.verdict.size == (result.verdicts[["scheme", "problem"]] == ["milstein", "gbm"]).all(axis=1).sum()
+    )
     assert own.x.dims == ("time", "x_index", "path")
     assert (own.x.to_numpy() == paths["x"]).all()
+
+
+def test_densities_have_a_dimension_of_their_own():
+    """Several rows of one quantity at one step size are points: none of them is lost."""
+    pytest.importorskip("xarray", reason="needs the extra xarray")
+    names = {"scheme": "a", "problem": "b", "measure": "invariant", "quantity": "density"}
+    levels = pd.DataFrame([{**names, "h": 0.5, "estimate": each} for each in (1.0, 2.0, 3.0)])
+    found = dataset_of_levels(pd.DataFrame([{**names, "verdict": "verified"}]), levels)
+
+    assert found.estimate.sel(scheme="a", h=0.5).to_numpy().ravel().tolist() == [1.0, 2.0, 3.0]
+
+
+def test_no_column_is_an_object_because_a_row_is_empty(made):
+    """Whole numbers and truth values are of a nullable type."""
+    table = table_of([{"seen": True, "count": 1}, {"seen": None, "count": None}])
+
+    assert [str(kind) for kind in table.dtypes] == ["boolean", "Int64"]
+    assert "boolean" in map(str, made[0].levels.dtypes)
+    assert "object" not in map(str, made[0].levels.dtypes)
 
 
 def test_without_xarray(made, monkeypatch):

@@ -28,7 +28,7 @@ def test_a_result_shows_itself_as_html():
     """A table with claim, margin, both orders and tier, what needs attention first."""
     told = result_html(read(verdict(), verdict(scheme="bad", verdict="refuted")))
     assert told.index("bad") < told.index("some-euler")
-    cells = "<td>&gt;= 0.5</td><td>0.48</td><td>0.39 [0.36, 0.43]</td><td>0.3</td><td>T1</td>"
+    cells = "<td>≥ 0.5</td><td>0.48</td><td>0.39 [0.36, 0.43]</td><td>0.3</td><td>T1</td>"
     assert cells in "".join(line.strip() for line in told.splitlines())
 
 

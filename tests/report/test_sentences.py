@@ -7,10 +7,21 @@ import pytest
 
 from facade import read_verdicts
 from report.rows import read, verdict, weak
+from sdaeverify.report.plain import wrap_text
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 WIDTHS = [60, 132]
+
+
+def test_what_is_left_out_is_the_middle():
+    """A text that is too long keeps its last clause, which often says what to do; without clauses its beginning."""
+    lines = wrap_text(f"a reason {'of many words ' * 20}; take smaller steps", 40, "    ", 4)
+    assert len(lines) == 4
+    assert lines[0].startswith("a reason of many words")
+    assert lines[-1] == "    … take smaller steps"
+    assert wrap_text("word " * 100, 40, "", 3)[-1].endswith(" …")
+    assert wrap_text(f"a; {'word ' * 100}", 40, "", 3)[0].startswith("a; word")
 
 
 def end_of(rows, width=80, notes=("exit code 0: no claim is refuted",)):
@@ -65,7 +76,7 @@ def test_what_is_wrong_is_told_with_claim_margin_estimate_and_reason():
     ]
     lines = end_of(rows, 200)
     assert lines[1] == (
-        "✗ refuted: a on gbm, strong x: order >= 0.5 (margin 0.2 along paths), "
+        "✗ refuted: a on gbm, strong x: order ≥ 0.5 (sampled: ≥ 0.3), "
         "found 0.39 [0.36, 0.43] along paths. local order 0.1"
     )
     assert lines[2].startswith("? inconclusive: b on gbm, strong x: ")

@@ -10,7 +10,7 @@ import re
 import shutil
 import sys
 from collections.abc import Mapping
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -145,7 +145,13 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
 
 def fill_in(names: Names) -> Mapping[str, str]:
     """Return the text of each file by its path, relative to the folder of the plugin."""
-    values = {**names._asdict(), "scheme": names.scheme, "problem": names.problem, "version": version("sdaeverify")}
+    values = {
+        **names._asdict(),
+        "scheme": names.scheme,
+        "problem": names.problem,
+        "version": version("sdaeverify"),
+        "repository": repository(),
+    }
     template = files(__package__) / "template"
 
     def fill(text: str) -> str:
@@ -154,6 +160,12 @@ def fill_in(names: Names) -> Mapping[str, str]:
     texts = {fill(path): fill((template / f"{name}.txt").read_text(encoding="utf-8")) for path, name in FILES.items()}
     # As the gate would write it: where the names of this plugin belong depends on them.
     return texts | {LOCK: claims_on_lines(json.loads(texts[LOCK]))}
+
+
+def repository() -> str:
+    """Return the address of the repository of sdaeverify, as its metadata tell it."""
+    links = dict(link.split(", ", 1) for link in metadata("sdaeverify").get_all("Project-URL") or ())
+    return str(links["Repository"])
 
 
 def _require_empty(folder: Path) -> None:

@@ -114,7 +114,7 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
     if np.isinf(order):
         return _rounding_opinion(record)
     bound = claim - TOLERANCE
-    text = f"size ~ h^{order:.2f} in one step; claimed {claim}, accepted from {bound:.3g}"
+    text = f"size ~ h^{order:.2f} in one step; claim {claim}, one-step tolerance {TOLERANCE:.3g}"
     if min(order, ahead) >= bound:
         return local_opinion(Verdict.VERIFIED, text)
     if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:

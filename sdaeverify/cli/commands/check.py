@@ -17,6 +17,7 @@ from ...report.cells import grouped
 from ...report.plain import text_table
 from ...testing.questions import Question, Row, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
+from ..completion import names_of
 from ..console import output, output_to_stderr, print_json
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
@@ -33,7 +34,9 @@ STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Put schemes and problems to the conformance kit.")
-@click.argument("names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True)
+@click.argument(
+    "names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True, shell_complete=names_of("schemes", "problems")
+)
 @click.option(
     "-p", "--problems", multiple=True, help="Problems that schemes are put to.  [default: three small ones]"
 )

@@ -18,6 +18,7 @@ from ...report.plain import empty_table, visible, wrap_text
 from ...report.sentences import SYMBOLS, mark
 from ...report.tables.choice import ERRORS, FARTHEST, STATIONARY, Choice, Choices
 from .. import options
+from ..completion import names_of
 from ..console import complain, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
@@ -37,11 +38,11 @@ OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
-@click.argument("problem", metavar="PROBLEM[PARAMETERS]")
+@click.argument("problem", metavar="PROBLEM[PARAMETERS]", shell_complete=names_of("problems"))
 @options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Of which errors.")
 @options.once("--quantity", metavar="NAME", help="Of which component or observable.  [default: the first]")
 @options.once("--accuracy", type=float, help="Error that is wanted.  [default: what half of the schemes reach]")
-@click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {options.SELECTION}")
+@options.selected("-s", "schemes", f"Schemes. {options.SELECTION}")
 @options.once(
     "--run", type=options.PLACE, metavar="DIR", help="Take errors and times of a finished run; run nothing."
 )

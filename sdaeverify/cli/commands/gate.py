@@ -40,6 +40,7 @@ SEEDS = ("fixed", "date")
 @once("--out", type=PLACE, default=FOLDER, help="Folder of gate.json and of the run.")
 @jobs
 @progress_of_cells
+@once("--against", type=PLACE, metavar="DIR", help="Tell what changed against an earlier gate, by its gate.json.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
 @limits
 @click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
@@ -55,6 +56,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
     policy = policy_of(options)
     if options["write_lock"] and is_narrowed(options):
         raise UsageError("--write-lock needs all that the policy selects: leave out -s, -p and -m")
+    _require_project(policy)
     on_github = os.environ.get(GITHUB) == "true"
     with fence(click.echo) if on_github else nullcontext():
         gated, code = _run_gate(policy, tuple(context.obj), options)
@@ -73,6 +75,15 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
         options["jobs"],
     )
     return carry_out_gate(policy, registry, arguments, options, held_to)
+
+
+def _require_project(policy: Policy) -> None:
+    """Refuse to gate all installed schemes unless they are asked for: that takes long, and gates no project."""
+    if policy.file is None and not (policy.plugins or policy.schemes):
+        raise UsageError(
+            "no pyproject.toml is here or above, so there is no project to gate; go to its folder, or give --config "
+            "FILE, --plugin FILE, or -s '*' for all schemes that are installed"
+        )
 
 
 def policy_of(options: dict[str, Any]) -> Policy:

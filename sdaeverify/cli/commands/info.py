@@ -23,6 +23,7 @@ from ...contracts.specs import ProblemSpec
 from ...contracts.spelling import did_you_mean
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
+from ...forms.guides import guide_of
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
@@ -30,6 +31,7 @@ from ...registry.contributions import Registered
 from ...registry.load import Registry
 from ...report.passports import Passport, docstring, measure_passport, problem_passport, scheme_passport
 from ...report.plain import visible
+from ..completion import names_of
 from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
@@ -40,7 +42,7 @@ LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parame
 
 
 @click.command(short_help="Show all about one of them.")
-@click.argument("name", metavar="NAME[PARAMETERS]")
+@click.argument("name", metavar="NAME[PARAMETERS]", shell_complete=names_of("schemes", "problems", "measures"))
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
 @plugins
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
@@ -244,6 +246,8 @@ def _schemes(registry: Registry) -> list[Scheme]:
 
 def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
     yield from ("", *docstring(form).splitlines(), "")
+    if guide := guide_of(form):
+        yield from ("A scheme for it", "---------------", *guide.splitlines(), "")
     solving = [scheme.name for scheme in _schemes(registry) if issubclass(form, scheme.forms)]
     yield f"schemes that solve it: {', '.join(solving) or 'none'}"
     functions = ((entry, inspect.signature(entry.thing)) for entry in registry.problems.values())
@@ -269,10 +273,19 @@ def _traits(registry: Registry) -> Iterator[str]:
 
 
 def _noise(registry: Registry) -> Iterator[str]:
-    yield from ("", *docstring(Increment).splitlines(), "", *docstring(NoiseRecord).splitlines(), "")
+    yield from ("", *docstring(Increment).splitlines(), "", "methods of an increment:", *_methods(Increment), "")
+    yield from (*docstring(NoiseRecord).splitlines(), "")
     for name in sorted({name for scheme in _schemes(registry) for name in scheme.noise}):
         needing = (scheme.name for scheme in _schemes(registry) if name in scheme.noise)
         yield f"schemes that need {name}: {', '.join(needing)}"
+
+
+def _methods(kind: type) -> Iterator[str]:
+    """Yield the public methods of a class with their arguments and the first line of what each does."""
+    for name, method in vars(kind).items():
+        if inspect.isfunction(method) and not name.startswith("_"):
+            arguments = [each for each in inspect.signature(method).parameters if each != "self"]
+            yield f"  {name}({', '.join(arguments)}): {docstring(method).partition(chr(10))[0]}"
 
 
 def _claims(registry: Registry) -> Iterator[str]:

@@ -8,7 +8,7 @@ const badge = (verdict) => el("span", { class: `v ${verdict}` }, `${VERDICTS[ver
 const heading = (level, text) => el(`h${level}`, {}, text);
 const facts = (pairs) => el("dl", {}, pairs.filter(([, told]) => told !== "" && told !== null && told !== undefined && !(Array.isArray(told) && !told.length))
   .map(([name, told]) => [el("dt", {}, name), el("dd", {}, told)]));
-const claimText = (one) => (one.claim ? one.claim + (finite(one.margin) ? ` (margin ${short(one.margin)} along paths)` : "") : "none");
+const claimText = (one) => (!one.claim ? "none" : finite(one.claimed_order) && finite(one.margin) ? `order ≥ ${one.claimed_order.toFixed(1)} (sampled: ≥ ${short(one.claimed_order - one.margin)})` : one.claim);
 
 function summaryPage() {
   const open = FINDINGS.filter((one) => ATTENTION.includes(one.verdict));

@@ -11,10 +11,13 @@ claim nothing.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
+from html import escape
 from math import ceil, floor, isfinite, log2, log10, nan
 from statistics import median
 from typing import Any, NamedTuple
+
+import pandas as pd
 
 from ...contracts.settings import Settings
 from ...contracts.specs import built
@@ -146,6 +149,17 @@ class Choices:
     quantities: tuple[str, ...]
     reference: str = ""
     left_out: tuple[str, ...] = ()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The schemes as a table, a row each, in their order."""
+        return pd.DataFrame([asdict(one) for one in self.found], columns=[field.name for field in fields(Choice)])
+
+    def _repr_html_(self) -> str:
+        size = f" for an error of {self.accuracy:g}" if isfinite(self.accuracy) else ""
+        heading = f"{self.problem}: work{size} of {self.measure} {self.quantity}, the least first"
+        table = self.table.to_html(index=False, border=0, na_rep="", float_format="{:.3g}".format)
+        return f"<p><b>{escape(heading)}</b></p>{table}"
 
     @property
     def record(self) -> dict[str, Any]:

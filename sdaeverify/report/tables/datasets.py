@@ -14,11 +14,14 @@ if TYPE_CHECKING:
     import xarray
 
 MISSING = "to_xarray needs xarray: pip install 'sdaeverify[xarray]'"
-ROW, LEVEL = "row", "level"
+ROW, STEP, POINT = "row", "h", "point"
 
 
 def dataset(
-    variables: Mapping[str, Any], coordinates: Mapping[str, Any], about: Mapping[str, Any]
+    variables: Mapping[str, Any],
+    coordinates: Mapping[str, Any],
+    about: Mapping[str, Any],
+    rows: pd.MultiIndex | None = None,
 ) -> "xarray.Dataset":
     """Return a dataset.
 
@@ -28,6 +31,8 @@ def dataset(
         By name, dimensions and values.
     about : mapping of str to object
         Its attributes.
+    rows : MultiIndex, optional
+        Coordinates of the dimension ``row``.
 
     Raises
     ------
@@ -38,11 +43,12 @@ def dataset(
         import xarray  # noqa: PLC0415 - only datasets need it
     except ImportError as error:
         raise UsageError(MISSING) from error
-    return xarray.Dataset(dict(variables), dict(coordinates), dict(about))
+    found = xarray.Dataset(dict(variables), dict(coordinates), dict(about))
+    return found if rows is None else found.assign_coords(xarray.Coordinates.from_pandas_multiindex(rows, ROW))
 
 
 def dataset_of_levels(verdicts: pd.DataFrame, levels: pd.DataFrame) -> "xarray.Dataset":
-    """Return verdicts, by row, and levels, by row and their number within it.
+    """Return verdicts, by row, and levels, by row, step size and, where there are several, point.
 
     Parameters
     ----------
@@ -50,23 +56,32 @@ def dataset_of_levels(verdicts: pd.DataFrame, levels: pd.DataFrame) -> "xarray.D
         Tables of a result.
     """
     names = list(NAMES)
+    keys = verdicts[names].astype(object)
     place = verdicts[names].assign(**{ROW: np.arange(len(verdicts))}).drop_duplicates(names)
-    found = levels.merge(place, on=names, how="inner")
-    at = found[ROW].to_numpy(), found.groupby(ROW).cumcount().to_numpy()
-    shape = len(verdicts), int(at[1].max(initial=-1)) + 1
-    columns = {str(name): found[name] for name in levels.columns if name not in names}
-    own = {str(name): (ROW, column.to_numpy(dtype=_kind(column))) for name, column in verdicts.items()}
-    further = {name: ((ROW, LEVEL), _scatter(column, at, shape)) for name, column in columns.items()}
-    clashes = {name: f"level_{name}" for name in further if name in own}
-    return dataset({**own, **{clashes.get(name, name): each for name, each in further.items()}}, {}, {})
+    found = levels[levels[STEP].notna()].merge(place, on=names, how="inner")
+    sizes, at = np.unique(found[STEP].to_numpy(dtype=float), return_inverse=True)
+    points = found.groupby([ROW, STEP]).cumcount().to_numpy()
+    several = bool(points.any())
+    where = (found[ROW].to_numpy(), at, *([points] if several else []))
+    shape = (len(verdicts), len(sizes), *([int(points.max()) + 1] if several else []))
+    dimensions = (ROW, STEP, POINT)[: len(shape)]
+    columns = {str(name): found[name] for name in levels.columns if name not in {*names, STEP}}
+    own = {str(name): (ROW, _values(column)) for name, column in verdicts.items() if name not in names}
+    further = {
+        f"level_{name}" * (name in own) or name: (dimensions, _scatter(column, where, shape))
+        for name, column in columns.items()
+    }
+    return dataset({**own, **further}, {STEP: sizes}, {}, pd.MultiIndex.from_frame(keys))
 
 
-def _scatter(column: "pd.Series[Any]", at: tuple[Array, Array], shape: tuple[int, int]) -> Any:
-    kind = _kind(column)
-    table: Any = np.full(shape, np.nan if kind is float else None, dtype=kind)
-    table[at] = column.astype(float).to_numpy() if kind is float else column.to_numpy(dtype=object)
+def _scatter(column: "pd.Series[Any]", where: tuple[Array, ...], shape: tuple[int, ...]) -> Any:
+    values = _values(column)
+    table: Any = np.full(shape, np.nan if values.dtype == float else None, dtype=values.dtype)
+    table[where] = values
     return table
 
 
-def _kind(column: "pd.Series[Any]") -> type:
-    return float if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column) else object
+def _values(column: "pd.Series[Any]") -> Any:
+    if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
+        return column.to_numpy(dtype=float, na_value=np.nan)
+    return column.astype(object).where(column.notna(), None).to_numpy()

@@ -100,11 +100,13 @@ def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = (
 
 
 def _column(values: list[Any], *, whole: bool) -> "pd.Series[Any]":
-    """Return a column; one of whole numbers reads the same whether or not other rows leave it empty."""
+    """Return a column; whole numbers and truth values have the same type whether or not some rows are empty."""
     kinds = {*map(type, values)} - {NoneType}
     # Evidence from elsewhere may count to any number.
     if whole and kinds == {int} and all(value is None or abs(value) < 2**63 for value in values):
         return pd.Series(values, dtype="Int64")
+    if kinds == {bool}:
+        return pd.Series(values, dtype="boolean")
     return pd.Series(values) if kinds else pd.Series(values, dtype=float)
 
 

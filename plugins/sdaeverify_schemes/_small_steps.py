@@ -1,0 +1,15 @@
+"""Mean-square stability for small steps, which schemes have whose second moments are right to a positive order.
+
+On an equation that is linear with constant coefficients an affine step maps the second moments by a matrix M(h). If
+its second moments err by O(h^(1+q)) in one step, q > 0, then M(h) = I + h L + O(h^(1+min(q, 1))) with the matrix L of
+the second moments' own equation; the spectral radius is 1 + a h + o(h) with the growth rate a of that equation. Where
+the equation is stable in mean square, a < 0, all steps below some size are stable.
+"""
+
+from sdaeverify import Claim
+
+STABLE = Claim(
+    measure="stability",
+    value="conditional",
+    source="second moments of a positive weak order: spectral radius 1 + a h + o(h), growth rate a < 0",
+)

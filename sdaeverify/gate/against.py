@@ -1,0 +1,68 @@
+"""A gate compared with an earlier one, such as that of the base branch: which claims changed their status."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ..contracts.spelling import counted
+from ..errors import UsageError
+from ..report.folders import Key
+from .gated import ABSENT, WORDS, StatusChange
+from .outcomes import ORDER, Outcome, Status
+
+FILE = "gate.json"
+WRONG = (msgspec.DecodeError, msgspec.ValidationError, KeyError, TypeError, ValueError)
+
+
+def read_gate(place: Path) -> dict[Key, Status]:
+    """Return the status of each claim of an earlier gate.
+
+    Parameters
+    ----------
+    place : Path
+        ``gate.json``, or the folder that holds it.
+
+    Raises
+    ------
+    UsageError
+        If there is no such file, or a gate has not written it.
+    """
+    file = place / FILE if place.is_dir() else place
+    try:
+        found: Any = msgspec.json.decode(file.read_bytes())
+        rows = found["outcomes"]
+        return {Key(*(str(row[name] or "") for name in Key._fields)): Status(row["status"]) for row in rows}
+    except OSError as error:
+        raise UsageError(f"--against: cannot read {file}: {error.strerror or error}") from error
+    except WRONG as error:
+        raise UsageError(f"--against: {file} is no {FILE} that a gate has written") from error
+
+
+def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrowed: bool) -> tuple[StatusChange, ...]:
+    """Return what has changed, the worst of now first; claims that are gone come last.
+
+    Parameters
+    ----------
+    before : mapping of Key to Status
+    outcomes : iterable of Outcome
+    narrowed : bool
+        Whether a part of all claims is gated, so that others are not gone.
+    """
+    now = {outcome.key: outcome.status for outcome in outcomes}
+    ranked = sorted(now, key=lambda key: (ORDER.index(now[key]), key))
+    found = [
+        StatusChange(key, WORDS[before[key]] if key in before else ABSENT, WORDS[now[key]])
+        for key in ranked
+        if before.get(key) is not now[key]
+    ]
+    gone = [] if narrowed else sorted(before.keys() - now.keys())
+    return (*found, *(StatusChange(key, WORDS[before[key]], ABSENT) for key in gone))
+
+
+def in_one_line(found: tuple[StatusChange, ...], place: Path) -> str:
+    """Return how much has changed."""
+    return (
+        f"against {place}: {counted(len(found), 'claim')} changed" if found else f"against {place}: nothing changed"
+    )

@@ -1,0 +1,53 @@
+"""The plugin of pytest: markers of the kit, and a section of the report with what became of its tests.
+
+pytest loads it in each of its runs, most of which have nothing to do with schemes: it imports nothing of the package.
+"""
+
+from collections import Counter
+
+import pytest
+
+KIT = "sdaeverify.testing"
+# Name of the property of a test that says which part of the kit it belongs to; xdist sends it to the main process.
+PROPERTY = "sdaeverify"
+# What a parameter of a test is called, by the class of the kit that it belongs to.
+PARTS = {"Question": "checks", "ClaimCheck": "claims", "HuntCheck": "hunts", "StepTiming": "timings"}
+MARKERS = (
+    "hunt: counterexamples of claims are looked for (sdaeverify)",
+    "benchmark: steps of schemes are timed (sdaeverify, pytest-benchmark)",
+    "sdaeverify: a check, claim, hunt or timing of the kit; given to the tests by the plugin",
+)
+OUTCOMES = ("passed", "failed", "error", "skipped", "xfailed", "xpassed")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the markers, so that a project with --strict-markers need not."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give the marker ``sdaeverify``, and the property with its part, to each test of the kit."""
+    for item in items:
+        parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
+        kinds = (type(each) for each in parameters)
+        parts = [PARTS[kind.__name__] for kind in kinds if kind.__module__.startswith(KIT) and kind.__name__ in PARTS]
+        if parts:
+            item.add_marker("sdaeverify")
+            item.user_properties.append((PROPERTY, parts[0]))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say in one line for each part of the kit how many of its tests came to which outcome."""
+    counts = {part: Counter[str]() for part in PARTS.values()}
+    for outcome in OUTCOMES:
+        for report in terminalreporter.stats.get(outcome, ()):
+            part = dict(getattr(report, "user_properties", ())).get(PROPERTY)
+            if part in counts:
+                counts[part][outcome] += 1
+    if any(map(Counter.total, counts.values())):
+        terminalreporter.write_sep("=", "sdaeverify")
+        for part, found in counts.items():
+            if found:
+                told = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
+                terminalreporter.write_line(f"{part}: {told}")

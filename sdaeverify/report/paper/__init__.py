@@ -1,0 +1,1 @@
+"""Figures, tables and citations of a result, for a paper."""
