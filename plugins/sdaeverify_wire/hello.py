@@ -1,0 +1,162 @@
+"""What a program says of itself: its name, the equations it solves, the noise it uses, and its claims."""
+
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdaeverify import Claim, SchemeError
+
+from .coefficients import FORMS
+from .messages import VERSION, encode
+from .program import Program
+
+# Lines of a hello: whoever sends more says something else.
+MOST_LINES = 200
+CLAIM = re.compile(
+    r"(?P<measure>\S+) (?P<value>.+?)(?: of (?P<quantities>\S+))?(?: when (?P<when>\S+))? source (?P<source>.+)"
+)
+CLAIM_LINE = "claim MEASURE VALUE [of QUANTITY,...] [when TRAIT,...] source TEXT"
+
+
+class Hello(NamedTuple):
+    """What a program says of itself.
+
+    Attributes
+    ----------
+    name : str
+    form : tuple of str
+        Names of the forms it solves.
+    noise : frozenset of str
+        Fields of the increment it is given.
+    asks : frozenset of str
+        What it may ask back: a problem without it is refused.
+    needs : tuple of frozenset of str
+        Of each, a problem must have at least one trait.
+    gives : tuple of str
+        Components of the solution that its state holds; empty for all.
+    claims : tuple of Claim
+    source, about : str
+        Where the method is from, and one line that describes it.
+    """
+
+    name: str
+    form: tuple[str, ...]
+    noise: frozenset[str] = frozenset({"dW"})
+    asks: frozenset[str] = frozenset()
+    needs: tuple[frozenset[str], ...] = ()
+    gives: tuple[str, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    source: str = ""
+    about: str = ""
+
+
+def greet(program: Program) -> Hello:
+    """Exchange hellos with a program that was just started.
+
+    Raises
+    ------
+    SchemeError
+        If what it says is no hello of this version, or its numbers have another byte order.
+    """
+    program.send(encode("hello", {"version": np.array([float(VERSION)])}))
+    said = []
+    while not (text := program.text()).startswith("hello "):
+        said.append(text)
+        if len(said) > MOST_LINES:
+            raise program.failure(f"sent {MOST_LINES} lines without a hello")
+    if text != "hello version=1":
+        raise program.failure(f"sent {text!r:.80}, expected the line 'hello version=1' and one number")
+    version = float(program.array((1,))[0])
+    if version != VERSION:
+        swapped = float(np.array(version).byteswap())
+        why = ": its numbers are big-endian, expected little-endian float64" if swapped == VERSION else ""
+        raise program.failure(f"speaks version {version:g} of the wire, expected {VERSION}{why}")
+    try:
+        return read_hello(said)
+    except SchemeError as error:
+        raise program.failure(str(error)) from error
+
+
+def read_hello(lines: list[str]) -> Hello:
+    """Return what the lines of a hello say.
+
+    Raises
+    ------
+    SchemeError
+        If one is unknown, stands twice, or is missing.
+    """
+    said: dict[str, Any] = {}
+    for line in lines:
+        word, _, rest = line.partition(" ")
+        if word not in READERS or not rest.strip():
+            raise SchemeError(f"said {line!r:.120} as its hello, expected one of {', '.join(READERS)} and a value")
+        value = READERS[word](rest)
+        if word in REPEATED:
+            said[REPEATED[word]] = (*said.get(REPEATED[word], ()), value)
+        elif word in said:
+            raise SchemeError(f"said {word} twice in its hello")
+        else:
+            said[word] = value
+    if missing := {"name", "form"} - set(said):
+        raise SchemeError(f"said no {' and no '.join(sorted(missing))} in its hello")
+    _check_asks(said["form"], said.get("asks", frozenset()))
+    return Hello(**said)
+
+
+def _check_asks(forms: tuple[str, ...], asks: frozenset[str]) -> None:
+    if unknown := sorted(set(forms) - set(FORMS)):
+        raise SchemeError(f"said form {unknown[0]!r:.60} in its hello, expected one or more of {', '.join(FORMS)}")
+    known = {name for form in forms for name in FORMS[form].answers}
+    if unknown := sorted(asks - known):
+        raise SchemeError(
+            f"said that it asks {unknown[0]!r:.60}; of {' or '.join(forms)} it may ask {', '.join(sorted(known))}"
+        )
+
+
+def _read_claim(text: str) -> Claim:
+    match = CLAIM.fullmatch(text)
+    if match is None:
+        raise SchemeError(f"said 'claim {text:.100}' in its hello, expected {CLAIM_LINE}")
+    value: float | str = match["value"]
+    with suppress(ValueError):
+        value = float(value)
+    listed = {name: tuple(filter(None, (match[name] or "").split(","))) for name in ("quantities", "when")}
+    try:
+        return Claim(
+            measure=match["measure"],
+            value=value,
+            source=match["source"],
+            quantities=listed["quantities"],
+            when=frozenset(listed["when"]),
+        )
+    except ValueError as error:
+        raise SchemeError(f"said 'claim {text:.100}' in its hello: {error}") from error
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+def _set(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+def _text(text: str) -> str:
+    return text.strip()
+
+
+READERS: dict[str, Callable[[str], Any]] = {
+    "name": _text,
+    "form": _words,
+    "noise": _set,
+    "asks": _set,
+    "needs": _set,
+    "gives": _words,
+    "claim": _read_claim,
+    "source": _text,
+    "about": _text,
+}
+REPEATED = {"claim": "claims", "needs": "needs"}
