@@ -40,6 +40,19 @@ class Form(NamedTuple):
     answers: Mapping[str, str]
     constants: tuple[str, ...] = ()
 
+    @property
+    def letters(self) -> frozenset[str]:
+        """The letters of its shapes."""
+        return frozenset(
+            letter for text in self.answers.values() for word in text.split() for letter in _letters(word)
+        )
+
+
+def _letters(word: str) -> str:
+    # Of x:d what stands behind the colon, and of the result the word itself; a time has none.
+    name, colon, letters = word.partition(":")
+    return letters if colon else "" if name in {"t", "->"} else name
+
 
 def _of_sde(problem: SDE) -> Mapping[str, int]:
     m = len(problem.constraint(problem.initial(1))) if problem.constraint else 0
@@ -157,6 +170,13 @@ class Coefficients:
         letters = self.form.answers[name].partition(" -> ")[2]
         paths = max(map(np.shape, arrays.values()), key=len)[-1]
         return np.broadcast_to(np.asarray(value, dtype=float), (*(self.lengths[each] for each in letters), paths))
+
+    def why_too_large(self, most: tuple[tuple[str, int], ...]) -> str:
+        """Return which number of the problem is larger than a program's largest, or an empty string."""
+        for letter, largest in most:
+            if (given := self.lengths.get(letter, 0)) > largest:
+                return f"it is for {letter} = {largest} at most, and the problem has {letter} = {given}"
+        return ""
 
     def why_not(self) -> str:
         """Return what the problem has not of all that the program asks for, or an empty string."""

@@ -35,6 +35,8 @@ class Hello(NamedTuple):
         What it may ask back: a problem without it is refused.
     needs : tuple of frozenset of str
         Of each, a problem must have at least one trait.
+    most : tuple of (str, int)
+        Letters of shapes, and the largest number that each may stand for: ``m`` and 1 for one constraint.
     gives : tuple of str
         Components of the solution that its state holds; empty for all.
     claims : tuple of Claim
@@ -47,6 +49,7 @@ class Hello(NamedTuple):
     noise: frozenset[str] = frozenset({"dW"})
     asks: frozenset[str] = frozenset()
     needs: tuple[frozenset[str], ...] = ()
+    most: tuple[tuple[str, int], ...] = ()
     gives: tuple[str, ...] = ()
     claims: tuple[Claim, ...] = ()
     source: str = ""
@@ -103,6 +106,9 @@ def read_hello(lines: list[str]) -> Hello:
     if missing := {"name", "form"} - set(said):
         raise SchemeError(f"said no {' and no '.join(sorted(missing))} in its hello")
     _check_asks(said["form"], said.get("asks", frozenset()))
+    letters = {letter for form in said["form"] for letter in FORMS[form].letters}
+    if unknown := sorted({letter for letter, _ in said.get("most", ())} - letters):
+        raise SchemeError(f"said most {unknown[0]!r:.60}, expected one or more of {', '.join(sorted(letters))}")
     return Hello(**said)
 
 
@@ -136,6 +142,13 @@ def _read_claim(text: str) -> Claim:
         raise SchemeError(f"said 'claim {text:.100}' in its hello: {error}") from error
 
 
+def _read_most(text: str) -> tuple[tuple[str, int], ...]:
+    pairs = [word.partition("=") for word in text.split()]
+    if not all(number.isdecimal() and len(number) < 10 for _, _, number in pairs):
+        raise SchemeError(f"said 'most {text:.60}' in its hello, expected letters of shapes with numbers such as m=1")
+    return tuple((letter, int(number)) for letter, _, number in pairs)
+
+
 def _words(text: str) -> tuple[str, ...]:
     return tuple(text.split())
 
@@ -154,6 +167,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     "noise": _set,
     "asks": _set,
     "needs": _set,
+    "most": _read_most,
     "gives": _words,
     "claim": _read_claim,
     "source": _text,

@@ -91,11 +91,12 @@ class Wired(Scheme):
         return restored, (self.command, self.hello, self.patience)
 
     def refuses(self, problem: Any) -> str:
-        """Refuse problems without the traits it needs, and without what it asks for."""
+        """Refuse problems without the traits it needs, that are too large, or that have not what it asks for."""
         for traits in self.hello.needs:
             if not traits & problem.traits:
                 return f"it needs a problem with {' or '.join(sorted(traits))}"
-        return Coefficients(problem, self.hello.form, self.hello.asks).why_not()
+        known = Coefficients(problem, self.hello.form, self.hello.asks)
+        return known.why_too_large(self.hello.most) or known.why_not()
 
     def prepare(self, problem: Any, h: float) -> Callable[[Any, float, Increment], Step]:
         """Return the step for one problem and step size."""

@@ -63,8 +63,23 @@ def test_problems_it_cannot_have_are_refused():
     }
     for line, why in lines.items():
         assert restored(("p",), read_hello(["name a", "form SDE", line]), 1.0).refuses(gbm()) == why
+    scheme = restored(("p",), read_hello(["name a", "form HolonomicSDAE", "most n=1 m=3"]), 1.0)
+    assert scheme.refuses(pendulum()) == "it is for n = 1 at most, and the problem has n = 2"
     scheme = restored(("p",), read_hello(["name a", "form SDE", "asks constraint"]), 1.0)
     assert scheme.refuses(gbm()) == "it asks constraint, which the problem has not"
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("most m", "expected letters of shapes with numbers such as m=1"),
+        ("most z=1", "said most 'z', expected one or more of d, l, m"),
+    ],
+)
+def test_wrong_sizes_of_a_hello(line, told):
+    """A size that is none, or of a letter that the form has not, is one line."""
+    with pytest.raises(SchemeError, match=told):
+        read_hello(["name a", "form SDE", line])
 
 
 def test_line_of_a_message():
