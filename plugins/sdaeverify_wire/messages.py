@@ -8,6 +8,8 @@ little-endian float64, the last axis, of paths, being the fastest.
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +61,8 @@ def shape_text(shape: Shape) -> str:
     return "x".join(map(str, shape))
 
 
+# A run has few lines, each many times.
+@lru_cache(maxsize=256)
 def read_line(text: str) -> Line:
     """Take the line of a message apart.
 
@@ -79,7 +83,7 @@ def read_line(text: str) -> Line:
         shape = tuple(map(int, match[2].split("x")))
         if match[1] in shapes:
             raise SchemeError(f"sent {match[1]} twice in the line {text!r:.120}")
-        if NUMBER.itemsize * float(np.prod(shape, dtype=float)) > LARGEST:
+        if NUMBER.itemsize * prod(shape) > LARGEST:
             raise SchemeError(f"announces {match[1]} of shape {match[2]}, more than {LARGEST} bytes")
         shapes[match[1]] = shape
     return Line(word, about, shapes)
