@@ -11,6 +11,6 @@ the problem at any batch of states. So every problem, the order conditions and t
 about them in the program.
 """
 
-from .scheme import Wired, schemes
+from .scheme import Wired, scheme_of, schemes
 
-__all__ = ["Wired", "schemes"]
+__all__ = ["Wired", "scheme_of", "schemes"]

@@ -112,3 +112,18 @@ def test_fault_costs_its_own_rows_alone(call, plugin):
         assert all("error" in row and told in row for row in mine)
         assert mine
         assert any("verified" in row for row in other)
+
+
+@pytest.mark.long
+def test_new_build_is_another_scheme(call, plugin, tmp_path):
+    """Evidence is used again while the program is the same, and computed where it was built anew."""
+    program = built_c(tmp_path, "wired_milstein")
+    given = ("--plugin", plugin(shlex.join(program)), "-s", "wired-milstein", "-p", "gbm", "-m", "strong")
+    given += ("--paths", "1024", "--progress", "none", "--out", "o")
+    first, again = (call("matrix", *given, "-j", "1", "--timeout", "60") for _ in range(2))
+    built_c(tmp_path, "wired_milstein", "-DSIGN=-")
+    wrong = call("matrix", *given, "-j", "1", "--timeout", "60")
+
+    assert [each.code for each in (first, again, wrong)] == [ExitCode.OK, ExitCode.OK, ExitCode.REFUTED]
+    assert "was reused\n" in again.out
+    assert "with another wired_milstein" in " ".join(wrong.out.split())
