@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sdaeverify import Array, SchemeError
+from sdaeverify import Array, SchemeError, UsageError
 
 from .messages import LONGEST_LINE, NUMBER, Line, Shape, read_line
 
@@ -241,17 +241,25 @@ def split_command(command: "str | Path | Sequence[str]") -> tuple[str, ...]:
 
     Raises
     ------
-    SchemeError
-        If there is no such program.
+    UsageError
+        If it is no command, or there is no such program.
     """
-    given = shlex.split(command) if isinstance(command, str) else [command] if isinstance(command, Path) else command
-    words = [os.fspath(word) for word in given]
-    found = shutil.which(words[0]) if words else None
+    try:
+        words = _words(command)
+        if not words:
+            raise ValueError("it is empty")
+        found = shutil.which(words[0])
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"cannot read {command!r:.200} as a program with its arguments: {error}") from None
     if found is None:
-        raise SchemeError(
-            f"no program {words[0] if words else ''!r} that can be run: expected a path, or a name in PATH"
-        )
+        raise UsageError(f"no program {words[0]!r:.200} that can be run: expected a path, or a name in PATH")
     return (os.path.abspath(found), *words[1:])
+
+
+def _words(command: "str | Path | Sequence[str]") -> list[str]:
+    if isinstance(command, str):
+        return shlex.split(command)
+    return [os.fspath(word) for word in ([command] if isinstance(command, Path) else command)]
 
 
 def _started(command: tuple[str, ...]) -> "subprocess.Popen[bytes]":

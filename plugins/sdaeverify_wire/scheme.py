@@ -159,7 +159,8 @@ def made(program: Program, sent: Mapping[str, Array], state: Any, known: Coeffic
     if line.word == "error":
         raise program.failure(f"says: {line.about:.300}")
     if line.word != "done":
-        raise program.failure(f"sent {line.word!r:.60}, expected ask, done or error")
+        told = "expected ask, done or error; words for people go to stderr"
+        raise program.failure(f"sent {line.word!r:.60}, {told}")
     return read_step(program, line, state)
 
 
@@ -281,8 +282,10 @@ def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -
 
     Raises
     ------
+    UsageError
+        If there is no such program.
     SchemeError
-        If there is no such program, or it says no hello.
+        If it says no hello.
     """
     words = split_command(command)
     program = Program(words, patience)

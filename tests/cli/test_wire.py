@@ -72,12 +72,21 @@ def test_check_or_client(call, given):
     assert "wire expects --check COMMAND or --client LANGUAGE, one of them" in err
 
 
-def test_program_that_is_not_there(call):
-    """A command that cannot be run is told by its name."""
-    code, _, err = call("wire", "--check", "./nothing")
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("./nothing", "no program './nothing' that can be run: expected a path, or a name in PATH"),
+        (".", "no program '.' that can be run: expected a path, or a name in PATH"),
+        ("", "cannot read '' as a program with its arguments: it is empty"),
+        ("true 'a", 'cannot read "true \'a" as a program with its arguments: No closing quotation'),
+    ],
+)
+def test_program_that_is_not_there(call, command, told):
+    """A command that cannot be run is told by its words."""
+    code, _, err = call("wire", "--check", command)
 
-    assert code == ExitCode.NOT_MEASURED
-    assert err == "sdaeverify: error: no program './nothing' that can be run: expected a path, or a name in PATH\n"
+    assert code == ExitCode.USAGE
+    assert err == f"sdaeverify: error: {told}\n"
 
 
 def test_clients_are_printed_as_they_are(call):
