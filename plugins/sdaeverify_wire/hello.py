@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sdaeverify import Claim, SchemeError
+from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Claim, SchemeError
 
 from .coefficients import FORMS
 from .messages import VERSION, encode
@@ -19,6 +19,16 @@ CLAIM = re.compile(
     r"(?P<measure>\S+) (?P<value>.+?)(?: of (?P<quantities>\S+))?(?: when (?P<when>\S+))? source (?P<source>.+)"
 )
 CLAIM_LINE = "claim MEASURE VALUE [of QUANTITY,...] [when TRAIT,...] source TEXT"
+
+
+# Of an increment, in the order in which a step is sent with them.
+FIELDS = ("dW", "H", "K", "A")
+LAWS = {law.name: law for law in (GAUSSIAN, THREE_POINT, TWO_POINT)}
+# Words behind ``is``, each with the class variable that it sets, and its value.
+FLAGS = {
+    "discontinuous-in-noise": ("discontinuous_in_noise", True),
+    "corrected-later": ("local_order_is_global", False),
+}
 
 
 class Hello(NamedTuple):
@@ -39,6 +49,10 @@ class Hello(NamedTuple):
         Letters of shapes, and the largest number that each may stand for: ``m`` and 1 for one constraint.
     gives : tuple of str
         Components of the solution that its state holds; empty for all.
+    law : str
+        Of the ``dW`` that it is given, one of `LAWS`.
+    flags : frozenset of str
+        What of `FLAGS` its steps are like.
     claims : tuple of Claim
     source, about : str
         Where the method is from, and one line that describes it.
@@ -51,6 +65,8 @@ class Hello(NamedTuple):
     needs: tuple[frozenset[str], ...] = ()
     most: tuple[tuple[str, int], ...] = ()
     gives: tuple[str, ...] = ()
+    law: str = GAUSSIAN.name
+    flags: frozenset[str] = frozenset()
     claims: tuple[Claim, ...] = ()
     source: str = ""
     about: str = ""
@@ -99,10 +115,10 @@ def read_hello(lines: list[str]) -> Hello:
         value = READERS[word](rest)
         if word in REPEATED:
             said[REPEATED[word]] = (*said.get(REPEATED[word], ()), value)
-        elif word in said:
+        elif RENAMED.get(word, word) in said:
             raise SchemeError(f"said {word} twice in its hello")
         else:
-            said[word] = value
+            said[RENAMED.get(word, word)] = value
     if missing := {"name", "form"} - set(said):
         raise SchemeError(f"said no {' and no '.join(sorted(missing))} in its hello")
     _check_asks(said["form"], said.get("asks", frozenset()))
@@ -149,6 +165,24 @@ def _read_most(text: str) -> tuple[tuple[str, int], ...]:
     return tuple((letter, int(number)) for letter, _, number in pairs)
 
 
+def _read_noise(text: str) -> frozenset[str]:
+    if unknown := sorted(set(text.split()) - set(FIELDS)):
+        raise SchemeError(f"said 'noise {unknown[0]:.60}' in its hello, expected some of {', '.join(FIELDS)}")
+    return frozenset(text.split())
+
+
+def _read_law(text: str) -> str:
+    if text.strip() not in LAWS:
+        raise SchemeError(f"said 'law {text:.60}' in its hello, expected one of {', '.join(LAWS)}")
+    return text.strip()
+
+
+def _read_flags(text: str) -> frozenset[str]:
+    if unknown := sorted(set(text.split()) - set(FLAGS)):
+        raise SchemeError(f"said 'is {unknown[0]:.60}' in its hello, expected one of {', '.join(FLAGS)}")
+    return frozenset(text.split())
+
+
 def _words(text: str) -> tuple[str, ...]:
     return tuple(text.split())
 
@@ -164,13 +198,17 @@ def _text(text: str) -> str:
 READERS: dict[str, Callable[[str], Any]] = {
     "name": _text,
     "form": _words,
-    "noise": _set,
+    "noise": _read_noise,
     "asks": _set,
     "needs": _set,
     "most": _read_most,
     "gives": _words,
+    "law": _read_law,
+    "is": _read_flags,
     "claim": _read_claim,
     "source": _text,
     "about": _text,
 }
+# Lines that may stand several times, and those whose field has another name.
 REPEATED = {"claim": "claims", "needs": "needs"}
+RENAMED = {"is": "flags"}

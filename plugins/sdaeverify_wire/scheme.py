@@ -12,15 +12,13 @@ import numpy as np
 from sdaeverify import Array, DelaySDAE, Increment, Scheme, SchemeError, Step, hookimpl
 
 from .coefficients import FORMS, Coefficients
-from .hello import Hello, greet
+from .hello import FIELDS, FLAGS, LAWS, Hello, greet
 from .messages import Line, Shape, encode, shape_text
 from .program import Program, split_command
 
 # Seconds without any byte after which a program counts as hung.
 PATIENCE = 60.0
-FLAGS = ("failed", "truncated")
-# Of an increment, in the order in which a step is sent with them.
-FIELDS = ("dW", "H", "K", "A")
+MASKS = ("failed", "truncated")
 # What begins the names of arrays that are reported beside the new state.
 OUTPUT, COST = "output.", "cost."
 
@@ -185,7 +183,7 @@ def read_step(program: Program, line: Line, state: Any) -> Step:
     if why := why_not_done(line.shapes, expected, paths):
         raise program.failure(why)
     found = {name: program.array(shape) for name, shape in line.shapes.items()}
-    flags = {name: _flags(program, name, found[name]) for name in FLAGS if name in found}
+    flags = {name: _mask(program, name, found[name]) for name in MASKS if name in found}
     fields = [found[name] for name in expected]
     return Step(
         type(state)(*fields) if isinstance(state, tuple) else fields[0],
@@ -212,15 +210,15 @@ def why_not_done(shapes: Mapping[str, Shape], expected: Mapping[str, Shape], pat
         told, got = (" ".join(f"{n}={shape_text(s)}" for n, s in each) for each in (expected.items(), first))
         return f"sent 'done {got:.120}', expected {told!r} first"
     for name, shape in list(shapes.items())[len(expected) :]:
-        rank = 1 if name in FLAGS or name.startswith(COST) else 2
-        if not (name in FLAGS or name.startswith((OUTPUT, COST))):
-            return f"sent {name!r} behind the state, expected {', '.join(FLAGS)}, {OUTPUT}NAME or {COST}NAME"
+        rank = 1 if name in MASKS or name.startswith(COST) else 2
+        if not (name in MASKS or name.startswith((OUTPUT, COST))):
+            return f"sent {name!r} behind the state, expected {', '.join(MASKS)}, {OUTPUT}NAME or {COST}NAME"
         if len(shape) != rank or shape[-1] != paths:
             return f"sent {name} of shape {shape_text(shape)}, expected {'kx' if rank == 2 else ''}{paths}"
     return ""
 
 
-def _flags(program: Program, name: str, array: Array) -> Any:
+def _mask(program: Program, name: str, array: Array) -> Any:
     if not np.isin(array, (0.0, 1.0)).all():
         raise program.failure(f"sent {name} with other numbers than 0 and 1")
     return array == 1.0
@@ -253,6 +251,8 @@ def wired_class(command: tuple[str, ...], hello: Hello, patience: float) -> type
         "claims": hello.claims,
         "gives": hello.gives,
         "source": hello.source,
+        "law": LAWS[hello.law],
+        **dict(FLAGS[word] for word in hello.flags),
     }
     return type("Wired", (Wired,), declared)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facade import gbm, pendulum
-from sdaeverify import SDE, Claim, SchemeError
+from sdaeverify import GAUSSIAN, SDE, THREE_POINT, Claim, SchemeError
 from sdaeverify_wire.coefficients import FORMS, Coefficients
 from sdaeverify_wire.hello import Hello, read_hello
 from sdaeverify_wire.messages import Line, encode, read_line
@@ -55,6 +55,15 @@ def test_scheme_is_what_the_hello_says():
     assert type(pickle.loads(pickle.dumps(scheme))) is type(scheme)
 
 
+def test_law_and_flags_are_those_of_the_scheme():
+    """What the hello says of the noise and of single steps is what the framework asks of the class."""
+    lines = ["name a", "form SDE", "law three-point", "is discontinuous-in-noise corrected-later"]
+    said, plain = (restored(("p",), read_hello(each), 1.0) for each in (lines, lines[:2]))
+
+    assert (said.law, said.discontinuous_in_noise, said.local_order_is_global) == (THREE_POINT, True, False)
+    assert (plain.law, plain.discontinuous_in_noise, plain.local_order_is_global) == (GAUSSIAN, False, True)
+
+
 def test_problems_it_cannot_have_are_refused():
     """A problem needs a trait of each line, and all that the program asks for."""
     lines = {
@@ -74,10 +83,13 @@ def test_problems_it_cannot_have_are_refused():
     [
         ("most m", "expected letters of shapes with numbers such as m=1"),
         ("most z=1", "said most 'z', expected one or more of d, l, m"),
+        ("noise dW Z", "said 'noise Z' in its hello, expected some of dW, H, K, A"),
+        ("law uniform", "said 'law uniform' in its hello, expected one of gaussian, three-point, two-point"),
+        ("is exact", "said 'is exact' in its hello, expected one of discontinuous-in-noise, corrected-later"),
     ],
 )
-def test_wrong_sizes_of_a_hello(line, told):
-    """A size that is none, or of a letter that the form has not, is one line."""
+def test_wrong_lines_of_a_hello(line, told):
+    """A size that is none, or a word that is not known, is one line with those that are."""
     with pytest.raises(SchemeError, match=told):
         read_hello(["name a", "form SDE", line])
 
