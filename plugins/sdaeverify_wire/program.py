@@ -42,9 +42,8 @@ class Program:
         self.command, self.patience = tuple(command), patience
         self._rest, self._errors = b"", b""
         try:
-            # Reading it once tells the framework that evidence depends on this file.
-            with Path(self.command[0]).open("rb"):
-                self._process = _started(self.command)
+            _note_files(self.command)
+            self._process = _started(self.command)
         except OSError as error:
             raise SchemeError(f"{self.name} cannot be started: {error.strerror or error}") from error
         assert self._process.stdin is not None
@@ -260,6 +259,13 @@ def _words(command: "str | Path | Sequence[str]") -> list[str]:
     if isinstance(command, str):
         return shlex.split(command)
     return [os.fspath(word) for word in ([command] if isinstance(command, Path) else command)]
+
+
+def _note_files(command: tuple[str, ...]) -> None:
+    """Open the program, and the files among its arguments: the framework notes that evidence depends on them."""
+    for path in (command[0], *(word for word in command[1:] if os.path.isfile(word))):
+        with Path(path).open("rb"):
+            pass
 
 
 def _started(command: tuple[str, ...]) -> "subprocess.Popen[bytes]":

@@ -8,7 +8,7 @@ import pytest
 
 from facade import ExitCode
 from wire import faulty
-from wire.compiling import CLIENTS, built_c
+from wire.compiling import CLIENTS, built_c, with_python
 
 FAULTY = shlex.join([sys.executable, "-I", "-S", faulty.__file__])
 
@@ -136,3 +136,19 @@ def test_new_build_is_another_scheme(call, plugin, tmp_path):
     assert [each.code for each in (first, again, wrong)] == [ExitCode.OK, ExitCode.OK, ExitCode.REFUTED]
     assert "was reused\n" in again.out
     assert "with another wired_milstein" in " ".join(wrong.out.split())
+
+
+@pytest.mark.long
+def test_new_text_of_a_script_is_another_scheme(call, plugin, tmp_path):
+    """What is among the arguments counts as the program does: an interpreter is the same, its script is not."""
+    command = with_python(tmp_path)
+    given = ("--plugin", plugin(shlex.join(command)), "-s", "golden-euler", "-p", "gbm", "-m", "strong")
+    given += ("--paths", "256", "--levels", "8..32", "--progress", "none", "--out", "o", "-j", "1", "--timeout", "60")
+    call("matrix", *given)
+    again = call("matrix", *given)
+    script = Path(command[-1])
+    script.write_text(script.read_text() + "ANOTHER = True\n")
+    other = call("matrix", *given)
+
+    assert "was reused\n" in again.out
+    assert "with another golden_euler.py" in " ".join(other.out.split())
