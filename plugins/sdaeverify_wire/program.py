@@ -65,6 +65,11 @@ class Program:
         """The command in one word or more, for messages."""
         return shlex.join([Path(self.command[0]).name, *self.command[1:]])
 
+    @property
+    def runs(self) -> bool:
+        """Whether the process has not ended."""
+        return self._process.poll() is None
+
     def close(self) -> None:
         """End the program at once."""
         self._finalizer()
@@ -211,7 +216,7 @@ class Program:
                     return fd
             if time.monotonic() >= until:
                 does = "has not answered" if wanted == self._from else "has not read its request"
-                raise self.failure(f"{does} for {self.patience:g} s")
+                raise self.failure(f"{does} for {self.patience:g} s (patience)")
 
     def _hear(self) -> bool:
         """Keep the end of what is on stderr; return whether there may be more."""

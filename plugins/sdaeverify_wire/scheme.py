@@ -46,7 +46,9 @@ class Session:
         SchemeError
             If it cannot be started, or says another hello than when it was registered.
         """
-        if self._program is None:
+        if self._program is None or not self._program.runs:
+            # It may have been ended between two steps: steps know nothing of each other.
+            self.drop()
             program = Program(self.command, self.patience)
             if greet(program) != expected:
                 raise program.failure("says another hello than when it was registered; run it again")

@@ -21,7 +21,7 @@ def plugin(tmp_path):
         file = tmp_path / "wired.py"
         listed = ", ".join(map(repr, commands))
         file.write_text(
-            f"from sdaeverify_wire import schemes\nsdaeverify_schemes = schemes({listed}, patience=0.5)\n"
+            f"from sdaeverify_wire import schemes\nsdaeverify_schemes = schemes({listed}, patience=2)\n"
         )
         return str(file)
 
@@ -50,13 +50,13 @@ def test_check_says_what_a_program_has(call, tmp_path):
         ("words on stderr", "ended with exit code 4; its stderr ends: first line | cannot find licence\n"),
         ("answers twice", "after its answer or before its request was whole\n"),
         ("a row too many", "sent 'done x="),
-        ("silent in a step", "has not answered for 0.5 s\n"),
+        ("silent in a step", "has not answered for 2 s (patience)\n"),
         ("not a number", "faulty: a step of a trivial problem is not finite\n"),
     ],
 )
 def test_check_of_a_faulty_program_is_one_line(call, fault, line):
     """The first property that it has not is one line on stderr."""
-    code, _, err = call("wire", "--check", f"{FAULTY} {shlex.quote(fault)}", "--patience", "0.5")
+    code, _, err = call("wire", "--check", f"{FAULTY} {shlex.quote(fault)}", "--patience", "2")
 
     assert code == ExitCode.NOT_MEASURED
     assert line in err
@@ -99,7 +99,7 @@ def test_plugin_with_a_faulty_program_is_one_line(call, plugin):
     code, _, err = call("matrix", "--plugin", plugin(f"{FAULTY} silent"), "-s", "faulty", "-p", "gbm", "--out", "o")
 
     assert code == ExitCode.PLUGIN
-    assert "has not answered for 0.5 s" in err
+    assert "has not answered for 2 s" in err
     assert err.count("\n") == 1
 
 
@@ -108,7 +108,7 @@ def test_fault_costs_its_own_rows_alone(call, plugin):
     """A program that dies, stops or answers nonsense in a step has errors; schemes beside it have their verdicts."""
     for fault, told in {
         "dies in a step": "ended with signal 9",
-        "silent in a step": "has not answered for 0.5 s",
+        "silent in a step": "has not answered for 2 s",
         "a row too many": "sent 'done x=2x",
     }.items():
         command = f"{FAULTY} {shlex.quote(fault)}"

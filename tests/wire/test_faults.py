@@ -1,6 +1,7 @@
 """Programs with a fault: one line that says what is wrong, within the time they have, and none stays behind."""
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -14,10 +15,11 @@ from sdaeverify_wire.scheme import scheme_of, session_of
 from wire import faulty
 
 FAULTY = Path(faulty.__file__)
-PATIENCE = 0.4
+# Of programs that are silent on purpose; others are given more, on a machine that is busy with other tests.
+SHORT, PATIENCE = 0.8, 20.0
 # What the line says.
 AT_HELLO = {
-    "silent": "has not answered for 0.4 s",
+    "silent": "has not answered for 0.8 s",
     "ends": "ended with exit code 3",
     "ends without a word": "ended with exit code 0",
     "dies": "ended with signal 9",
@@ -52,8 +54,8 @@ IN_STEP = {
     "cost of another shape": "sent cost.n of shape 4, expected 3",
     "ends in an array": "ended with exit code 0 with 14 of 24 bytes missing",
     "dies in an array": "ended with signal 9 with 14 of 24 bytes missing",
-    "stops in an array": "has not answered for 0.4 s",
-    "single precision": "has not answered for 0.4 s",
+    "stops in an array": "has not answered for 0.8 s",
+    "single precision": "has not answered for 0.8 s",
     "more than its answer": "sent b'more' after its answer",
     "answers twice": "after its answer",
     "no shape": "sent 'x=axb' in the line",
@@ -71,10 +73,10 @@ IN_STEP = {
     "asks in another order": "asks drift with 'x=1x3 t=1', expected 't=1 x=1x3'",
     "asks too much": "announces x of shape 1x9999999999, more than",
     "asks and ends": "ended with exit code 5",
-    "asks half and stops": "has not answered for 0.4 s",
+    "asks half and stops": "has not answered for 0.8 s",
     "error": "says: no root within 50 iterations",
     "says hello again": "sent",
-    "silent in a step": "has not answered for 0.4 s",
+    "silent in a step": "has not answered for 0.8 s",
     "dies in a step": "ended with signal 9",
     "floods": "after its answer",
 }
@@ -83,6 +85,11 @@ IN_STEP = {
 def command(fault=""):
     """Return the command of the program with a fault, which starts in a few milliseconds."""
     return [sys.executable, "-I", "-S", str(FAULTY), *([fault] if fault else [])]
+
+
+def patience_of(line):
+    """Return the time for a program whose fault is told by a line."""
+    return SHORT if "has not" in line else PATIENCE
 
 
 def made(scheme, paths=3):
@@ -106,8 +113,8 @@ def check_line(error, fault, begun):
     assert text.startswith("python")
     assert "\n" not in text
     assert len(text) < 600
-    assert "Traceback" not in text or fault in {"asks half and stops"}
-    assert time.monotonic() - begun < PATIENCE + 3.0
+    assert "Traceback" not in text
+    assert time.monotonic() - begun < PATIENCE
 
 
 @pytest.mark.parametrize("fault", AT_HELLO)
@@ -116,7 +123,7 @@ def test_fault_at_hello_is_one_line(fault):
     begun, before = time.monotonic(), children()
 
     with pytest.raises(SchemeError) as error:
-        scheme_of(command(fault), PATIENCE)
+        scheme_of(command(fault), patience_of(AT_HELLO[fault]))
 
     check_line(error, fault, begun)
     assert AT_HELLO[fault] in str(error.value)
@@ -126,7 +133,7 @@ def test_fault_at_hello_is_one_line(fault):
 @pytest.mark.parametrize("fault", IN_STEP)
 def test_fault_in_a_step_is_one_line(fault):
     """A program that breaks off, stops or answers something else costs one line, and is ended."""
-    scheme, before = scheme_of(command(fault), PATIENCE), children()
+    scheme, before = scheme_of(command(fault), patience_of(IN_STEP[fault])), children()
     begun = time.monotonic()
 
     with pytest.raises(SchemeError) as error:
@@ -145,9 +152,9 @@ def test_every_fault_has_its_line():
 
 def test_program_that_does_not_read_is_ended():
     """A request that fills the pipe waits no longer than the program's time."""
-    scheme = scheme_of(command("stdin is never read"), PATIENCE)
+    scheme = scheme_of(command("stdin is never read"), SHORT)
 
-    with pytest.raises(SchemeError, match=r"has not read its request for 0\.4 s"):
+    with pytest.raises(SchemeError, match=r"has not read its request for 0\.8 s"):
         made(scheme, paths=10**5)
 
 
@@ -165,6 +172,21 @@ def test_nan_is_a_state_like_any_other():
     scheme = scheme_of(command("not a number"), PATIENCE)
 
     assert np.isnan(made(scheme)).all()
+    session_of(scheme.command, PATIENCE).drop()
+
+
+def test_program_that_was_ended_between_steps_is_started_again():
+    """What has ended without a request fails no step."""
+    scheme = scheme_of(command(), PATIENCE)
+    before = children()
+    made(scheme)
+    [program] = set(children()) - set(before)
+    os.kill(int(program), signal.SIGKILL)
+    time.sleep(0.1)
+
+    np.testing.assert_array_equal(made(scheme), gbm().initial(3))
+    [other] = set(children()) - set(before)
+    assert other != program
     session_of(scheme.command, PATIENCE).drop()
 
 
