@@ -1,6 +1,7 @@
 """What a program may ask of a problem while it makes a step, by form, and the numbers that each step tells it."""
 
 from collections.abc import Callable, Mapping
+from string import ascii_lowercase
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -144,6 +145,12 @@ class Coefficients:
     def constants(self) -> dict[str, Array]:
         """Numbers of the problem, each an array of one number."""
         return {name: np.array([float(getattr(self.problem, name))]) for name in self.form.constants}
+
+    def rows_of(self, memory: str) -> int:
+        """Return how many rows a memory has: ``2d`` is twice the length d."""
+        number = memory.rstrip(ascii_lowercase)
+        letter = memory[len(number) :]
+        return int(number or 1) * (self.lengths[letter] if letter else 1)
 
     def require(self, name: str, shapes: Mapping[str, Shape]) -> None:
         """Raise if something cannot be asked for, or not with arrays of these shapes.

@@ -18,6 +18,7 @@ MOST_LINES = 200
 CLAIM = re.compile(
     r"(?P<measure>\S+) (?P<value>.+?)(?: of (?P<quantities>\S+))?(?: when (?P<when>\S+))? source (?P<source>.+)"
 )
+MEMORY = re.compile(r"(?P<number>[1-9][0-9]{0,3})?(?P<letter>[a-z])?(?<=.)")
 CLAIM_LINE = "claim MEASURE VALUE [of QUANTITY,...] [when TRAIT,...] source TEXT"
 
 
@@ -49,6 +50,8 @@ class Hello(NamedTuple):
         Letters of shapes, and the largest number that each may stand for: ``m`` and 1 for one constraint.
     gives : tuple of str
         Components of the solution that its state holds; empty for all.
+    memory : str
+        Rows of further state: a number, a letter of a shape, or both, as in ``2d``; empty for none.
     law : str
         Of the ``dW`` that it is given, one of `LAWS`.
     flags : frozenset of str
@@ -65,6 +68,7 @@ class Hello(NamedTuple):
     needs: tuple[frozenset[str], ...] = ()
     most: tuple[tuple[str, int], ...] = ()
     gives: tuple[str, ...] = ()
+    memory: str = ""
     law: str = GAUSSIAN.name
     flags: frozenset[str] = frozenset()
     claims: tuple[Claim, ...] = ()
@@ -123,8 +127,9 @@ def read_hello(lines: list[str]) -> Hello:
         raise SchemeError(f"said no {' and no '.join(sorted(missing))} in its hello")
     _check_asks(said["form"], said.get("asks", frozenset()))
     letters = {letter for form in said["form"] for letter in FORMS[form].letters}
-    if unknown := sorted({letter for letter, _ in said.get("most", ())} - letters):
-        raise SchemeError(f"said most {unknown[0]!r:.60}, expected one or more of {', '.join(sorted(letters))}")
+    named = {letter for letter, _ in said.get("most", ())} | {*filter(str.isalpha, said.get("memory", ""))}
+    if unknown := sorted(named - letters):
+        raise SchemeError(f"said the length {unknown[0]!r:.60}, expected one of {', '.join(sorted(letters))}")
     return Hello(**said)
 
 
@@ -171,6 +176,12 @@ def _read_noise(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+def _read_memory(text: str) -> str:
+    if MEMORY.fullmatch(text.strip()) is None:
+        raise SchemeError(f"said 'memory {text:.60}' in its hello, expected a number of rows such as 3, d or 2d")
+    return text.strip()
+
+
 def _read_law(text: str) -> str:
     if text.strip() not in LAWS:
         raise SchemeError(f"said 'law {text:.60}' in its hello, expected one of {', '.join(LAWS)}")
@@ -203,6 +214,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     "needs": _set,
     "most": _read_most,
     "gives": _words,
+    "memory": _read_memory,
     "law": _read_law,
     "is": _read_flags,
     "claim": _read_claim,

@@ -2,6 +2,7 @@
 
 import pickle
 import threading
+from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Increment, Scheme, SchemeError, Step, hookimpl
+from sdaeverify import Array, DelaySDAE, Increment, Parts, Scheme, SchemeError, Step, hookimpl
 
 from .coefficients import FORMS, Coefficients
 from .hello import FIELDS, FLAGS, LAWS, Hello, greet
@@ -21,6 +22,7 @@ PATIENCE = 60.0
 MASKS = ("failed", "truncated")
 # What begins the names of arrays that are reported beside the new state.
 OUTPUT, COST = "output.", "cost."
+MEMORY = "memory"
 
 
 class Session:
@@ -98,6 +100,23 @@ class Wired(Scheme):
         known = Coefficients(problem, self.hello.form, self.hello.asks)
         return known.why_too_large(self.hello.most) or known.why_not()
 
+    def enter(self, problem: Any, state: Any, t: float, h: float) -> Any:
+        """Return the state with the memory that the program begins with, if it has any."""
+        if not self.hello.memory:
+            return state
+        known, fields = Coefficients(problem, self.hello.form, self.hello.asks), fields_of(state)
+        paths = next(iter(fields.values())).shape[-1]
+        empty = remembering((*fields, MEMORY))(*fields.values(), np.zeros((known.rows_of(self.hello.memory), paths)))
+        times = {"t": np.array([float(t)]), "h": np.array([float(h)])}
+        return self._answered(encode("enter", {**times, **fields, **known.constants}), empty, known).state
+
+    def parts(self, problem: Any, state: Any) -> Parts:
+        """Return the components of the solution, without the program's memory."""
+        if self.hello.memory:
+            kind, fields = type(problem.initial(1)), state[:-1]
+            state = fields[0] if kind is np.ndarray else kind(*fields)
+        return super().parts(problem, state)
+
     def prepare(self, problem: Any, h: float) -> Callable[[Any, float, Increment], Step]:
         """Return the step for one problem and step size."""
         known = Coefficients(problem, self.hello.form, self.hello.asks)
@@ -108,15 +127,19 @@ class Wired(Scheme):
             if isinstance(problem, DelaySDAE):
                 lag = problem.lag(state.x, h, noise)
                 sent |= {"lagged": lag.now, "ahead": lag.known, "weight": np.array([lag.weight])}
-            session = session_of(self.command, self.patience)
-            with session.lock:
-                try:
-                    return made(session.running(self.hello), sent, state, known)
-                except BaseException:
-                    session.drop()
-                    raise
+            return self._answered(encode("step", sent), state, known)
 
         return stepper
+
+    def _answered(self, message: bytes, state: Any, known: Coefficients) -> Step:
+        """Send a message to the program of this process, and return what comes back."""
+        session = session_of(self.command, self.patience)
+        with session.lock:
+            try:
+                return made(session.running(self.hello), message, state, known)
+            except BaseException:
+                session.drop()
+                raise
 
     def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -132,15 +155,16 @@ class Wired(Scheme):
         return drawn
 
 
-def made(program: Program, sent: Mapping[str, Array], state: Any, known: Coefficients) -> Step:
+def made(program: Program, message: bytes, state: Any, known: Coefficients) -> Step:
     """Have a program make a step, and answer what it asks meanwhile.
 
     Parameters
     ----------
     program : Program
-    sent : mapping of str to ndarray
-        Time, step size, state, noise and constants.
+    message : bytes
+        A ``step`` or ``enter``.
     state : ndarray or NamedTuple of ndarray
+        Of the kind and the shapes that the answer has.
     known : Coefficients
 
     Raises
@@ -148,7 +172,7 @@ def made(program: Program, sent: Mapping[str, Array], state: Any, known: Coeffic
     SchemeError
         If the program breaks the protocol, or ends.
     """
-    program.send(encode("step", sent))
+    program.send(message)
     while (line := program.line()).word == "ask":
         try:
             known.require(line.about, line.shapes)
@@ -229,6 +253,12 @@ def _mask(program: Program, name: str, array: Array) -> Any:
 def fields_of(state: Any) -> dict[str, Array]:
     """Return the arrays of a state by name; ``x`` for one that is an array itself."""
     return state._asdict() if isinstance(state, tuple) else {"x": state}  # type: ignore[attr-defined]
+
+
+@lru_cache(maxsize=64)
+def remembering(names: tuple[str, ...]) -> Any:
+    """Return the class of states with fields of these names, the last one being the memory."""
+    return namedtuple("Remembering", names)
 
 
 @lru_cache(maxsize=64)

@@ -20,9 +20,7 @@ def plugin(tmp_path):
     def write(*commands):
         file = tmp_path / "wired.py"
         listed = ", ".join(map(repr, commands))
-        file.write_text(
-            f"from sdaeverify_wire import schemes\nsdaeverify_schemes = schemes({listed}, patience=2)\n"
-        )
+        file.write_text(f"from sdaeverify_wire import schemes\nsdaeverify_schemes = schemes({listed}, patience=2)\n")
         return str(file)
 
     return write

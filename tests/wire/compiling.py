@@ -53,17 +53,17 @@ def built_fortran(folder):
     return [str(program)]
 
 
-def with_python(folder):
-    """Return golden-euler in Python, beside the client, as a command."""
-    for file in (CLIENTS / "sdaeverify_client.py", PROGRAMS / "golden_euler.py"):
+def with_python(folder, name="golden_euler"):
+    """Return a program in Python, beside the client, as a command."""
+    for file in (CLIENTS / "sdaeverify_client.py", PROGRAMS / f"{name}.py"):
         shutil.copy(file, folder)
-    return [sys.executable, "-E", "-S", str(folder / "golden_euler.py")]
+    return [sys.executable, "-E", "-S", str(folder / f"{name}.py")]
 
 
-def with_octave(folder):
-    """Return golden-euler in Octave, beside the client, as a command."""
+def with_octave(_, name="golden_euler"):
+    """Return a program in Octave, which finds the client, as a command."""
     need("octave-cli")
-    return ["octave-cli", "--no-gui", "--norc", "-q", "-p", str(CLIENTS), str(PROGRAMS / "golden_euler.m")]
+    return ["octave-cli", "--no-gui", "--norc", "-q", "-p", str(CLIENTS), str(PROGRAMS / f"{name}.m")]
 
 
 LANGUAGES = {

@@ -1,13 +1,16 @@
 """The golden transcript: its bytes, and the clients that answer as it does."""
 
+import numpy as np
 import pytest
 
+from facade import gbm
 from sdaeverify import SchemeError
 from sdaeverify_wire.check import checked
 from sdaeverify_wire.command import CLIENTS as FILES
 from sdaeverify_wire.program import Program, split_command
+from sdaeverify_wire.scheme import scheme_of, session_of
 from sdaeverify_wire.transcript import GOLDEN, golden_conversation, read, replay, written
-from wire.compiling import CLIENTS, LANGUAGES, built_c
+from wire.compiling import CLIENTS, LANGUAGES, built_c, with_octave, with_python
 
 ONE = b"\x00\x00\x00\x00\x00\x00\xf0\x3f"
 # Hello, and the step of one path: t = 1/2, h = 1/4, x = dW = -3/4; f = 3/8, B = -5/8, x + h f + B dW = -3/16.
@@ -58,3 +61,18 @@ def test_each_client_is_a_file():
     """The command gives each client that is there; that of Julia says that nobody has run it."""
     assert {path.name for path in CLIENTS.iterdir() if path.is_file()} == set(FILES.values())
     assert "UNTESTED" in (CLIENTS / FILES["julia"]).read_text()
+
+
+@pytest.mark.parametrize("language", [with_python, with_octave], ids=["Python", "Octave"])
+def test_client_keeps_a_memory(language, tmp_path):
+    """The memory that a state is entered with comes back with each step, and is no component of the solution."""
+    scheme, problem, h = scheme_of(language(tmp_path, "remembers"), 20.0), gbm(), 0.25
+    state = scheme.start(problem, 5, h)
+    for step in range(3):
+        np.testing.assert_array_equal(state.memory, np.full((1, 5), step * h))
+        noise = problem.drawn(np.random.default_rng(1), h, 5)
+        state = scheme.step(problem, state, step * h, h, noise).state
+    session_of(scheme.command, scheme.patience).drop()
+
+    assert list(scheme.parts(problem, state)) == ["x"]
+    np.testing.assert_array_equal(state.x, problem.initial(5))

@@ -82,7 +82,9 @@ def test_problems_it_cannot_have_are_refused():
     ("line", "told"),
     [
         ("most m", "expected letters of shapes with numbers such as m=1"),
-        ("most z=1", "said most 'z', expected one or more of d, l, m"),
+        ("most z=1", "said the length 'z', expected one of d, l, m"),
+        ("memory 2z", "said the length 'z', expected one of d, l, m"),
+        ("memory d+1", "expected a number of rows such as 3, d or 2d"),
         ("noise dW Z", "said 'noise Z' in its hello, expected some of dW, H, K, A"),
         ("law uniform", "said 'law uniform' in its hello, expected one of gaussian, three-point, two-point"),
         ("is exact", "said 'is exact' in its hello, expected one of discontinuous-in-noise, corrected-later"),

@@ -18,6 +18,7 @@ from wire.compiling import built_c
 PAIRS = {
     "wired_milstein": (twins.Milstein, "gbm", (gbm,)),
     "wired_langevin": (twins.SymplecticEuler, "harmonic-langevin", (harmonic_langevin,)),
+    "wired_verlet": (twins.Verlet, "harmonic-langevin", (harmonic_langevin,)),
     "wired_holonomic": (twins.HalfExplicit, "pendulum", (pendulum,)),
     "wired_delay": (twins.DelayEuler, "delay-linear", (delay_linear,)),
 }

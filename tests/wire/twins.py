@@ -1,6 +1,6 @@
 """The schemes of the programs in C, in Python with the same operations in the same order, under the same names."""
 
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,37 @@ class SymplecticEuler(Scheme):
         return Step(np.concatenate([q + h * p, p]))
 
 
+class WithForce(NamedTuple):
+    """Positions over momenta, and the force at the positions."""
+
+    x: np.ndarray
+    force: np.ndarray
+
+
+class Verlet(Scheme):
+    """Velocity Verlet with friction and noise in its second kick, which keeps the force."""
+
+    name: ClassVar[str] = "wired-verlet"
+    form: ClassVar[type] = Langevin
+    claims: ClassVar[tuple] = claims(strong=1.0, weak=1.0)
+
+    def enter(self, problem, state, t, h):
+        q = state[: problem.noise_dim]
+        return WithForce(state, np.broadcast_to(problem.force(q), q.shape))
+
+    def parts(self, problem, state):
+        return problem.parts(state.x)
+
+    def step(self, problem, state, t, h, noise):
+        n = problem.noise_dim
+        q, p = state.x[:n], state.x[n:]
+        kicked = p + 0.5 * h * state.force
+        q = q + h * kicked
+        F = problem.force(q)
+        kicked = kicked + 0.5 * h * F - h * problem.friction * p + problem.strength * noise.dW
+        return Step(WithForce(np.concatenate([q, kicked]), F))
+
+
 class HalfExplicit(Scheme):
     """Half-explicit Euler with one constraint."""
 
@@ -104,4 +135,4 @@ class DelayEuler(Scheme):
 @hookimpl
 def sdaeverify_schemes():
     """Register them."""
-    return [Milstein(), SymplecticEuler(), HalfExplicit(), DelayEuler()]
+    return [Milstein(), SymplecticEuler(), Verlet(), HalfExplicit(), DelayEuler()]

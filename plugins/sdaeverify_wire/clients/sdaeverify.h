@@ -68,12 +68,12 @@ SV_API sv_array *sv_find(const char *name) {
 SV_API double *sv_get(const char *name) { return sv_find(name)->data; }
 SV_API long sv_size(const char *name) { return sv_find(name)->size; }
 SV_API long sv_paths(const char *name) { return sv_find(name)->paths; }
-SV_API int sv_next(const char *hello) {                           /* 1 for a step to be made, 0 at the end */
+SV_API int sv_next(const char *hello) {       /* 1 for a step, 2 to enter a state with memory, 0 at the end */
     static const double version = 1.0;
     for (;;) {
         while (sv_ins) free(sv_in[--sv_ins].data);
         if (!sv_read()) return 0;
-        if (strcmp(sv_word, "hello")) return 1;
+        if (strcmp(sv_word, "hello")) return strcmp(sv_word, "enter") ? 1 : 2;
         fputs(hello, stdout); sv_begin("hello"); sv_put("version", &version, -1, 1); sv_send();
     }
 }

@@ -13,6 +13,9 @@
 #         noise = [sum(B[p, j, i] * dW[p, j] for j in axes(B, 2)) for p in axes(B, 1), i in axes(B, 3)]
 #         ["x" => x .+ h .* f .+ noise]
 #     end
+#
+# With "memory" in the hello, the keyword enter = (given, ask) -> ... returns the state that it is given, and the memory
+# to begin with.
 
 function read_message(io)
     line = readline(io)
@@ -37,7 +40,7 @@ function write_message(io, words, arrays)
     flush(io)
 end
 
-function serve(step, hello; input = stdin, output = stdout)
+function serve(step, hello; enter = nothing, input = stdin, output = stdout)
     function ask(name, arrays...)
         write_message(output, "ask " * name, arrays)
         return read_message(input)[2][name]
@@ -49,7 +52,7 @@ function serve(step, hello; input = stdin, output = stdout)
             write(output, hello)
             write_message(output, "hello", ["version" => [1.0]])
         else
-            write_message(output, "done", step(given, ask))
+            write_message(output, "done", (word == "enter" ? enter : step)(given, ask))
         end
     end
 end

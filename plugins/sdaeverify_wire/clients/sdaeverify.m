@@ -1,4 +1,4 @@
-function sdaeverify (hello, step)
+function sdaeverify (hello, step, enter)
   % A solver in Octave for sdaeverify, by version 1 of its wire. Copy this file; it needs no package.
   %
   % On the wire the last axis, of paths, is the fastest; in Octave the first is. So arrays have paths first here: the
@@ -11,6 +11,8 @@ function sdaeverify (hello, step)
   %     f = ask ("drift", at);  B = ask ("diffusion", at);
   %     new.x = given.x + given.h * f + squeeze (B(:, 1, :)) .* given.dW;
   %   end
+  %
+  % With "memory" in the hello, enter (given, ask) returns the state that it is given, and the memory to begin with.
   ask = @ask_back;
   while (true)
     [word, given] = read_message ();
@@ -18,15 +20,17 @@ function sdaeverify (hello, step)
       return;
     elseif (strcmp (word, "hello"))
       fwrite (stdout, hello);
-      write_message ("hello", struct ("version", 1), {[1]});
+      write_message ("hello", struct ("version", 1));
+    elseif (strcmp (word, "enter"))
+      write_message ("done", enter (given, ask));
     else
-      write_message ("done", step (given, ask), {});
+      write_message ("done", step (given, ask));
     end
   end
 end
 
 function answer = ask_back (name, arguments)
-  write_message (["ask " name], arguments, {});
+  write_message (["ask " name], arguments);
   [~, given] = read_message ();
   answer = given.(name);
 end
@@ -48,7 +52,7 @@ function [word, arrays] = read_message ()
   end
 end
 
-function write_message (words, arrays, ranks)
+function write_message (words, arrays)
   % A number is of rank 1 on the wire, a matrix of rank 2; a column of P paths is the matrix 1 x P.
   names = fieldnames (arrays);
   line = words;

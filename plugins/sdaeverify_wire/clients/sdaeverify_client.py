@@ -23,7 +23,7 @@ from collections import namedtuple
 Numbers = namedtuple("Numbers", "shape data")
 
 
-def serve(hello, step):
+def serve(hello, step, enter=None):
     """Answer messages until there are no more.
 
     Parameters
@@ -32,6 +32,8 @@ def serve(hello, step):
         The lines that say what the solver is.
     step : callable, (given, ask) -> dict of str to Numbers
         ``given`` holds arrays by name; ``ask(name, **arrays)`` returns what it asks for; the new state comes back.
+    enter : callable, (given, ask) -> dict of str to Numbers, optional
+        The same for a hello with ``memory``: it returns the state that it is given, and the memory to begin with.
     """
     while True:
         word, given = read_message()
@@ -42,7 +44,7 @@ def serve(hello, step):
             write_message("hello", {"version": Numbers((1,), [1.0])})
         else:
             try:
-                answer = step(given, ask)
+                answer = (enter if word == "enter" else step)(given, ask)
             except Exception as error:
                 why = f"{type(error).__name__}: {error}".encode("ascii", "replace").replace(b"\n", b" ")
                 sys.stdout.buffer.write(b"error " + why[:2000] + b"\n")
