@@ -77,6 +77,7 @@ EXAMPLES = {
     "reproduce": "reproduce 'lindner-*' --budget smoke",
     "selftest": "selftest --only 'planted-*'",
     "show": "show reports/latest milstein gbm",
+    "wire": "wire --check ./my_solver",
 }
 
 

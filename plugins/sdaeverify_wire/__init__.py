@@ -1,0 +1,16 @@
+"""Solvers in any language as schemes: a program reads steps on its stdin and writes new states on its stdout.
+
+Two lines are a plugin file, which every command takes with ``--plugin``, and a table of the gate with ``plugins``::
+
+    from sdaeverify_wire import schemes
+
+    sdaeverify_schemes = schemes("./my_solver")
+
+The program says hello with its name, form, noise and claims; while it makes a step it may ask for the coefficients of
+the problem at any batch of states. So every problem, the order conditions and the random members work without a line
+about them in the program.
+"""
+
+from .scheme import Wired, scheme_of, schemes
+
+__all__ = ["Wired", "scheme_of", "schemes"]

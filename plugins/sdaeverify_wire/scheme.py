@@ -1,0 +1,345 @@
+"""A program on the wire as a scheme."""
+
+import pickle
+import threading
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, Increment, Parts, Scheme, SchemeError, Step, hookimpl
+
+from .coefficients import FORMS, Coefficients
+from .hello import FIELDS, FLAGS, LAWS, Hello, greet
+from .messages import Line, Shape, encode, shape_text
+from .program import Program, split_command
+
+# Seconds without any byte after which a program counts as hung.
+PATIENCE = 60.0
+MASKS = ("failed", "truncated")
+# What begins the names of arrays that are reported beside the new state.
+OUTPUT, COST = "output.", "cost."
+MEMORY = "memory"
+
+
+class Session:
+    """The program of a command in this process: started when it is first needed, and again after it has broken off.
+
+    Parameters
+    ----------
+    command : tuple of str
+    patience : float
+    """
+
+    def __init__(self, command: tuple[str, ...], patience: float) -> None:
+        self.command, self.patience = command, patience
+        # Workers may be threads of one process.
+        self.lock = threading.Lock()
+        self._program: Program | None = None
+
+    def running(self, expected: Hello) -> Program:
+        """Return the running program, after its hello.
+
+        Raises
+        ------
+        SchemeError
+            If it cannot be started, or says another hello than when it was registered.
+        """
+        if self._program is None or not self._program.runs:
+            # It may have been ended between two steps: steps know nothing of each other.
+            self.drop()
+            program = Program(self.command, self.patience)
+            if greet(program) != expected:
+                raise program.failure("says another hello than when it was registered; run it again")
+            self._program = program
+        return self._program
+
+    def drop(self) -> None:
+        """End the program: it may be in the midst of a step."""
+        program, self._program = self._program, None
+        if program is not None:
+            program.close()
+
+
+@lru_cache(maxsize=16)
+def session_of(command: tuple[str, ...], patience: float) -> Session:
+    """Return the session of a command in this process: one process of it a worker."""
+    return Session(command, patience)
+
+
+class Wired(Scheme):
+    """A program that makes the steps, started once in each worker.
+
+    Attributes
+    ----------
+    command : tuple of str
+        The program and its arguments.
+    hello : Hello
+    patience : float
+        Seconds without any byte after which it counts as hung.
+    """
+
+    command: ClassVar[tuple[str, ...]] = ()
+    hello: ClassVar[Hello]
+    patience: ClassVar[float] = PATIENCE
+
+    def __reduce__(self) -> Any:
+        """Return how a worker makes it: without starting the program."""
+        if type(self) is not wired_class(self.command, self.hello, self.patience):
+            raise pickle.PicklingError("a scheme with other claims than its program has")
+        return restored, (self.command, self.hello, self.patience)
+
+    def refuses(self, problem: Any) -> str:
+        """Refuse problems without the traits it needs, that are too large, or that have not what it asks for."""
+        for traits in self.hello.needs:
+            if not traits & problem.traits:
+                return f"it needs a problem with {' or '.join(sorted(traits))}"
+        known = Coefficients(problem, self.hello.form, self.hello.asks)
+        return known.why_too_large(self.hello.most) or known.why_not()
+
+    def enter(self, problem: Any, state: Any, t: float, h: float) -> Any:
+        """Return the state with the memory that the program begins with, if it has any."""
+        if not self.hello.memory:
+            return state
+        known, fields = Coefficients(problem, self.hello.form, self.hello.asks), fields_of(state)
+        paths = next(iter(fields.values())).shape[-1]
+        empty = remembering((*fields, MEMORY))(*fields.values(), np.zeros((known.rows_of(self.hello.memory), paths)))
+        times = {"t": np.array([float(t)]), "h": np.array([float(h)])}
+        return self._answered(encode("enter", {**times, **fields, **known.constants}), empty, known).state
+
+    def parts(self, problem: Any, state: Any) -> Parts:
+        """Return the components of the solution, without the program's memory."""
+        if self.hello.memory:
+            kind, fields = type(problem.initial(1)), state[:-1]
+            state = fields[0] if kind is np.ndarray else kind(*fields)
+        return super().parts(problem, state)
+
+    def prepare(self, problem: Any, h: float) -> Callable[[Any, float, Increment], Step]:
+        """Return the step for one problem and step size."""
+        known = Coefficients(problem, self.hello.form, self.hello.asks)
+        constants, size = known.constants, np.array([float(h)])
+
+        def stepper(state: Any, t: float, noise: Increment) -> Step:
+            sent = {"t": np.array([float(t)]), "h": size, **fields_of(state), **self._noise(noise), **constants}
+            if isinstance(problem, DelaySDAE):
+                lag = problem.lag(state.x, h, noise)
+                sent |= {"lagged": lag.now, "ahead": lag.known, "weight": np.array([lag.weight])}
+            return self._answered(encode("step", sent), state, known)
+
+        return stepper
+
+    def _answered(self, message: bytes, state: Any, known: Coefficients) -> Step:
+        """Send a message to the program of this process, and return what comes back."""
+        session = session_of(self.command, self.patience)
+        with session.lock:
+            try:
+                return made(session.running(self.hello), message, state, known)
+            except BaseException:
+                session.drop()
+                raise
+
+    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return self.prepare(problem, h)(state, t, noise)
+
+    def _noise(self, noise: Increment) -> dict[str, Array]:
+        drawn: dict[str, Any] = {name: getattr(noise, name) for name in FIELDS if name in self.noise}
+        if drawn.get("A", 0) is None and len(noise.dW) == 1:
+            # One Brownian motion has no areas, whether or not they are drawn.
+            drawn["A"] = noise.dW[:0]
+        if missing := [name for name, array in drawn.items() if array is None]:
+            raise SchemeError(f"{missing[0]} is not drawn for this problem")
+        return drawn
+
+
+def made(program: Program, message: bytes, state: Any, known: Coefficients) -> Step:
+    """Have a program make a step, and answer what it asks meanwhile.
+
+    Parameters
+    ----------
+    program : Program
+    message : bytes
+        A ``step`` or ``enter``.
+    state : ndarray or NamedTuple of ndarray
+        Of the kind and the shapes that the answer has.
+    known : Coefficients
+
+    Raises
+    ------
+    SchemeError
+        If the program breaks the protocol, or ends.
+    """
+    program.send(message)
+    while (line := program.line()).word == "ask":
+        try:
+            known.require(line.about, line.shapes)
+        except SchemeError as error:
+            raise program.failure(str(error)) from None
+        arrays = {name: program.array(shape) for name, shape in line.shapes.items()}
+        program.send(encode("give", {line.about: known.answer(line.about, arrays)}))
+    if line.word == "error":
+        raise program.failure(f"says: {line.about:.300}")
+    if line.word != "done":
+        told = "expected ask, done or error; words for people go to stderr"
+        raise program.failure(f"sent {line.word!r:.60}, {told}")
+    return read_step(program, line, state)
+
+
+def read_step(program: Program, line: Line, state: Any) -> Step:
+    """Read the new state and what else a step returns.
+
+    Parameters
+    ----------
+    program : Program
+    line : Line
+        That of the message ``done``.
+    state : ndarray or NamedTuple of ndarray
+        The old one.
+
+    Raises
+    ------
+    SchemeError
+        If arrays are missing, unknown or of other shapes.
+    """
+    expected = {name: array.shape for name, array in fields_of(state).items()}
+    paths = next(iter(expected.values()))[-1]
+    if why := why_not_done(line.shapes, expected, paths):
+        raise program.failure(why)
+    found = {name: program.array(shape) for name, shape in line.shapes.items()}
+    flags = {name: _mask(program, name, found[name]) for name in MASKS if name in found}
+    fields = [found[name] for name in expected]
+    return Step(
+        type(state)(*fields) if isinstance(state, tuple) else fields[0],
+        failed=flags.get("failed"),
+        truncated=flags.get("truncated"),
+        outputs={name.removeprefix(OUTPUT): array for name, array in found.items() if name.startswith(OUTPUT)},
+        costs={name.removeprefix(COST): array for name, array in found.items() if name.startswith(COST)},
+    )
+
+
+def why_not_done(shapes: Mapping[str, Shape], expected: Mapping[str, Shape], paths: int) -> str:
+    """Return what is wrong with the arrays of a ``done``, or an empty string.
+
+    Parameters
+    ----------
+    shapes : mapping of str to tuple of int
+        Of the arrays that the program announces.
+    expected : mapping of str to tuple of int
+        Of the arrays of the state, which come first.
+    paths : int
+    """
+    first = list(shapes.items())[: len(expected)]
+    if first != list(expected.items()):
+        told, got = (" ".join(f"{n}={shape_text(s)}" for n, s in each) for each in (expected.items(), first))
+        return f"sent 'done {got:.120}', expected {told!r} first"
+    for name, shape in list(shapes.items())[len(expected) :]:
+        rank = 1 if name in MASKS or name.startswith(COST) else 2
+        if not (name in MASKS or name.startswith((OUTPUT, COST))):
+            return f"sent {name!r} behind the state, expected {', '.join(MASKS)}, {OUTPUT}NAME or {COST}NAME"
+        if len(shape) != rank or shape[-1] != paths:
+            return f"sent {name} of shape {shape_text(shape)}, expected {'kx' if rank == 2 else ''}{paths}"
+    return ""
+
+
+def _mask(program: Program, name: str, array: Array) -> Any:
+    if not np.isin(array, (0.0, 1.0)).all():
+        raise program.failure(f"sent {name} with other numbers than 0 and 1")
+    return array == 1.0
+
+
+def fields_of(state: Any) -> dict[str, Array]:
+    """Return the arrays of a state by name; ``x`` for one that is an array itself."""
+    return state._asdict() if isinstance(state, tuple) else {"x": state}  # type: ignore[attr-defined]
+
+
+@lru_cache(maxsize=64)
+def remembering(names: tuple[str, ...]) -> Any:
+    """Return the class of states with fields of these names, the last one being the memory."""
+    return namedtuple("Remembering", names)
+
+
+@lru_cache(maxsize=64)
+def wired_class(command: tuple[str, ...], hello: Hello, patience: float) -> type[Wired]:
+    """Return the class of the scheme of a program, one for each hello.
+
+    Parameters
+    ----------
+    command : tuple of str
+    hello : Hello
+    patience : float
+        Seconds without any byte after which the program counts as hung.
+    """
+    declared = {
+        "__doc__": hello.about or f"The program {Path(command[0]).name}, by the wire.",
+        "command": command,
+        "hello": hello,
+        "patience": patience,
+        "name": hello.name,
+        "form": tuple(FORMS[name].kind for name in hello.form),
+        "noise": hello.noise,
+        "claims": hello.claims,
+        "gives": hello.gives,
+        "source": hello.source,
+        "law": LAWS[hello.law],
+        **dict(FLAGS[word] for word in hello.flags),
+    }
+    return type("Wired", (Wired,), declared)
+
+
+def restored(command: tuple[str, ...], hello: Hello, patience: float) -> Wired:
+    """Return the scheme of a program that has said hello before.
+
+    Parameters
+    ----------
+    command : tuple of str
+    hello : Hello
+    patience : float
+        Seconds without any byte after which the program counts as hung.
+    """
+    return wired_class(command, hello, patience)()
+
+
+def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -> Wired:
+    """Start a program, hear its hello, end it, and return its scheme.
+
+    Parameters
+    ----------
+    command : str, Path or sequence of str
+        The program with its arguments; a text is split as a shell does.
+    patience : float
+        Seconds without any byte after which it counts as hung.
+
+    Raises
+    ------
+    UsageError
+        If there is no such program.
+    SchemeError
+        If it says no hello.
+    """
+    words = split_command(command)
+    program = Program(words, patience)
+    try:
+        return restored(words, greet(program), patience)
+    finally:
+        program.close()
+
+
+def schemes(*commands: str | Path | Sequence[str], patience: float = PATIENCE) -> Callable[[], list[Scheme]]:
+    """Return the hook that registers programs: a plugin file gives it the name ``sdaeverify_schemes``.
+
+    Parameters
+    ----------
+    *commands : str, Path or sequence of str
+        A program each, with its arguments; a text is split as a shell does.
+    patience : float
+        Seconds without any byte after which a program counts as hung.
+    """
+
+    @hookimpl
+    def sdaeverify_schemes() -> list[Scheme]:
+        return [scheme_of(command, patience) for command in commands]
+
+    return sdaeverify_schemes
