@@ -30,7 +30,7 @@ from sdaeverify.contracts.labels import (
 )
 from sdaeverify.contracts.matching import match
 from sdaeverify.contracts.measure import Followed, rests_on_moments
-from sdaeverify.contracts.opened import home_of
+from sdaeverify.contracts.opened import home_of, openings
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
 from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, function_parameters, problem_spec
