@@ -199,7 +199,7 @@ def test_every_module_has_its_place():
 
 
 def test_rooms_can_be_overlooked():
-    """A newcomer reads at most 24 names at the top, the package's own aside, and at most 16 in any folder."""
+    """Neither the top of the package nor any of its folders holds more files than a newcomer can survey."""
     assert len({top(path) for path in sources(FRAMEWORK)} - {"__init__"}) <= MOST_ROOMS
     files = Counter(path.parent for path in sources(FRAMEWORK))
     assert not {name(folder): count for folder, count in files.items() if count > FILES_OF_A_ROOM}
