@@ -28,6 +28,7 @@ ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})
 # Where a plugin file that was loaded keeps what it held.
 SOURCE = "__source__"
+BLOCKS = (ast.stmt, ast.excepthandler, ast.match_case)
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -108,15 +109,17 @@ def _parse(files: Iterable[tuple[str, bytes]], without: frozenset[str]) -> tuple
     contents, imported = list[bytes](), set[str]()
     for name, content in files:
         tree = _tree(content) if name.endswith(".py") else None
-        contents += [name.encode(), content if tree is None else _written(tree, without)]
-        imported |= set() if tree is None else {top for node in ast.walk(tree) for top in _imports(node)}
+        imported |= set() if tree is None else _strip(tree, without)
+        contents += [name.encode(), content if tree is None else _written(tree)]
     return _hash(contents), frozenset(imported)
 
 
 def parsed_file(content: bytes) -> bytes:
     """Return the syntax tree of a module without docstrings, as text; its content if it cannot be parsed."""
-    tree = _tree(content)
-    return content if tree is None else _written(tree)
+    if (tree := _tree(content)) is None:
+        return content
+    _strip(tree)
+    return _written(tree)
 
 
 def _tree(content: bytes) -> ast.Module | None:
@@ -127,13 +130,22 @@ def _tree(content: bytes) -> ast.Module | None:
         return None
 
 
-def _written(tree: ast.Module, without: frozenset[str] = frozenset()) -> bytes:
-    """Return a tree as text, without docstrings and without the named methods and attributes of classes."""
-    for node in ast.walk(tree):
+def _written(tree: ast.Module) -> bytes:
+    return ast.dump(tree).encode(errors="surrogatepass")
+
+
+def _strip(tree: ast.Module, without: frozenset[str] = frozenset()) -> set[str]:
+    """Remove docstrings, and the named members of classes, from a tree; return the modules that it imports."""
+    waiting, imported = list[ast.AST]([tree]), set[str]()
+    while waiting:
+        node = waiting.pop()
+        imported.update(_imports(node))
         if isinstance(node, DEFINITIONS):
             dropped = without if isinstance(node, ast.ClassDef) else frozenset[str]()
             node.body = [part for part in node.body if not (_is_text(part) or _bound_name(part) in dropped)]
-    return ast.dump(tree).encode(errors="surrogatepass")
+        # No statement is part of an expression.
+        waiting += [part for part in ast.iter_child_nodes(node) if isinstance(part, BLOCKS)]
+    return imported
 
 
 def _bound_name(node: ast.stmt) -> str:
