@@ -317,8 +317,7 @@ def verify(
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
     limits, settings = _check_options(**asked), settings_from(**numbers)
     if asked["out"] is not None and limits is None:
-        # This process simulates, and keeps evidence as long as the files that plugins open hold the same.
-        openings()
+        openings()  # This process simulates for a store: evidence depends on files that plugins open.
     registry = load_registry(asked["plugins"])
     for warning in registry.complaints:
         LOG.warning(warning)

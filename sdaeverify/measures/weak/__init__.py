@@ -153,7 +153,7 @@ def _tests(
     assert isinstance(claim.value, Order)
     refuted = max(order.refuted, corrected.p_below(claim.value.floor))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
-    if rising or _coarse(means, int(levels[-1])) or _turns(means, levels):
+    if rising or _is_coarse_mean(means, int(levels[-1])) or _turns(means, levels):
         refuted = 1.0
     tests = PathTests(
         max(order.verified, limit.verified),
@@ -187,7 +187,7 @@ def _shrinks(means: Means, levels: Array) -> float:
     return max(grown.p_above(0.0) for grown in means.grown(levels))
 
 
-def _coarse(means: Means, finest: int) -> bool:
+def _is_coarse_mean(means: Means, finest: int) -> bool:
     """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 
