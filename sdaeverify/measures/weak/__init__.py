@@ -50,14 +50,17 @@ from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_prob
 STATE = "state"
 LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Fewer functionals can all be blind to the same error.
+# Chosen.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
 TOO_FEW = "paths have too few sound step sizes: {levels}, {fewest} needed"
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
+# Chosen.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
+# Theorem: |E f(x) - E f(y)| <= L E|x - y|, and the least strong order is 1/2.
 SLOWEST = 0.5
 SLOWER = "too far from the limit for the claim"
 
