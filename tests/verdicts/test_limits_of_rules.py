@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from facade import (
+    Case,
     EulerMaruyama,
+    Objection,
     StrongOrder,
     beside,
     claim_for,
@@ -15,12 +17,15 @@ from facade import (
     judge_strong,
     lies_below,
     resolve_order,
+    rules,
+    send,
     sound_levels,
     too_coarse,
     unlike,
     up_to,
     why_vacuous,
 )
+from measures import test_mean_order as mean_orders
 from sdaeverify import Claim, Scheme, Settings
 from sdaeverify.measuring import (
     Estimate,
@@ -177,6 +182,26 @@ class TestDecisions:
         assert not why_vacuous(1.0, float("nan"))
 
 
+class TestMeans:
+    """Differences of means."""
+
+    @pytest.mark.parametrize(("jitter", "shown"), [(0.01, True), (0.02, False)])
+    def test_a_difference_below_three_standard_errors_shows_no_order(self, jitter, shown):
+        """It is 3.5 and 2.1 standard errors here."""
+        order = mean_orders.found(0.1 * mean_orders.H, jitter=jitter)
+        assert 2.0 < order.resolved < 3.6
+        assert (order.resolved > 3.0) is shown
+        assert ("paths show no order" in str(order.tests.reason)) is not shown
+
+    @pytest.mark.parametrize(("size", "refuted"), [(84.0, False), (38.0, True)])
+    def test_an_error_of_a_quarter_of_the_mean_refutes_no_order(self, size, refuted):
+        """The last difference is 0.30 and 0.22 of the mean."""
+        errors = size * mean_orders.H**0.5
+        order = mean_orders.found(errors, seen=mean_orders.problem(truth=False))
+        assert bool((errors[-2] - errors[-1]) / (mean_orders.LIMIT + errors[-1]) < 0.25) is refuted
+        assert (order.tests.refuted < 1e-6) is refuted
+
+
 STEP = StrongOrder(1.0, 1.5, 2.0, 1.5, 2.0, True, 0.0, 1.0, 0.0, True, 1.0, True)
 
 
@@ -290,3 +315,123 @@ class TestLevels:
             levels, why = sound_levels({name: np.array(failed, dtype=float), other: zeros})
             assert levels.tolist() == list(range(first, 4))
             assert bool(why) is any(failed)
+
+
+SURE = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=ONE, estimate=1.0, low=0.9, high=1.1, p_verified=1e-9)
+
+
+class TestRules:
+    """What becomes of a verified finding."""
+
+    @pytest.mark.parametrize(("tier", "settled"), [(1, True), (3, False)])
+    def test_controls_that_more_paths_may_mend_leave_paths_to_draw(self, tier, settled):
+        """One step is not changed by more of them."""
+        found = send(replace(SURE, tier=tier), Case(objection=Objection("the control is not refuted")))
+        assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, settled)
+        assert str(found.reason).startswith("the control is not refuted")
+        assert found.p_verified == 1.0
+
+    @pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.NOT_RUN])
+    def test_controls_of_which_nothing_is_known_end_the_matter(self, verdict):
+        """The verdict is theirs, and the reason says that the claim is not verified."""
+        found = send(SURE, Case(objection=Objection("the control died", verdict)))
+        assert (found.verdict, found.settled) == (verdict, True)
+        assert str(found.reason).startswith("not verified: the control died")
+
+    def test_a_suspected_problem_refutes_nothing(self):
+        """What is refuted becomes an error of the problem; what is verified stays so."""
+        suspicion = Case(suspicion="a control is refuted")
+        refuted = send(replace(SURE, verdict=Verdict.REFUTED, p_refuted=0.0), suspicion)
+        assert refuted.verdict is Verdict.ERROR
+        assert send(SURE, suspicion).verdict is Verdict.VERIFIED
+        assert send(SURE, suspicion).excluded == {Verdict.REFUTED}
+
+    @pytest.mark.parametrize("verdict", [Verdict.VERIFIED, Verdict.INCONCLUSIVE, Verdict.REFUTED])
+    def test_diverging_moments_verify_nothing(self, verdict):
+        """What is refuted stays refuted."""
+        found = send(replace(SURE, verdict=verdict), Case(diverges="moments grow"))
+        assert found.verdict is (Verdict.INCONCLUSIVE if verdict is Verdict.VERIFIED else verdict)
+        assert Verdict.VERIFIED in found.excluded
+
+    @pytest.mark.parametrize(
+        ("tier", "verdict", "left"),
+        [
+            (1, Verdict.REFUTED, Verdict.INCONCLUSIVE),
+            (3, Verdict.REFUTED, Verdict.REFUTED),
+            (3, Verdict.VERIFIED, Verdict.INCONCLUSIVE),
+            (3, Verdict.DIVERGED, Verdict.DIVERGED),
+        ],
+    )
+    def test_only_paths_refute_what_the_solution_may_not_last_for(self, tier, verdict, left):
+        """Where the solution ends stands behind the reason, once."""
+        end = Reason("the solution ends", Kind.LOST_INDEX)
+        found = send(replace(SURE, tier=tier, verdict=verdict, reason=Reason("seen")), Case(end=end))
+        assert found.verdict is left
+        assert str(found.reason) == ("seen; the solution ends" if left is Verdict.INCONCLUSIVE else "seen")
+        again = send(replace(SURE, reason=end), Case(end=end))
+        assert str(again.reason) == "the solution ends"
+
+    def test_looks_share_a_level(self):
+        """P-values are multiplied by their number, and are at most 1; what is no test stays none."""
+        found = send(replace(SURE, p_verified=0.2, p_refuted=0.001), Case(looks=6))
+        assert (found.p_verified, found.p_refuted) == (1.0, pytest.approx(0.006))
+        assert np.isnan(send(replace(SURE, p_verified=float("nan")), Case(looks=6)).p_verified)
+
+    @pytest.mark.parametrize(("seen", "verdict"), [(0.021, Verdict.INCONCLUSIVE), (0.019, Verdict.VERIFIED)])
+    def test_a_policy_bounds_the_error_that_may_be_overlooked(self, seen, verdict):
+        """An error that nobody asks about stays verified."""
+        assert send(replace(SURE, resolution=seen), Case(resolution=0.02)).verdict is verdict
+        assert send(replace(SURE, resolution=inf), Case()).verdict is Verdict.VERIFIED
+
+    @pytest.mark.parametrize(("half_width", "verdict"), [(0.05, Verdict.INCONCLUSIVE), (0.2, Verdict.VERIFIED)])
+    def test_a_narrower_interval_below_the_claim_is_not_forgotten(self, half_width, verdict):
+        """The estimate is 0.7, and the claim holds from 0.8 on."""
+        found = send(replace(SURE, estimate=0.7, high=1.0), Case(half_width=half_width))
+        assert found.verdict is verdict
+        assert found.settled is (verdict is Verdict.VERIFIED)
+
+    def test_what_waits_for_finer_levels_is_open(self):
+        """And may be decided by them."""
+        found = send(SURE, Case(finer=True))
+        assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
+
+    @pytest.mark.parametrize("settled", [True, False])
+    def test_why_sampling_stopped_is_said_of_what_more_paths_might_decide(self, settled):
+        """Nothing else changes."""
+        found = send(
+            replace(SURE, verdict=Verdict.INCONCLUSIVE, settled=settled, reason=Reason("seen")),
+            Case(stopped="interrupted"),
+        )
+        assert str(found.reason) == ("seen" if settled else "interrupted; seen")
+        assert str(send(SURE, Case(stopped="interrupted")).reason) == ""
+
+    @pytest.mark.parametrize(
+        ("tier", "verdict", "significant", "left"),
+        [
+            (3, Verdict.VERIFIED, {Verdict.VERIFIED}, Verdict.VERIFIED),
+            (3, Verdict.VERIFIED, set(), Verdict.INCONCLUSIVE),
+            (1, Verdict.VERIFIED, set(), Verdict.VERIFIED),
+            (3, Verdict.INCONCLUSIVE, {Verdict.VERIFIED}, Verdict.VERIFIED),
+            (3, Verdict.INCONCLUSIVE, {Verdict.VERIFIED, Verdict.REFUTED}, Verdict.REFUTED),
+            (3, Verdict.INCONCLUSIVE, set(), Verdict.INCONCLUSIVE),
+            (3, Verdict.DIVERGED, {Verdict.REFUTED}, Verdict.DIVERGED),
+            (3, Verdict.OUT_OF_SCOPE, {Verdict.REFUTED}, Verdict.OUT_OF_SCOPE),
+        ],
+    )
+    def test_all_tests_of_a_run_share_its_level(self, tier, verdict, significant, left):
+        """Verdicts of paths are kept, taken back or given; one step is no test."""
+        found = send(replace(SURE, tier=tier, verdict=verdict), Case(significant=frozenset(significant)))
+        assert found.verdict is left
+        assert send(replace(SURE, p_verified=float("nan")), Case(significant=frozenset())).verdict is Verdict.VERIFIED
+
+    def test_a_wrong_limit_in_one_quantity_holds_for_the_cell(self):
+        """What is verified is taken back, and nothing else."""
+        off = replace(SURE, quantity="y", verdict=Verdict.REFUTED, reason=Reason("off", Kind.WRONG_LIMIT))
+        low_order = replace(off, reason=Reason("low", Kind.ORDER))
+        open_ = replace(SURE, quantity="z", verdict=Verdict.INCONCLUSIVE)
+        assert [f.verdict for f in rules.withhold_in_doubt([SURE, off, open_])] == [
+            Verdict.INCONCLUSIVE,
+            Verdict.REFUTED,
+            Verdict.INCONCLUSIVE,
+        ]
+        assert rules.withhold_in_doubt([SURE, low_order])[0].verdict is Verdict.VERIFIED
