@@ -16,6 +16,7 @@ from facade import (
     gbm,
     judge_strong,
     lies_below,
+    path_tests,
     resolve_order,
     rules,
     send,
@@ -65,7 +66,7 @@ class TestOrders:
     def test_an_interval_wider_than_the_margin_verifies_nothing(self, se, sure):
         """Half of the interval at 99 per cent is 2.861 standard errors, and the margin is 0.2."""
         found = order_tests(ONE, Estimate(2.0, se), evidence())
-        assert (found.verified < 1e-6) is sure
+        assert found.verified < 1e-6 if sure else found.verified == 1.0
         assert found.growth == pytest.approx(1.0 if sure else (2.8609 * se / 0.2) ** 2, abs=1e-3)
 
     def test_a_bias_as_large_as_the_margin_is_helped_by_no_paths(self):
@@ -88,12 +89,24 @@ class TestOrders:
     def test_a_lower_term_of_a_tenth_of_the_error_leaves_an_order_open(self, share, resolved):
         """The share is the upper end of its interval."""
         found = resolve_order(NOTHING._replace(verified=1e-9), Order(1.0), Estimate(share, 1e-9), evidence())
-        assert (found.verified == 1e-9) is resolved
+        assert found.verified == (1e-9 if resolved else 1.0)
         assert found.reason.has(Kind.FINER) is not resolved
+
+    def test_the_share_of_a_lower_term_is_between_0_and_1(self):
+        """Its bound is the upper end of an interval; nothing is excluded where that is not finite."""
+        found = [path_tests.order_resolution(Estimate(share, 1e-9), 0.99) for share in (-0.5, 2.0, float("nan"))]
+        assert found == [0.0, 1.0, inf]
 
 
 class TestSamples:
     """Sizes of samples."""
+
+    def test_tests_that_reject_nothing_have_p_values_of_one(self):
+        """Those of no figures, and that a void bound is verified."""
+        none = PathTests.none("too few")
+        assert (none.verified, none.refuted, none.suspected, none.growth) == (1.0, 1.0, 1.0, inf)
+        void = PathTests(0.0, 0.5, Reason("figures"), growth=2.0).unless_vacuous(1.0, 1.0)
+        assert (void.verified, void.refuted, void.growth) == (1.0, 0.5, inf)
 
     def test_an_interval_needs_a_hundred_paths(self):
         """The number that is asked for is a hundred."""
@@ -423,6 +436,14 @@ class TestRules:
         found = send(replace(SURE, tier=tier, verdict=verdict), Case(significant=frozenset(significant)))
         assert found.verdict is left
         assert send(replace(SURE, p_verified=float("nan")), Case(significant=frozenset())).verdict is Verdict.VERIFIED
+
+    @pytest.mark.parametrize(("verdict", "left"), [(Verdict.VERIFIED, "seen"), (Verdict.REFUTED, "seen; open")])
+    def test_a_limit_that_was_open_alone_is_shown_among_all_tests(self, verdict, left):
+        """The reason loses what was open of the limit if the claim is verified, and keeps it if it is refuted."""
+        reason = Reason("seen").then(Reason("open", Kind.LIMIT)).then(Reason("more paths", Kind.MORE_PATHS))
+        open_ = replace(SURE, verdict=Verdict.INCONCLUSIVE, reason=reason)
+        found = send(open_, Case(significant=frozenset({verdict})))
+        assert str(found.reason) == f"{left}; significant over all tests of this run"
 
     def test_a_wrong_limit_in_one_quantity_holds_for_the_cell(self):
         """What is verified is taken back, and nothing else."""
