@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import pandas as pd
 
 from .contracts.measure import Measure
+from .contracts.opened import openings
 from .contracts.scheme import Scheme
 from .contracts.settings import Settings, SettingsOptions, number, settings_from, whole
 from .contracts.specs import ProblemSpec
@@ -317,6 +318,8 @@ def verify(
     numbers: dict[str, Any] = dict(options)
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
     limits, settings = _check_options(**asked), settings_from(**numbers)
+    if asked["out"] is not None and limits is None:
+        openings()  # This process simulates for a store: evidence depends on files that plugins open.
     registry = load_registry(asked["plugins"])
     for warning in registry.complaints:
         LOG.warning(warning)

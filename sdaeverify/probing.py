@@ -33,7 +33,7 @@ Forms
 Noise
     `brownian_steps` draws the noise of a probe's own runs, the same at all step sizes, from its address, a `Source`.
 
-Each function that begins with ``no_`` or ``why_`` returns in words why something cannot be asked, or an empty text.
+Each function that begins with ``why_`` returns in words why something cannot be asked, or an empty text.
 A record of numbers that a probe returns is `sdaeverify.measuring.packed` into evidence. An opinion on it is one of
 ``sdaeverify.measuring.local_opinion`` where it decides, and ``local_doubt`` where it does not.
 """

@@ -30,7 +30,7 @@ from sdaeverify.contracts.labels import (
 )
 from sdaeverify.contracts.matching import match
 from sdaeverify.contracts.measure import Followed, rests_on_moments
-from sdaeverify.contracts.opened import home_of
+from sdaeverify.contracts.opened import home_of, openings
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
 from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, function_parameters, problem_spec
@@ -284,12 +284,15 @@ from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation
 from sdaeverify.trees.sdes.universal import TIME_0, Universal
 from sdaeverify.trees.stationary import stationary_conditions
-from sdaeverify.verdicts import path_tests
+from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for
-from sdaeverify.verdicts.opinions import beside, of_smooth
-from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike
+from sdaeverify.verdicts.fitted_levels import sound_levels
+from sdaeverify.verdicts.guard import Guard
+from sdaeverify.verdicts.guards import GUARDS
+from sdaeverify.verdicts.opinions import beside, of_smooth, too_coarse, up_to
+from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike, why_vacuous
 from sdaeverify.verdicts.rules import FINER as way_FINER
-from sdaeverify.verdicts.rules import Objection, forbid, send, withhold
+from sdaeverify.verdicts.rules import Case, Objection, forbid, lies_below, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory

@@ -37,6 +37,9 @@ def kept_pages(reports: Path) -> dict[str, str]:
         "pieces/random-sets.md": _random_sets(sets),
         "pieces/wrong-schemes.md": _wrong_schemes(wrong),
         "pieces/calibration.md": _calibration(rates),
+        "pieces/guards.md": _guards(
+            list(csv.DictReader((reports / "guards" / "guards.csv").read_text().splitlines()))
+        ),
         "pieces/papers.md": _papers(sorted((reports / "papers").glob("*/table.csv"))),
     }
 
@@ -58,6 +61,13 @@ def _costs(known: Mapping[str, Any]) -> str:
             for run in known.values()
         ),
     )
+
+
+def _guards(rows: Iterable[Row]) -> str:
+    """Return the guards of verdicts with what becomes of their cells without them."""
+    heads = ["guard", "bars", "tier", "because", "what would decide", "cell", "with all guards", "without this one"]
+    names = ("guard", "bars", "tier", "reason", "remedy", "planted", "with", "without")
+    return table(heads, ([row[name] for name in names] for row in rows))
 
 
 def _gates(known: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ..contracts.opened import openings
 from ..registry.load import Registry, load_registry
 from .console import complain, output_to_stderr
 
@@ -29,5 +30,7 @@ def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
 
 def load_quietly(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and say nothing about them; raises as `load_and_warn`."""
+    # Commands may simulate in their own process and keep the evidence, which depends on files that plugins open.
+    openings()
     with output_to_stderr():
         return load_registry(files, lab=lab)

@@ -1,7 +1,8 @@
-"""Which files code opens in this process, and whose code that is: an audit hook of the interpreter tells.
+"""Files that code opens in this process, with the code that opened them, as an audit hook of the interpreter reports.
 
-What the framework opens for itself is left out. An audit hook hears nothing of what a library opens in C, and nothing
-of other processes.
+Files that the framework opens for itself are left out. An audit hook reports neither files that a library opens in C
+nor those of other processes. A hook cannot be removed: it is installed only in processes that simulate for a store of
+evidence, before they load plugins, and not when the package is imported.
 """
 
 import os
@@ -37,18 +38,20 @@ class Opening(NamedTuple):
 
 @cache
 def openings() -> dict[Opening, Signature]:
-    """Return what is opened in this process since this was first called, with size and time of each file then."""
+    """Return the files opened in this process since the first call, with their sizes and times then.
+
+    The first call installs the audit hook.
+    """
     heard: dict[Opening, Signature] = {}
 
     def hear(event: str, arguments: tuple[Any, ...]) -> None:
-        if event in EVENTS:
-            try:
-                opening = _opening(arguments)
-            except Exception:
-                # It would be one of the code that is listened to.
-                return
+        try:
+            opening = _opening(arguments) if event in EVENTS else None
             if opening is not None:
                 heard[opening] = signature(opening.path)
+        except Exception:
+            # An exception would be raised in the code that opens the file. At exit the names of this module are gone.
+            return
 
     sys.addaudithook(hear)
     return heard

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple, TypeVar, get_args
 import numpy as np
 
 from ..arrays import Array, Mask, Parts, each
-from ..contracts.opened import openings
 from ..errors import ProblemError, is_blank
 from ..noise.brownian import BROWNIAN, USUAL, Increment, complete
 from ..noise.records import NoiseRecord
@@ -29,8 +28,6 @@ K = TypeVar("K")
 Form = TypeVar("Form", bound=type)
 Observable = Callable[[float, Parts], Array]
 
-# Whoever makes problems or schemes imports this first: from here on it is known what their code opens.
-openings()
 # What a view of the same states has of its own.
 OWN = {"source", "seen_as"}
 

@@ -74,25 +74,27 @@ METHODS = {
     1: Method("local strong order", 1, guard="the residual along paths"),
     3: Method("order of the residual along paths", 3),
 }
+# Size: rows of a defect's growth.
 TIMES = 64
-# Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
+# Theorem: its multiples are spread evenly (three gaps, Sos 1958), whatever period a scheme repeats itself with.
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-# Histogram of log2 |defect| in eighths, so that quantiles of merged blocks are known to 4.5 per cent.
+# Size: a histogram of log2 |defect| in eighths, so that quantiles of merged blocks are known to 4.5 per cent.
 BINS_PER_OCTAVE = 8
+# Size: residuals from 2^-64 to 2^32.
 LOWEST, HIGHEST = -64, 32
 EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BINS_PER_OCTAVE
-FLAT = 0.35
+# Chosen: an order that is none, and the effective share of paths below which tails are heavy, as `Tail.heavy`.
+FLAT, HEAVY = 0.35, 0.2
 # What a residual does, in words for reasons; an order is told by its number.
 CLASSES = {
     "tolerance-limited": "at a solver's tolerance",
     "growing as h tends to 0": "growing as h falls",
 }
-HEAVY = 0.2
 ROUNDED = "largest residual {largest:.1g}, within the bound {bound:.1g} for round-off"
 NEAR_ROOTLESS = (
     "largest residual {largest:.1g}, beyond round-off ({bound:.1g}) only at step sizes where paths have no root"
 )
-# What a step with random parts leaves is a series in powers of h^(1/2).
+# Theorem: what a step with random parts leaves is a series in powers of h^(1/2).
 NEXT_POWER = 0.5
 
 

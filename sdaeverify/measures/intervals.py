@@ -35,12 +35,14 @@ from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, judge_errors,
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
+# Rounding: times k h differ by k eps at most, 2e-11 for 10^5 steps.
 CLOSE = 1e-9
 UP_TO = " up to "
 # Orders hold for the interval that they were found on: by the end of its name, the last one for all others.
 SPANS = {f"{UP_TO}tau": FIRST, f"{UP_TO}2 tau": SECOND, "tau": WHOLE}
 GIVEN_PAST = "one step given its past"
 # How far below its claim an order without sampling error may be.
+# Chosen: as that of strong orders.
 TOLERANCE = 0.1
 GIVEN = "at a fixed time, from single steps that are given the past of the solution"
 

@@ -17,6 +17,7 @@ from ..verdicts.opinions import local_doubt, local_opinion
 # Sizes of steps in units of time, and paths from each state. At the finer ones, solvers that converge linearly come
 # near round-off. A single update of Newton's method is as near there, and shows at the coarse one only. The bound of
 # round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs: 8 steps.
+# Size: step sizes and paths. Rounding: 64 eps sqrt(8), as random errors of 8 steps add up.
 COARSE, FINE, PATHS, BOUND = 2.0**-6, (2.0**-10, 2.0**-14), 16, 64.0 * np.sqrt(8.0)
 
 

@@ -48,6 +48,7 @@ QUANTITY = "second moment"
 # By the size of the states at which a step with a delay is linear.
 LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
 # Step size of the question whether it is linear, as a part of the delay.
+# Size: where linearity is asked; every step size would do.
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = Method("spectral radius", 2)

@@ -8,7 +8,6 @@ import hashlib
 import platform
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
@@ -29,6 +28,7 @@ ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})
 # Where a plugin file that was loaded keeps what it held.
 SOURCE = "__source__"
+BLOCKS = (ast.stmt, ast.excepthandler, ast.match_case)
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -108,75 +108,44 @@ def _parse_home(home: Path, source: bytes | None, *, measuring: bool) -> tuple[s
 def _parse(files: Iterable[tuple[str, bytes]], without: frozenset[str]) -> tuple[str, frozenset[str]]:
     contents, imported = list[bytes](), set[str]()
     for name, content in files:
-        read = _read(content, without) if name.endswith(".py") else None
-        contents += [name.encode(), content if read is None else read.written]
-        imported |= set() if read is None else {*read.imported}
+        tree = _tree(content) if name.endswith(".py") else None
+        imported |= set() if tree is None else _strip(tree, without)
+        contents += [name.encode(), content if tree is None else _written(tree)]
     return _hash(contents), frozenset(imported)
 
 
-@dataclass(frozen=True)
-class _Reading:
-    """What is read of parsed code, node by node.
-
-    Attributes
-    ----------
-    without : frozenset of str
-        Methods and attributes of classes that do not count.
-    words : list of str
-        The nodes, their names and numbers.
-    imported : list of str
-        Top-level names of what is imported from elsewhere.
-    """
-
-    without: frozenset[str] = frozenset()
-    words: list[str] = field(default_factory=list)
-    imported: list[str] = field(default_factory=list)
-
-    @property
-    def written(self) -> bytes:
-        """What was read, in one text."""
-        return " ".join(self.words).encode(errors="surrogatepass")
-
-    def read(self, node: ast.AST) -> None:
-        """Read a node and all below it, but for docstrings."""
-        self.words.append(type(node).__name__)
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            self.imported.extend(_imports(node))
-        body = self._kept(node) if isinstance(node, DEFINITIONS) else None
-        for name in node._fields:
-            self._read_value(body if body is not None and name == "body" else getattr(node, name, None))
-        self.words.append(";")
-
-    def _read_value(self, value: object) -> None:
-        if isinstance(value, ast.AST):
-            self.read(value)
-        elif isinstance(value, list):
-            self.words.append("[")
-            for each in value:
-                self._read_value(each)
-            self.words.append("]")
-        else:
-            self.words.append(repr(value))
-
-    def _kept(self, node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> list[ast.stmt]:
-        dropped = self.without if isinstance(node, ast.ClassDef) else frozenset[str]()
-        return [part for part in node.body if not (_is_text(part) or _bound_name(part) in dropped)]
+def parsed_file(content: bytes) -> bytes:
+    """Return the syntax tree of a module without docstrings, as text; its content if it cannot be parsed."""
+    if (tree := _tree(content)) is None:
+        return content
+    _strip(tree)
+    return _written(tree)
 
 
-def _read(content: bytes, without: frozenset[str] = frozenset()) -> _Reading | None:
-    """Return what is read of code; None where it is for another version of the language, or none of it."""
-    reading = _Reading(without)
+def _tree(content: bytes) -> ast.Module | None:
+    """Return the syntax tree; None if the code is for another version of the language, or no Python."""
     try:
-        reading.read(ast.parse(content))
+        return ast.parse(content)
     except (SyntaxError, ValueError):
         return None
-    return reading
 
 
-def parsed_file(content: bytes) -> bytes:
-    """Return what a module holds without comments, docstrings and layout; all of it where it cannot be parsed."""
-    read = _read(content)
-    return content if read is None else read.written
+def _written(tree: ast.Module) -> bytes:
+    return ast.dump(tree).encode(errors="surrogatepass")
+
+
+def _strip(tree: ast.Module, without: frozenset[str] = frozenset()) -> set[str]:
+    """Remove docstrings, and the named members of classes, from a tree; return the modules that it imports."""
+    waiting, imported = list[ast.AST]([tree]), set[str]()
+    while waiting:
+        node = waiting.pop()
+        imported.update(_imports(node))
+        if isinstance(node, DEFINITIONS):
+            dropped = without if isinstance(node, ast.ClassDef) else frozenset[str]()
+            node.body = [part for part in node.body if not (_is_text(part) or _bound_name(part) in dropped)]
+        # No statement is part of an expression.
+        waiting += [part for part in ast.iter_child_nodes(node) if isinstance(part, BLOCKS)]
+    return imported
 
 
 def _bound_name(node: ast.stmt) -> str:
@@ -189,10 +158,12 @@ def _is_text(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
-def _imports(node: ast.Import | ast.ImportFrom) -> list[str]:
+def _imports(node: ast.AST) -> list[str]:
+    """Return the top-level names of the modules that a statement imports from elsewhere."""
     if isinstance(node, ast.Import):
         return [alias.name.partition(".")[0] for alias in node.names]
-    return [] if node.level else [(node.module or "").partition(".")[0]]
+    absolute = isinstance(node, ast.ImportFrom) and not node.level
+    return [(node.module or "").partition(".")[0]] if absolute else []  # type: ignore[attr-defined]
 
 
 @cache

@@ -1,13 +1,14 @@
-"""The way of a claim to its verdict: which claim covers a quantity, what was seen of it, what else is known, the row.
+"""From a claim to its verdict: coverage, tests, opinions, rules.
 
-A measure goes the first part for each of its quantities:
+A measure takes the first steps for each of its quantities:
 
 `coverage`
-    the strongest claim of the scheme about the quantity;
+    Select the strongest claim of the scheme about the quantity.
 `path_tests`
-    what paths say of it: p-values, and whether the levels and the sample allow to rely on them;
+    Compute p-values from paths, and decide whether levels and sample size suffice to use them.
 `opinions`
-    what is said of it: one step decides, guarded by paths; else paths alone; or nobody. That makes a finding.
+    Form an opinion, from one step if it decides, guarded by paths; otherwise from paths alone. Together with the
+    quantity it is a finding.
 
-A study goes the second part, which is the same for all measures: `way` is the tuple of rules that a finding passes.
+A study takes the last step, which is the same for all measures: `rules.send` applies `rules.RULES` to the finding.
 """

@@ -9,7 +9,9 @@ from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
+# Size: levels of a slope, whose intervals reports/calibration counts.
 FITTED = 4
+# Chosen: slope and intercept leave one degree of freedom.
 FEWEST = 3
 UNSEEN = "no step size is without them: the order is never seen"
 

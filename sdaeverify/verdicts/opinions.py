@@ -186,7 +186,7 @@ def of_memory(opinion: Opinion, bar: float, most: float, order: float) -> Opinio
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
-    found, doubted = Verdict.INCONCLUSIVE, tests.suspected <= SUSPECT
+    found, doubted = Verdict.INCONCLUSIVE, is_suspect(tests)
     if tests.refuted <= evidence.level:
         found = Verdict.REFUTED
     elif tests.verified <= evidence.level and not doubted:
@@ -257,28 +257,48 @@ def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
 
 def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
-    paths = {"paths": evidence.paths}
-    if evidence.paths < CALIBRATED_PATHS:
-        few = f"{{paths}} paths are too few to exclude a violation, {CALIBRATED_PATHS} are needed"
-        return Reason(few, Kind.GUARD, paths), True
-    if tests.against <= 1.0 - evidence.settings.confidence:
-        unlike = Reason("paths do not show what is claimed at these step sizes", Kind.GUARD).then(tests.reason, ": ")
-        # What is sure and does not refute is held back: more paths leave it so.
-        held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
-        more = (
-            Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
-            if held
-            else Reason("more paths would decide", Kind.MORE_PATHS)
-        )
-        return unlike.then(more), False
+    asked = (ask(tests, evidence) for ask in (doubt_few_paths, doubt_likeness, doubt_power))
+    return next((doubt for doubt in asked if doubt is not None), (Reason(), True))
+
+
+def doubt_few_paths(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:  # noqa: ARG001
+    """Return that there are too few paths for an interval."""
+    if evidence.paths >= CALIBRATED_PATHS:
+        return None
+    few = f"{{paths}} paths are too few to exclude a violation, {CALIBRATED_PATHS} are needed"
+    return Reason(few, Kind.GUARD, {"paths": evidence.paths}), True
+
+
+def doubt_likeness(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:
+    """Return that errors along paths do not look like the claim."""
+    if tests.against > 1.0 - evidence.settings.confidence:
+        return None
+    unlike = Reason("paths do not show what is claimed at these step sizes", Kind.GUARD).then(tests.reason, ": ")
+    # What is sure and does not refute is held back: more paths leave it so.
+    held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
+    more = (
+        Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
+        if held
+        else Reason("more paths would decide", Kind.MORE_PATHS)
+    )
+    return unlike.then(more), False
+
+
+def doubt_power(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:
+    """Return that the paths would not show an error as large as the claim forbids."""
     if tests.blind <= 1.0:
-        return Reason(), True
-    doubt = Reason("{paths} paths cannot exclude a violation", Kind.GUARD, paths)
+        return None
+    doubt = Reason("{paths} paths cannot exclude a violation", Kind.GUARD, {"paths": evidence.paths})
     if not isfinite(tests.blind):
         return doubt.then("nor would more paths", ", "), True
     needed = tests.blind * evidence.paths
     asked = _ask_for_paths("--paths {paths} would", "nor would {most:.0e}, the most of --paths", needed)
     return doubt.then(asked, ", "), _beyond_budget(evidence, needed)
+
+
+def is_suspect(tests: PathTests) -> bool:
+    """Return whether paths speak against a claim that they would verify."""
+    return tests.suspected <= SUSPECT
 
 
 def _beyond_budget(evidence: Evidence, needed: float) -> bool:

@@ -14,18 +14,25 @@ from ..probe.step.one_step import why_not_resolved
 from .fitted_levels import FITTED, at_levels
 
 # A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
+# Level: p = 0.0074 of t_19, two-sided; it takes no share of alpha, as it decides no claim.
 RESOLVED = 3.0
 # No order shows on steps whose error is more than this part of what the solution does.
+# Chosen.
 COARSE = 0.25
 # From this p-value on it matters whether a low order is one of coarse steps only.
+# Level: 1 - confidence of the default run; it withholds verdicts and gives none.
 SUSPECT = 0.01
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
+# Measured by reports/calibration.
 CALIBRATED_PATHS = 100
+# Measured by reports/calibration.
 DEEP_PATHS = 800
+# Measured by reports/calibration.
 SHALLOW = 0.001
 # What paths alone verify leaves less of the error at the finest step to a term of half an order less. The squares of
 # the two terms add, and the share of the lower one grows like 1/h: from a tenth on it is half of the squares at a
 # ninth of the finest step, which is the range of the finer stages of a run (three halvings).
+# Theorem: squares 0.1 to 0.9 at the finest step become equal at a ninth of it, as their ratio grows like 1/h.
 LARGEST_SHARE = 0.1
 
 

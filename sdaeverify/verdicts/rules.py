@@ -1,11 +1,12 @@
-"""What a finding passes on its way from a measure to the report: one tuple of rules, `RULES`, in their order.
+"""The rules that a finding passes between its measure and the report: one tuple, `RULES`, in the order of events.
 
-A rule is a pure function of the finding and of its `Case`, which says what is known beside the cell's own evidence. A
-rule for which the case has nothing returns the finding as it is. So whoever learns something about a finding puts it
-into a case and sends the finding the whole way; nobody else changes what was found.
+A rule is a guard, which bars verdicts, or a step, a pure function that counts tests or says what a run waits for.
+Both are given the finding and its `Case`, which holds what is known apart from the evidence of the cell. A rule for
+which the case has nothing leaves the finding as it is: code that learns something about a finding fills a field of a
+case and applies all rules.
 
-No rule makes a verdict out of nothing: all but the last take verdicts back, or forbid them for good, and the last two
-may give one that the p-values of the finding allow.
+Guards take verdicts back, or forbid them for good. Only `correct_for_all_tests` gives a verdict, which the p-values
+of the finding allow.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +16,8 @@ from math import inf, isinf, isnan
 from typing import Any, NamedTuple
 
 from ..contracts.claimed import Order
-from ..contracts.finding import SAMPLED, Finding, Kind, Reason, Verdict
+from ..contracts.finding import ONE_STEP, SAMPLED, Finding, Kind, Reason, Verdict
+from .guard import DECIDE, REFUTE, VERIFY, Guard
 
 FINER = "finer steps decide"
 
@@ -78,43 +80,82 @@ class Case(NamedTuple):
     resolution: float = inf
 
 
-Rule = Callable[[Finding, Case], Finding]
+class Doubt(NamedTuple):
+    """Why a guard bars a verdict of a finding.
+
+    Attributes
+    ----------
+    reason : Reason or str
+    verdict : Verdict
+        Given in place of the barred one.
+    settled : bool or None
+        Whether more paths cannot change it; as before if None.
+    added : bool
+        Whether the reason is put behind that of the finding, not before it.
+    """
+
+    reason: Reason | str
+    verdict: Verdict = Verdict.INCONCLUSIVE
+    settled: bool | None = None
+    added: bool = False
 
 
-def heed_controls(finding: Finding, case: Case) -> Finding:
-    """Verify only where the problem discriminates, and refute only where it is sound."""
-    if case.suspicion:
-        finding = forbid(finding, Verdict.REFUTED)
-        if finding.verdict is Verdict.REFUTED:
-            doubt = f"the exact solution of the problem is in doubt: {case.suspicion}"
-            return withhold(finding, doubt, verdict=Verdict.ERROR)
+def doubt_problem(finding: Finding, case: Case) -> Doubt | None:  # noqa: ARG001
+    """Return the suspicion that the problem is wrong: a positive control is refuted on it as well."""
+    if not case.suspicion:
+        return None
+    return Doubt(f"the exact solution of the problem is in doubt: {case.suspicion}", Verdict.ERROR)
+
+
+def doubt_discrimination(finding: Finding, case: Case) -> Doubt | None:
+    """Return the objection of the controls: the problem does not tell orders apart."""
     if case.objection is None:
-        return finding
-    if finding.verdict is not Verdict.VERIFIED:
-        return forbid(finding, Verdict.VERIFIED)
+        return None
     reason, verdict = case.objection
     known = verdict is Verdict.INCONCLUSIVE
-    doubt = reason if known else f"not verified: {reason}"
-    return withhold(finding, doubt, verdict=verdict, settled=not (known and finding.tier == SAMPLED))
+    return Doubt(reason if known else f"not verified: {reason}", verdict, not (known and finding.tier == SAMPLED))
 
 
-def require_moments(finding: Finding, case: Case) -> Finding:
-    """Verify no claim for which moments, or an invariant law, of the scheme would have to exist and do not."""
-    if not case.diverges:
-        return finding
-    if finding.verdict is Verdict.VERIFIED:
-        return withhold(finding, case.diverges)
-    return forbid(finding, Verdict.VERIFIED)
+def doubt_moments(finding: Finding, case: Case) -> Doubt | None:  # noqa: ARG001
+    """Return why moments, or the invariant law, that the claim is about do not exist."""
+    return Doubt(case.diverges) if case.diverges else None
 
 
-def heed_end(finding: Finding, case: Case) -> Finding:
-    """Leave open what is found of a run that the solution may not last for: then only paths refute."""
+def doubt_end(finding: Finding, case: Case) -> Doubt | None:
+    """Return where the solution ends, unless paths refute the claim: they are compared up to there."""
     by_paths = finding.verdict is Verdict.REFUTED and finding.tier == SAMPLED
-    if not case.end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
-        return finding
-    reason = finding.reason if finding.reason.has(Kind.LOST_INDEX) else finding.reason.then(case.end)
-    open_ = replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
-    return forbid(open_, Verdict.VERIFIED, Verdict.REFUTED)
+    if not case.end or by_paths or finding.verdict not in DECIDE:
+        return None
+    return Doubt("" if finding.reason.has(Kind.LOST_INDEX) else case.end, added=True)
+
+
+def doubt_wider_interval(finding: Finding, case: Case) -> Doubt | None:
+    """Return that a narrower interval of fewer paths lay below the claim, as heavy tails make it."""
+    if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
+        return None
+    text = "the order of fewer paths lies below the claim, and its interval is only wider now"
+    return Doubt(Reason(text, Kind.GUARD), settled=False)
+
+
+def doubt_other_findings(finding: Finding, case: Case) -> Doubt | None:
+    """Return what another finding on the same scheme and problem has shown to be wrong."""
+    asked = finding.verdict in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}
+    return Doubt(f"not confirmed: {case.elsewhere}") if case.elsewhere and asked else None
+
+
+def doubt_resolution(finding: Finding, case: Case) -> Doubt | None:
+    """Return that an error of the size that the policy asks about would not have shown."""
+    if finding.verdict is not Verdict.VERIFIED or not finding.resolution > case.resolution:
+        return None
+    text = "an error of {seen:.2g} of the size of the limit would not have shown, the policy allows {asked:g}"
+    return Doubt(Reason(text, numbers={"seen": finding.resolution, "asked": case.resolution}))
+
+
+def lies_below(finding: Finding, half_width: float = inf) -> bool:
+    """Return whether the interval of an order, or one of this half width if that is narrower, is below the claim."""
+    if finding.claim is None or not isinstance(finding.claim.value, Order):
+        return False
+    return finding.estimate + min(half_width, finding.high - finding.estimate) < finding.claim.value.floor
 
 
 def count_looks(finding: Finding, case: Case) -> Finding:
@@ -125,37 +166,13 @@ def count_looks(finding: Finding, case: Case) -> Finding:
     return forbid(replace(finding, p_verified=p_verified, p_refuted=p_refuted))
 
 
-def lies_below(finding: Finding, half_width: float = inf) -> bool:
-    """Return whether the interval of an order, or one of this half width if that is narrower, is below the claim."""
-    if finding.claim is None or not isinstance(finding.claim.value, Order):
-        return False
-    return finding.estimate + min(half_width, finding.high - finding.estimate) < finding.claim.value.floor
-
-
-def keep_suspicion(finding: Finding, case: Case) -> Finding:
-    """Leave open what an earlier look spoke against if the interval is only wider now, as heavy tails make it."""
-    if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
-        return finding
-    doubt = Reason("the order of fewer paths lies below the claim, and its interval is only wider now", Kind.GUARD)
-    return withhold(finding, doubt, settled=False)
-
-
 def wait_for_finer_levels(finding: Finding, case: Case) -> Finding:
     """Leave open what finer levels are drawn for."""
     return withhold(finding, FINER, settled=False) if case.finer else finding
 
 
-def heed_other_findings(finding: Finding, case: Case) -> Finding:
-    """Verify nothing that another finding on the same scheme and problem has shown to be wrong."""
-    if not case.elsewhere or finding.verdict not in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}:
-        return finding
-    if finding.verdict is Verdict.INCONCLUSIVE:
-        return forbid(finding, Verdict.VERIFIED)
-    return withhold(finding, f"not confirmed: {case.elsewhere}")
-
-
 def tell_stop(finding: Finding, case: Case) -> Finding:
-    """Say first why no further paths were drawn for what is open."""
+    """Prepend the reason why sampling stopped to inconclusive findings."""
     cut = case.stopped and finding.verdict is Verdict.INCONCLUSIVE and not finding.settled
     return replace(finding, reason=Reason.of(case.stopped, finding.reason)) if cut else finding
 
@@ -181,25 +198,76 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     return replace(finding, verdict=verdict, reason=reason)
 
 
-def ask_resolution(finding: Finding, case: Case) -> Finding:
-    """Leave open what was verified by evidence that would not have shown an error of the size asked for."""
-    if finding.verdict is not Verdict.VERIFIED or not finding.resolution > case.resolution:
-        return finding
-    text = "an error of {seen:.2g} of the size of the limit would not have shown, the policy allows {asked:g}"
-    return withhold(finding, Reason(text, numbers={"seen": finding.resolution, "asked": case.resolution}))
-
-
-RULES: tuple[Rule, ...] = (
-    heed_controls,
-    require_moments,
-    heed_end,
+PROBLEM = Guard(
+    asks=doubt_problem,
+    bars=REFUTE,
+    tier=SAMPLED,
+    reason="a scheme that is known to be right is refuted on the same problem",
+    remedy="the truth of the problem is mended",
+    planted="Euler-Maruyama with the truth of another noise",
+)
+DISCRIMINATION = Guard(
+    asks=doubt_discrimination,
+    bars=VERIFY,
+    tier=None,
+    reason="the controls of the problem do not come out as they must: it does not tell the order from a lower one",
+    remedy="more paths, or finer levels, on which the negative control is refuted",
+    planted="order 1/2 with small noise",
+)
+MOMENTS = Guard(
+    asks=doubt_moments,
+    bars=VERIFY,
+    tier=None,
+    reason="moments of the scheme grow without bound as h falls, so that the claim cannot hold in mean square",
+    remedy="a claim in probability",
+    planted="Euler-Maruyama with a cubic drift",
+)
+END = Guard(
+    asks=doubt_end,
+    bars=DECIDE,
+    tier=ONE_STEP,
+    reason="the solution ends where the problem loses its root, so that a run does not last",
+    remedy="a shorter horizon",
+    planted="a pole within the horizon",
+)
+WIDER_INTERVAL = Guard(
+    asks=doubt_wider_interval,
+    bars=VERIFY,
+    tier=SAMPLED,
+    reason="the interval of fewer paths lay below the claim, and is only wider now",
+    remedy="more paths",
+    planted="",
+)
+OTHER_FINDINGS = Guard(
+    asks=doubt_other_findings,
+    bars=VERIFY,
+    tier=None,
+    reason="another finding on the same scheme and problem has shown a wrong limit that this one shares",
+    remedy="",
+    planted="a half-explicit step with a multiplier of the other sign",
+)
+RESOLUTION = Guard(
+    asks=doubt_resolution,
+    bars=VERIFY,
+    tier=None,
+    reason="an error of the size that the policy of a gate asks about would not have shown",
+    remedy="more paths",
+    planted="",
+)
+Step = Callable[[Finding, Case], Finding]
+# In the order of events: guards, and steps that count tests or say what a run waits for.
+RULES: tuple[Guard | Step, ...] = (
+    PROBLEM,
+    DISCRIMINATION,
+    MOMENTS,
+    END,
     count_looks,
-    keep_suspicion,
+    WIDER_INTERVAL,
     wait_for_finer_levels,
-    heed_other_findings,
+    OTHER_FINDINGS,
     tell_stop,
     correct_for_all_tests,
-    ask_resolution,
+    RESOLUTION,
 )
 
 
@@ -212,7 +280,22 @@ def send(finding: Finding, case: Case) -> Finding:
     case : Case
         What is known of it now.
     """
-    return reduce(lambda passed, rule: rule(passed, case), RULES, finding)
+    return reduce(lambda passed, rule: _decide(passed, case, rule), RULES, finding)
+
+
+def _decide(finding: Finding, case: Case, rule: Guard | Step) -> Finding:
+    """Return the finding after one rule: a guard with a doubt takes back a verdict that it bars, or forbids it."""
+    if not isinstance(rule, Guard):
+        return rule(finding, case)
+    doubt: Doubt | None = rule.asks(finding, case)
+    if doubt is None:
+        return finding
+    if finding.verdict not in rule.bars:
+        return forbid(finding, *rule.bars)
+    reason = finding.reason.then(doubt.reason) if doubt.added else Reason.of(doubt.reason, finding.reason)
+    settled = finding.settled if doubt.settled is None else doubt.settled
+    open_ = replace(finding, verdict=doubt.verdict, reason=reason, settled=settled)
+    return forbid(open_, Verdict.VERIFIED, *rule.bars)
 
 
 def withhold(finding: Finding, doubt: Reason | str, **changed: Any) -> Finding:

@@ -8,6 +8,7 @@ from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+from ..contracts.opened import openings
 from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import load_source
@@ -41,7 +42,8 @@ class Plugins(NamedTuple):
         return cls(registry.modules, tuple((file, Path(file).read_bytes()) for file in registry.files))
 
     def load(self) -> None:
-        """Import all of them."""
+        """Import all of them, and record the files that their code opens from now on."""
+        openings()
         for module in self.modules:
             import_module(module)
         for file, source in self.files:

@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 
 from pebble import ProcessPool
 
+from ..contracts.opened import openings
 from ..registry.discovery import load_file
 from ..registry.foreign_code import MOST_PRINTED, BoundedText
 from .limits import Limits, address_space
@@ -244,6 +245,7 @@ def _begin(plugins: Sequence[str], printed: int) -> None:
     if sys.stderr is not None:
         sys.stdout = sys.stderr = BoundedText(sys.stderr, printed)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    openings()
     for plugin in plugins:
         if plugin.endswith(".py"):
             load_file(plugin)

@@ -250,6 +250,13 @@ def test_densities_and_work_are_those_of_the_tables(shown):
 
 
 @needs_chromium
+def test_the_first_page_says_how_the_error_level_is_shared(shown):
+    """The number of tests and of looks are those of the run's settings."""
+    page = shown(page_text(payload(run())))
+    assert "error level shared among 1000 tests and 6 looks" in page.run("document.body.textContent")
+
+
+@needs_chromium
 def test_cells_are_opened_by_keyboard_and_empty_ones_say_why(shown):
     """Arrow keys move, Enter opens; what does not apply names its reason."""
     page = shown(page_text(payload(run())), "#/matrix")

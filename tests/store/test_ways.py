@@ -6,7 +6,18 @@ from importlib import import_module, invalidate_caches
 
 import pytest
 
-from facade import Entry, Task, behaviours, code, home_of, homes_of, lane_ingredients, opened_by, problem_spec
+from facade import (
+    Entry,
+    Task,
+    behaviours,
+    code,
+    home_of,
+    homes_of,
+    lane_ingredients,
+    opened_by,
+    openings,
+    problem_spec,
+)
 from sdaeverify import Settings
 from sdaeverify.forms.sde import sde
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
@@ -55,6 +66,7 @@ def forget():
 def determined():
     """Return what evidence is found by, as another process sees it: what is said and what is done."""
     forget()
+    openings()
     register = import_module("mine.register")
     spec = problem_spec(register.PROBLEM)
     said = lane_ingredients(register.SCHEME, spec, SETTINGS, 0)

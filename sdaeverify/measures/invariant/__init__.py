@@ -51,6 +51,7 @@ from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
 # How far an order may be below the claimed one.
+# Chosen.
 TOLERANCE = 0.15
 NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
@@ -169,9 +170,11 @@ def _local_order(h: Array, errors: Array, level: int) -> float:
 OPERATOR, CHAINS, DENSITIES, BALANCE = "stationary law", "chains", "densities", "balance"
 # Quantities of the levels alone.
 DENSITY = "density of coordinate"
+# Size.
 STEP_SIZES = 5
 # More of them where these do not resolve the problem, and finer ones that follow where a claim is not verified: at
 # most so many in all, each half of the one before. What is not sampled costs the same at every step size.
+# Size.
 FURTHER, MOST = 6, 16
 
 

@@ -32,6 +32,7 @@ from .chain_order import BiasSample, ChainTests, chain_tests, samples
 METHOD = Method("paired replicated chains", 3)
 
 # So many verified observables end the run, whatever others may still show.
+# Chosen.
 ENOUGH = 3
 
 

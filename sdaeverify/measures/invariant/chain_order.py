@@ -30,6 +30,7 @@ from ...simulate.chains import GROUPS, ChainRecord
 from ...verdicts.path_tests import RESOLVED
 
 # What is left of a mean's error may be this part of the bias at the coarsest level.
+# Chosen.
 CONFIRMED = 0.25
 
 

@@ -15,8 +15,10 @@ from ...verdicts.opinions import local_doubt, local_opinion
 from .errors import STATE
 
 PROBED = "local consistency"
+# Theorem: local orders above 1/2 and 1 are needed for convergence (Milstein 1988, Theorem 1).
 NOISE, DRIFT = 0.5, 1.0
 # Local orders are known to a few hundredths; no slower convergence is told from none.
+# Chosen.
 SLOWEST = 0.05
 
 

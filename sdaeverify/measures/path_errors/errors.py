@@ -14,8 +14,10 @@ from ...contracts.tally import EXTREMES, Tally, largest
 from ...numerics.digits import SAMPLED, TAIL, significant
 from ...numerics.statistics import group_sums
 
+# Size: norms that are noted.
 POWERS = np.array([0.5, 1.0, 2.0, 4.0])
 # The last of them is noted only where it is asked for.
+# Size: the first three norms.
 COMMON = 3
 STATE = "state"
 # Under which name errors are noted.

@@ -113,12 +113,14 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
 
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
+# Chosen.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
 NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off, p = {{p:.2g}} is above the run's level"
 EXACT = "exact to round-off at all {levels} step sizes"
 # Who stands still is exact on a solution that does not move.
 STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"
 # Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
+# Theorem: 2^(1/2) - 1 by the triangle inequality. Chosen: a quarter less for noise.
 FALLING = 0.75 * (2.0**0.5 - 1.0)
 
 

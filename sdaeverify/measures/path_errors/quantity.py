@@ -218,6 +218,7 @@ ERROR_COLUMNS = {
     "fitted": "whether the order is fitted to this level",
 }
 # Of the mean relative error at T; the interval that Lindner et al. (2018), section 4.2, quote.
+# Level: of an interval that is shown and decides nothing.
 RELATIVE_CONFIDENCE = 0.9
 
 

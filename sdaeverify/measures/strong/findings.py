@@ -55,10 +55,13 @@ Orders = Mapping[str, StrongOrder]
 METHODS = {1: Method("local order", 1, guard="paths"), 3: Method("paths", 3)}
 UNFITTED_METHODS = {1: Method("local order", 1), 3: Method("paths")}
 # How far below its claim an order may be.
+# Chosen.
 TOLERANCE = 0.1
 # How much the next order may differ from the last one for an order to be missed.
+# Chosen.
 SETTLED = 0.1
 # An order below its claim at few states that rises by more with a level is that of a layer which steps still miss.
+# Measured by sdaeverify/probe/local/strong_order.py: twice the accuracy of a local order.
 RISING = 2.0 * ACCURACY
 STRONG_COLUMNS = {
     "local_consistent": "whether one step follows the equation as h tends to 0",

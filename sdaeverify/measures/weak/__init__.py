@@ -50,6 +50,7 @@ from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_prob
 STATE = "state"
 LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Fewer functionals can all be blind to the same error.
+# Chosen.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
 TOO_FEW = (
@@ -59,8 +60,10 @@ TOO_FEW = (
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
+# Chosen.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
+# Theorem: |E f(x) - E f(y)| <= L E|x - y|, and the least strong order is 1/2.
 SLOWEST = 0.5
 SLOWER = "too far from the limit for the claim"
 
@@ -159,7 +162,7 @@ def _tests(
     assert isinstance(claim.value, Order)
     refuted = max(order.refuted, corrected.p_below(claim.value.floor))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
-    if rising or _coarse(means, int(levels[-1])) or _turns(means, levels):
+    if rising or _is_coarse_mean(means, int(levels[-1])) or _turns(means, levels):
         refuted = 1.0
     tests = PathTests(
         max(order.verified, limit.verified),
@@ -193,7 +196,7 @@ def _shrinks(means: Means, levels: Array) -> float:
     return max(grown.p_above(0.0) for grown in means.grown(levels))
 
 
-def _coarse(means: Means, finest: int) -> bool:
+def _is_coarse_mean(means: Means, finest: int) -> bool:
     """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 

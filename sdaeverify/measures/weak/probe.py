@@ -60,14 +60,19 @@ LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
 MEMORY = "memory"
 AT_SHORTEST = f"{LOCAL} at the shortest steps"
 # How far below its claim an order without sampling error may be.
+# Chosen.
 TOLERANCE = 0.25
 # Step sizes of the operator, and further ones where those do not settle an order.
+# Size: step sizes of an operator.
 FIRST, FURTHER = 4, 4
 # Of 2688 jumps and kinks at random places no order was found as far below the true one: `test_point_law`, slow.
+# Measured by tests/probe/test_point_law.py.
 FAR_BELOW = 1.0
 # The weak order that interpolation between mesh points leaves.
+# Theorem: a Brownian bridge at delta h has variance delta (1 - delta) h.
 INTERPOLATED = 1.0
 # A failure at a smaller part of the states may be a tolerance or a singular state.
+# Chosen.
 MANY = 0.25
 
 

@@ -139,7 +139,7 @@ def _depends(names: Names, states: Array, function: Callable[[Array], Array]) ->
         change = np.abs(values[:, :, 1:] - before)
     found = []
     for rows in names.values():
-        # Of each entry by itself. What is not finite where nothing was moved tells nothing.
+        # Entry by entry. Entries that are not finite at the unperturbed state are skipped.
         size = np.max(np.abs(before[rows]), axis=-1, keepdims=True, initial=0.0, where=np.isfinite(before[rows]))
         found.append((change[rows] > CHANGED * size).any(axis=(0, 1, 3)).reshape(-1, len(MOVES)).any(axis=1))
     return np.array(found)

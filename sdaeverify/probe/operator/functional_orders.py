@@ -32,7 +32,7 @@ from .transition_errors import TransitionErrors
 # leave nothing of a coefficient that is not clear, or that they exclude.
 
 
-# A coefficient is told from 0 from so many times what is known of it on.
+# A coefficient differs from 0 if it is larger than this many times the bound of its error.
 CLEAR = 10.0
 FEWEST = 4
 

@@ -63,7 +63,7 @@ function meanings() {
 function provenance() {
   const run = DATA.run, told = run.settings || {}, steps = told.steps || [];
   return el("div", {}, facts([["command", (run.arguments || []).join(" ")], ["seed", String(run.seed ?? "")], ["steps", steps.length ? `${steps[0]} to ${steps[steps.length - 1]}` : ""],
-    ["paths at most", String(told.paths ?? "")], ["confidence", `${short(told.confidence ?? null, 4)}, error level shared among ${told.family ?? "?"} tests and ${told.looks ?? "?"} looks`],
+    ["paths at most", String(told.paths ?? "")], ["confidence", `${short(told.confidence ?? null, 4)}, error level shared among ${told.tests_reserved ?? "?"} tests and ${told.max_looks ?? "?"} looks`],
     ["versions", Object.entries(run.versions || {}).map(([name, version]) => `${name} ${version}`).join(", ")], ["system", (run.platform || {}).system],
     ["fingerprint of the noise", run.stream_fingerprint], ["seconds of steps", short(seconds(FINDINGS), 4)]]),
     (run.warnings || []).length ? el("details", {}, el("summary", {}, "warnings"), el("pre", {}, run.warnings.join("\n"))) : null,

@@ -1,0 +1,56 @@
+"""Each guard of verdicts has a cell that is judged wrongly without it."""
+
+import pytest
+
+from ablation import without
+from facade import GUARDS, Guard, rules
+from guard_cells import CELLS
+
+# Guards of which no cell is known that needs them. Remove a guard, or find its cell: the list only gets shorter.
+UNPLANTED = {
+    "_follows_later",
+    "WeakOrder.rises",
+    "_unless_slow",
+    "with_sample",
+    "Fit.rises",
+    "_beside_lost",
+    "_coarse",
+    "_is_coarse_mean",
+    "_on_its_way",
+    "_grows",
+    "_shrinks",
+    "is_suspect",
+    "doubt_wider_interval",
+    "doubt_resolution",
+}
+PLANTED = [guard for guard in GUARDS if guard.planted]
+
+
+def test_each_guard_has_its_cell():
+    """Those without one are named here, and each cell is one of a guard."""
+    assert {guard.asks.__qualname__ for guard in GUARDS if not guard.planted} == UNPLANTED
+    assert {guard.planted for guard in PLANTED} == set(CELLS)
+
+
+def test_guards_are_told_apart():
+    """No two entries doubt the same by one function, and each says why, and which verdict it bars."""
+    functions = [guard.asks for guard in GUARDS]
+    assert len(functions) == len(set(functions))
+    assert all(guard.bars and guard.reason for guard in GUARDS)
+
+
+def test_the_guards_of_a_run_are_those_of_its_rules():
+    """None is applied that is not in the tuple, in the same order."""
+    of_runs = [rule for rule in rules.RULES if isinstance(rule, Guard)]
+    assert [guard for guard in GUARDS if guard in of_runs] == of_runs
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("guard", PLANTED, ids=lambda guard: guard.name)
+def test_a_cell_is_judged_wrongly_without_its_guard(guard):
+    """More of its claims have the wrong verdict than with all guards."""
+    cell = CELLS[guard.planted]
+    guarded = list(cell.verdicts().values())
+    with without(guard):
+        found = list(cell.verdicts().values())
+    assert found.count(cell.wrong) > guarded.count(cell.wrong)

@@ -1,0 +1,458 @@
+"""Each limit of a rule of verdicts, from either side: a rule that is turned or a limit that moves fails here."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+from facade import (
+    Case,
+    EulerMaruyama,
+    Objection,
+    StrongOrder,
+    beside,
+    claim_for,
+    gbm,
+    judge_strong,
+    lies_below,
+    path_tests,
+    resolve_order,
+    rules,
+    send,
+    sound_levels,
+    too_coarse,
+    unlike,
+    up_to,
+    why_vacuous,
+)
+from measures import test_mean_order as mean_orders
+from sdaeverify import Claim, Scheme, Settings
+from sdaeverify.measuring import (
+    Estimate,
+    Evidence,
+    Finding,
+    Kind,
+    Opinion,
+    Order,
+    PathTests,
+    Reason,
+    Tally,
+    Verdict,
+    decide,
+    group_sums,
+    guard,
+    local_doubt,
+    order_tests,
+    with_sample,
+)
+from study.test_agreement import CLAIM, LAW, PATHS, PROBLEM, agreeing, left, result, verified
+
+ONE = Claim(measure="any", value=1.0, source="test")
+LOCAL = Opinion(Verdict.VERIFIED, Reason("strong order 1.00"), 1)
+NOTHING = PathTests(1.0, 1.0, Reason("figures"))
+
+
+def evidence(paths=4096, **settings):
+    """Return evidence of a number of paths, and of nothing else."""
+    tally = Tally(sums={"paths": group_sums(np.ones(paths))} if paths else {})
+    return Evidence(EulerMaruyama(), gbm(), gbm(), Settings(paths=8192, **settings), tally, Tally())
+
+
+class TestOrders:
+    """Orders along paths."""
+
+    @pytest.mark.parametrize(("se", "sure"), [(0.069, True), (0.071, False)])
+    def test_an_interval_wider_than_the_margin_verifies_nothing(self, se, sure):
+        """Half of the interval at 99 per cent is 2.861 standard errors, and the margin is 0.2."""
+        found = order_tests(ONE, Estimate(2.0, se), evidence())
+        assert found.verified < 1e-6 if sure else found.verified == 1.0
+        assert found.growth == pytest.approx(1.0 if sure else (2.8609 * se / 0.2) ** 2, abs=1e-3)
+
+    def test_a_bias_as_large_as_the_margin_is_helped_by_no_paths(self):
+        """Its interval is never narrower."""
+        assert order_tests(ONE, Estimate(3.0, 0.01), evidence(), bias=0.2).growth == inf
+        assert order_tests(ONE, Estimate(3.0, 0.01), evidence(), bias=0.19).growth < inf
+
+    def test_a_claim_of_exactness_is_refuted_by_an_order(self):
+        """An order exists only if there are errors beyond rounding."""
+        found = order_tests(Claim(measure="any", value="round-off", source="test"), Estimate(9.0, 0.1), evidence())
+        assert (found.verified, found.refuted) == (1.0, 0.0)
+
+    @pytest.mark.parametrize(("slope", "p"), [(0.70, "low"), (0.88, "near"), (0.91, "like")])
+    def test_an_order_between_claim_and_floor_is_judged_by_its_half(self, slope, p):
+        """Below the floor it is unlike the claim, below its middle as long as the further fit is, too."""
+        low, high = (unlike(ONE.value, Estimate(slope, 1e-4), Estimate(value, 1e-4)) for value in (0.85, 0.95))
+        assert (low < 0.01, high < 0.01) == {"low": (True, True), "near": (True, False), "like": (False, False)}[p]
+
+    @pytest.mark.parametrize(("share", "resolved"), [(0.099, True), (0.101, False)])
+    def test_a_lower_term_of_a_tenth_of_the_error_leaves_an_order_open(self, share, resolved):
+        """The share is the upper end of its interval."""
+        found = resolve_order(NOTHING._replace(verified=1e-9), Order(1.0), Estimate(share, 1e-9), evidence())
+        assert found.verified == (1e-9 if resolved else 1.0)
+        assert found.reason.has(Kind.FINER) is not resolved
+
+    def test_the_share_of_a_lower_term_is_between_0_and_1(self):
+        """Its bound is the upper end of an interval; nothing is excluded where that is not finite."""
+        found = [path_tests.order_resolution(Estimate(share, 1e-9), 0.99) for share in (-0.5, 2.0, float("nan"))]
+        assert found == [0.0, 1.0, inf]
+
+
+class TestSamples:
+    """Sizes of samples."""
+
+    def test_tests_that_reject_nothing_have_p_values_of_one(self):
+        """Those of no figures, and that a void bound is verified."""
+        none = PathTests.none("too few")
+        assert (none.verified, none.refuted, none.suspected, none.growth) == (1.0, 1.0, 1.0, inf)
+        void = PathTests(0.0, 0.5, Reason("figures"), growth=2.0).unless_vacuous(1.0, 1.0)
+        assert (void.verified, void.refuted, void.growth) == (1.0, 0.5, inf)
+
+    def test_an_interval_needs_a_hundred_paths(self):
+        """The number that is asked for is a hundred."""
+        few, enough = (with_sample(NOTHING._replace(verified=1e-9), n, heavy=False) for n in (99, 100))
+        assert (few.verified, enough.verified) == (1.0, 0.001)
+        assert 99 * few.growth == pytest.approx(100.0)
+
+    @pytest.mark.parametrize(("paths", "level"), [(799, 0.001), (800, 1e-9)])
+    def test_levels_below_a_thousandth_need_800_paths(self, paths, level):
+        """Below, a sample with heavy tails refutes nothing at all."""
+        tests = PathTests(1e-9, 1e-9, Reason(""), growth=1.0, limit=1e-9)
+        light, heavy = (with_sample(tests, paths, heavy=tails) for tails in (False, True))
+        assert (light.verified, light.refuted, light.limit) == (level, level, level)
+        assert heavy.refuted == (1e-9 if paths == 800 else 1.0)
+        assert light.growth == pytest.approx(max(1.0, 800 / paths))
+
+    @pytest.mark.parametrize(("paths", "guarded"), [(99, False), (100, True)])
+    def test_a_guard_needs_a_hundred_paths(self, paths, guarded):
+        """Fewer exclude no violation."""
+        assert (guard(LOCAL, NOTHING, evidence(paths)).verdict is Verdict.VERIFIED) is guarded
+
+
+class TestDecisions:
+    """Verdicts of paths, and of one step that paths guard."""
+
+    LEVEL = evidence().level
+
+    @pytest.mark.parametrize(("p", "verdict"), [(0.999, Verdict.REFUTED), (1.001, Verdict.INCONCLUSIVE)])
+    def test_refuted_at_the_level_of_a_test(self, p, verdict):
+        """Paths refute a claim alone, and one that one step verifies."""
+        tests = NOTHING._replace(refuted=p * self.LEVEL)
+        assert decide(tests, evidence()).verdict is verdict
+        assert guard(LOCAL, tests, evidence()).verdict is verdict
+
+    @pytest.mark.parametrize(("p", "verdict"), [(0.999, Verdict.VERIFIED), (1.001, Verdict.INCONCLUSIVE)])
+    def test_verified_at_the_level_of_a_test(self, p, verdict):
+        """Refuted comes first where both are significant."""
+        assert decide(NOTHING._replace(verified=p * self.LEVEL), evidence()).verdict is verdict
+        assert decide(NOTHING._replace(verified=0.0, refuted=0.0), evidence()).verdict is Verdict.REFUTED
+
+    @pytest.mark.parametrize(("p", "verdict"), [(0.0099, Verdict.INCONCLUSIVE), (0.0101, Verdict.VERIFIED)])
+    def test_a_suspicion_at_one_per_cent_keeps_paths_from_verifying(self, p, verdict):
+        """It stays so over all tests of the run."""
+        found = decide(NOTHING._replace(verified=1e-9, suspected=p), evidence())
+        assert found.verdict is verdict
+        assert (found.p_verified == 1.0) is (verdict is Verdict.INCONCLUSIVE)
+
+    @pytest.mark.parametrize(("p", "verdict"), [(0.0099, Verdict.INCONCLUSIVE), (0.0101, Verdict.VERIFIED)])
+    def test_paths_unlike_the_claim_do_not_guard_it(self, p, verdict):
+        """At 1 less the confidence of the run."""
+        assert guard(LOCAL, NOTHING._replace(suspected=p), evidence()).verdict is verdict
+
+    def test_paths_that_would_not_show_an_error_do_not_guard(self):
+        """The reason says how many would, if a number of paths does."""
+        assert guard(LOCAL, NOTHING._replace(blind=1.0), evidence()).verdict is Verdict.VERIFIED
+        more, none = (guard(LOCAL, NOTHING._replace(blind=blind), evidence()) for blind in (1.01, inf))
+        assert more.verdict is none.verdict is Verdict.INCONCLUSIVE
+        assert (more.settled, none.settled) == (False, True)
+
+    def test_what_one_step_refutes_or_leaves_open_for_good_stays(self):
+        """No number of paths changes it."""
+        sure = NOTHING._replace(verified=1e-12)
+        for said in (LOCAL._replace(verdict=Verdict.REFUTED), too_coarse(1e-3)):
+            assert guard(said, sure, evidence()) == said
+
+    def test_paths_do_not_verify_what_one_step_speaks_against(self):
+        """They refute it, or verify what one step says nothing of."""
+        sure = Opinion(Verdict.VERIFIED, Reason("sure"), p_verified=1e-9)
+        against = local_doubt("low", against=True)
+        assert beside(against, sure).verdict is Verdict.INCONCLUSIVE
+        assert beside(local_doubt("low"), sure).verdict is Verdict.VERIFIED
+        assert beside(against, sure._replace(verdict=Verdict.REFUTED)).verdict is Verdict.REFUTED
+
+    @pytest.mark.parametrize(("claim", "verdict"), [(1.0, Verdict.VERIFIED), (1.01, Verdict.INCONCLUSIVE)])
+    def test_one_step_verifies_up_to_the_order_of_steps_in_a_row(self, claim, verdict):
+        """Above it the claim is open; a refutation stands."""
+        assert up_to(1.0, LOCAL, claim, "words").verdict is verdict
+        refuted = LOCAL._replace(verdict=Verdict.REFUTED)
+        assert up_to(1.0, refuted, claim, "words") == refuted
+
+    def test_a_bound_as_large_as_the_quantity_says_nothing(self):
+        """A size that is not known makes no bound void."""
+        assert why_vacuous(1.0, 1.0)
+        assert not why_vacuous(0.99, 1.0)
+        assert not why_vacuous(1.0, 0.0)
+        assert not why_vacuous(1.0, float("nan"))
+
+
+class TestMeans:
+    """Differences of means."""
+
+    @pytest.mark.parametrize(("jitter", "shown"), [(0.01, True), (0.02, False)])
+    def test_a_difference_below_three_standard_errors_shows_no_order(self, jitter, shown):
+        """It is 3.5 and 2.1 standard errors here."""
+        order = mean_orders.found(0.1 * mean_orders.H, jitter=jitter)
+        assert 2.0 < order.resolved < 3.6
+        assert (order.resolved > 3.0) is shown
+        assert ("paths show no order" in str(order.tests.reason)) is not shown
+
+    @pytest.mark.parametrize(("size", "refuted"), [(84.0, False), (38.0, True)])
+    def test_an_error_of_a_quarter_of_the_mean_refutes_no_order(self, size, refuted):
+        """The last difference is 0.30 and 0.22 of the mean."""
+        errors = size * mean_orders.H**0.5
+        order = mean_orders.found(errors, seen=mean_orders.problem(truth=False))
+        assert bool((errors[-2] - errors[-1]) / (mean_orders.LIMIT + errors[-1]) < 0.25) is refuted
+        assert (order.tests.refuted < 1e-6) is refuted
+
+
+STEP = StrongOrder(1.0, 1.5, 2.0, 1.5, 2.0, True, 0.0, 1.0, 0.0, True, 1.0, True)
+
+
+class TestOneStep:
+    """Local strong orders."""
+
+    @pytest.mark.parametrize(("order", "verdict"), [(0.901, Verdict.VERIFIED), (0.899, Verdict.REFUTED)])
+    def test_an_order_a_tenth_below_its_claim_is_refuted(self, order, verdict):
+        """Local orders are known to a few hundredths."""
+        assert judge_strong(STEP._replace(order=order, ahead=order), 1.0).verdict is verdict
+
+    @pytest.mark.parametrize(("order", "verdict"), [(0.801, Verdict.INCONCLUSIVE), (0.799, Verdict.REFUTED)])
+    def test_an_order_within_the_margin_is_open(self, order, verdict):
+        """What paths would accept, one step does not refute; it speaks against it."""
+        found = judge_strong(STEP._replace(order=order, ahead=order), 1.0, margin=0.2)
+        assert found.verdict is verdict
+        assert found.speaks_against
+
+    @pytest.mark.parametrize(("ahead", "verdict"), [(0.599, Verdict.INCONCLUSIVE), (0.601, Verdict.REFUTED)])
+    def test_an_order_that_moves_by_a_tenth_is_not_settled(self, ahead, verdict):
+        """It refutes only if the next one is about the same."""
+        assert judge_strong(STEP._replace(order=0.7, ahead=ahead), 1.0).verdict is verdict
+
+    @pytest.mark.parametrize(("typical", "ahead", "verdict"), [(1.0, 0.75, "inconclusive"), (0.8, 0.75, "refuted")])
+    def test_an_order_that_rises_at_few_states_is_that_of_a_layer(self, typical, ahead, verdict):
+        """It refutes if most states have a low order, too."""
+        found = judge_strong(STEP._replace(order=0.7, ahead=ahead, typical=typical), 1.0)
+        assert found.verdict == verdict
+
+    @pytest.mark.parametrize(("share", "verdict"), [(0.51, Verdict.REFUTED), (0.5, Verdict.INCONCLUSIVE)])
+    def test_a_step_is_inconsistent_at_most_states(self, share, verdict):
+        """At fewer states it speaks against the claim."""
+        found = judge_strong(STEP._replace(consistent=False, inconsistent_share=share), 1.0)
+        assert found.verdict is verdict
+        assert found.reason.has(Kind.INCONSISTENT)
+        assert found.speaks_against
+
+
+class Bounded(Scheme):
+    """A scheme with claims of several strengths."""
+
+    name = "bounded"
+    claims = tuple(
+        Claim(measure="invariant", value="unbiased", bound=bound, source="test") for bound in (0.5, 0.1, 0.3)
+    ) + tuple(Claim(measure="strong", value=value, source="test") for value in (0.5, 1.0))
+
+
+class TestCoverage:
+    """The strongest claim about a quantity."""
+
+    def test_the_least_bound_and_the_largest_order_are_the_strongest(self):
+        """A smaller bound says more, a larger order does."""
+        assert claim_for(Bounded(), (), "invariant", "x").claim.value.most == 0.1
+        assert claim_for(Bounded(), (), "strong", "x").claim.value.least == 1.0
+
+    def test_exactness_says_more_than_any_order(self):
+        """And mean square more than probability."""
+
+        class Exactly(Bounded):
+            claims = (
+                *Bounded.claims,
+                Claim(measure="strong", value="round-off", source="test"),
+                Claim(measure="weak", value=1.0, source="test", sense="in probability"),
+                Claim(measure="weak", value=1.0, source="test"),
+            )
+
+        assert str(claim_for(Exactly(), (), "strong", "x").claim.value) == "round-off"
+        assert claim_for(Exactly(), (), "weak", "x").claim.sense == "in mean square"
+
+
+def low(high, tier=3, verdict=Verdict.REFUTED):
+    """Return a finding on paths whose order ends at `high`."""
+    return Finding(quantity="p", verdict=verdict, claim=CLAIM, tier=tier, estimate=0.1, low=0.0, high=high)
+
+
+class TestAgreement:
+    """Findings held against each other."""
+
+    @pytest.mark.parametrize(
+        ("finding", "stays"),
+        [
+            (low(0.249), False),
+            (low(0.251), True),
+            (low(0.249, tier=1), True),
+            (low(0.249, verdict=Verdict.INCONCLUSIVE), True),
+        ],
+    )
+    def test_errors_that_do_not_fall_are_those_of_a_wrong_limit(self, finding, stays):
+        """The state has no order then, other components and the law may."""
+        others = [result(PATHS, *verified("state", "q")), result(LAW, *verified("q^2"))]
+        found = left(agreeing(PROBLEM, [result(PATHS, finding), *others]))
+        assert found == {("of paths", "q"), ("of law", "q^2")} | ({("of paths", "state")} if stays else set())
+
+    def test_an_interval_below_the_claim_is_remembered_by_its_half_width(self):
+        """It lies below if its upper end does; the narrower of two half widths counts."""
+        wide = replace(low(0.9), claim=ONE, estimate=0.7)
+        assert not lies_below(wide)
+        assert lies_below(wide, 0.09)
+        assert not lies_below(wide, 0.11)
+        assert lies_below(replace(wide, high=0.79), inf)
+
+
+class TestLevels:
+    """Levels that a slope is fitted to."""
+
+    @pytest.mark.parametrize(("failed", "first"), [((0, 0, 0, 0), 0), ((1, 0, 0, 0), 1), ((1, 0, 1, 0), 3)])
+    def test_levels_are_finer_than_each_one_that_failed(self, failed, first):
+        """Failed paths and truncated steps alike."""
+        zeros = np.zeros(4)
+        for name, other in (("failed", "truncated"), ("truncated", "failed")):
+            levels, why = sound_levels({name: np.array(failed, dtype=float), other: zeros})
+            assert levels.tolist() == list(range(first, 4))
+            assert bool(why) is any(failed)
+
+
+SURE = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=ONE, estimate=1.0, low=0.9, high=1.1, p_verified=1e-9)
+
+
+class TestRules:
+    """What becomes of a verified finding."""
+
+    @pytest.mark.parametrize(("tier", "settled"), [(1, True), (3, False)])
+    def test_controls_that_more_paths_may_mend_leave_paths_to_draw(self, tier, settled):
+        """One step is not changed by more of them."""
+        found = send(replace(SURE, tier=tier), Case(objection=Objection("the control is not refuted")))
+        assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, settled)
+        assert str(found.reason).startswith("the control is not refuted")
+        assert found.p_verified == 1.0
+
+    @pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.NOT_RUN])
+    def test_controls_of_which_nothing_is_known_end_the_matter(self, verdict):
+        """The verdict is theirs, and the reason says that the claim is not verified."""
+        found = send(SURE, Case(objection=Objection("the control died", verdict)))
+        assert (found.verdict, found.settled) == (verdict, True)
+        assert str(found.reason).startswith("not verified: the control died")
+
+    def test_a_suspected_problem_refutes_nothing(self):
+        """What is refuted becomes an error of the problem; what is verified stays so."""
+        suspicion = Case(suspicion="a control is refuted")
+        refuted = send(replace(SURE, verdict=Verdict.REFUTED, p_refuted=0.0), suspicion)
+        assert refuted.verdict is Verdict.ERROR
+        assert send(SURE, suspicion).verdict is Verdict.VERIFIED
+        assert send(SURE, suspicion).excluded == {Verdict.REFUTED}
+
+    @pytest.mark.parametrize("verdict", [Verdict.VERIFIED, Verdict.INCONCLUSIVE, Verdict.REFUTED])
+    def test_diverging_moments_verify_nothing(self, verdict):
+        """What is refuted stays refuted."""
+        found = send(replace(SURE, verdict=verdict), Case(diverges="moments grow"))
+        assert found.verdict is (Verdict.INCONCLUSIVE if verdict is Verdict.VERIFIED else verdict)
+        assert Verdict.VERIFIED in found.excluded
+
+    @pytest.mark.parametrize(
+        ("tier", "verdict", "left"),
+        [
+            (1, Verdict.REFUTED, Verdict.INCONCLUSIVE),
+            (3, Verdict.REFUTED, Verdict.REFUTED),
+            (3, Verdict.VERIFIED, Verdict.INCONCLUSIVE),
+            (3, Verdict.DIVERGED, Verdict.DIVERGED),
+        ],
+    )
+    def test_only_paths_refute_what_the_solution_may_not_last_for(self, tier, verdict, left):
+        """Where the solution ends stands behind the reason, once."""
+        end = Reason("the solution ends", Kind.LOST_INDEX)
+        found = send(replace(SURE, tier=tier, verdict=verdict, reason=Reason("seen")), Case(end=end))
+        assert found.verdict is left
+        assert str(found.reason) == ("seen; the solution ends" if left is Verdict.INCONCLUSIVE else "seen")
+        again = send(replace(SURE, reason=end), Case(end=end))
+        assert str(again.reason) == "the solution ends"
+
+    def test_looks_share_a_level(self):
+        """P-values are multiplied by their number, and are at most 1; what is no test stays none."""
+        found = send(replace(SURE, p_verified=0.2, p_refuted=0.001), Case(looks=6))
+        assert (found.p_verified, found.p_refuted) == (1.0, pytest.approx(0.006))
+        assert np.isnan(send(replace(SURE, p_verified=float("nan")), Case(looks=6)).p_verified)
+
+    @pytest.mark.parametrize(("seen", "verdict"), [(0.021, Verdict.INCONCLUSIVE), (0.019, Verdict.VERIFIED)])
+    def test_a_policy_bounds_the_error_that_may_be_overlooked(self, seen, verdict):
+        """An error that nobody asks about stays verified."""
+        assert send(replace(SURE, resolution=seen), Case(resolution=0.02)).verdict is verdict
+        assert send(replace(SURE, resolution=inf), Case()).verdict is Verdict.VERIFIED
+
+    @pytest.mark.parametrize(("half_width", "verdict"), [(0.05, Verdict.INCONCLUSIVE), (0.2, Verdict.VERIFIED)])
+    def test_a_narrower_interval_below_the_claim_is_not_forgotten(self, half_width, verdict):
+        """The estimate is 0.7, and the claim holds from 0.8 on."""
+        found = send(replace(SURE, estimate=0.7, high=1.0), Case(half_width=half_width))
+        assert found.verdict is verdict
+        assert found.settled is (verdict is Verdict.VERIFIED)
+
+    def test_what_waits_for_finer_levels_is_open(self):
+        """And may be decided by them."""
+        found = send(SURE, Case(finer=True))
+        assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
+
+    @pytest.mark.parametrize("settled", [True, False])
+    def test_why_sampling_stopped_is_said_of_what_more_paths_might_decide(self, settled):
+        """Nothing else changes."""
+        found = send(
+            replace(SURE, verdict=Verdict.INCONCLUSIVE, settled=settled, reason=Reason("seen")),
+            Case(stopped="interrupted"),
+        )
+        assert str(found.reason) == ("seen" if settled else "interrupted; seen")
+        assert str(send(SURE, Case(stopped="interrupted")).reason) == ""
+
+    @pytest.mark.parametrize(
+        ("tier", "verdict", "significant", "left"),
+        [
+            (3, Verdict.VERIFIED, {Verdict.VERIFIED}, Verdict.VERIFIED),
+            (3, Verdict.VERIFIED, set(), Verdict.INCONCLUSIVE),
+            (1, Verdict.VERIFIED, set(), Verdict.VERIFIED),
+            (3, Verdict.INCONCLUSIVE, {Verdict.VERIFIED}, Verdict.VERIFIED),
+            (3, Verdict.INCONCLUSIVE, {Verdict.VERIFIED, Verdict.REFUTED}, Verdict.REFUTED),
+            (3, Verdict.INCONCLUSIVE, set(), Verdict.INCONCLUSIVE),
+            (3, Verdict.DIVERGED, {Verdict.REFUTED}, Verdict.DIVERGED),
+            (3, Verdict.OUT_OF_SCOPE, {Verdict.REFUTED}, Verdict.OUT_OF_SCOPE),
+        ],
+    )
+    def test_all_tests_of_a_run_share_its_level(self, tier, verdict, significant, left):
+        """Verdicts of paths are kept, taken back or given; one step is no test."""
+        found = send(replace(SURE, tier=tier, verdict=verdict), Case(significant=frozenset(significant)))
+        assert found.verdict is left
+        assert send(replace(SURE, p_verified=float("nan")), Case(significant=frozenset())).verdict is Verdict.VERIFIED
+
+    @pytest.mark.parametrize(("verdict", "left"), [(Verdict.VERIFIED, "seen"), (Verdict.REFUTED, "seen; open")])
+    def test_a_limit_that_was_open_alone_is_shown_among_all_tests(self, verdict, left):
+        """The reason loses what was open of the limit if the claim is verified, and keeps it if it is refuted."""
+        reason = Reason("seen").then(Reason("open", Kind.LIMIT)).then(Reason("more paths", Kind.MORE_PATHS))
+        open_ = replace(SURE, verdict=Verdict.INCONCLUSIVE, reason=reason)
+        found = send(open_, Case(significant=frozenset({verdict})))
+        assert str(found.reason) == f"{left}; significant over all tests of this run"
+
+    def test_a_wrong_limit_in_one_quantity_holds_for_the_cell(self):
+        """What is verified is taken back, and nothing else."""
+        off = replace(SURE, quantity="y", verdict=Verdict.REFUTED, reason=Reason("off", Kind.WRONG_LIMIT))
+        low_order = replace(off, reason=Reason("low", Kind.ORDER))
+        open_ = replace(SURE, quantity="z", verdict=Verdict.INCONCLUSIVE)
+        assert [f.verdict for f in rules.withhold_in_doubt([SURE, off, open_])] == [
+            Verdict.INCONCLUSIVE,
+            Verdict.REFUTED,
+            Verdict.INCONCLUSIVE,
+        ]
+        assert rules.withhold_in_doubt([SURE, low_order])[0].verdict is Verdict.VERIFIED
