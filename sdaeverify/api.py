@@ -23,8 +23,7 @@ from .forms import Problem
 from .registry.foreign_code import same_folder
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.files import require_writable
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_own, save_tables
+from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_run_folder, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.paper.citation import ForPapers
@@ -241,8 +240,7 @@ class Result(ForPapers):
             If the folder cannot be written into.
         """
         target = folder_of("save", folder)
-        require_own(target, "folder")
-        require_writable(target)
+        require_run_folder(target, "folder")
         asked = {CLASSES: self.classes} if self.results else {}
         save_tables(target, {**self.tables, **asked}, self.run)
 
@@ -325,8 +323,7 @@ def verify(
         LOG.warning(warning)
     folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
-        require_own(folder, "out")
-        require_writable(folder, "out")
+        require_run_folder(folder, "out")
     with crew_of(asked["jobs"], limits, registry, asked["executor"]) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if limits else None)
         study = Study(todo, settings, None if folder is None else Store(folder), orders=folder is not None)

@@ -20,7 +20,7 @@ from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
-from ..report.folders import require_own
+from ..report.folders import require_run_folder
 from ..study import Plan
 from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
@@ -78,8 +78,7 @@ def carry_out_gate(
     # What stands in its place and is no lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
     earlier = None if options["against"] is None else read_gate(options["against"])
-    require_own(options["out"])
-    require_writable(options["out"])
+    require_run_folder(options["out"])
     if options["write_lock"]:
         # Said now, not after all is run.
         require_writable(policy.lock_file.parent, "lock of the policy")

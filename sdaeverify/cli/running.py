@@ -16,8 +16,7 @@ from ..contracts.settings import Settings
 from ..errors import one_line
 from ..registry.load import Registry
 from ..report.class_words import class_notes
-from ..report.files import require_writable
-from ..report.folders import CLASSES, LEVELS, VERDICTS, require_own
+from ..report.folders import CLASSES, LEVELS, VERDICTS, require_run_folder
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.progress import progress
@@ -144,8 +143,7 @@ def carry_out(run: Run, crew: Workers, kind: str) -> ExitCode:
     UsageError
         If the report cannot be written.
     """
-    require_own(run.folder)
-    require_writable(run.folder)
+    require_run_folder(run.folder)
     try:
         result = advance(run, crew, kind)
     except ENDINGS as error:

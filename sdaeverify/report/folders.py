@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pandas as pd
 
 from ..errors import UsageError
-from .files import PARQUET, read_rows, write_json, write_table
+from .files import PARQUET, read_rows, require_writable, write_json, write_table
 
 if TYPE_CHECKING:
     from ..study import Cell
@@ -110,8 +110,10 @@ def read_verdicts(folder: Path) -> SavedTables:
     return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
 
 
-def require_own(folder: Path, option: str = "--out") -> None:
-    """Check that a folder holds no ``run.json`` of another program, which saving a run would overwrite.
+def require_run_folder(folder: Path, option: str = "--out") -> None:
+    """Create the folder of a run if there is none, and check that files can be written into it.
+
+    A ``run.json`` of another program would be overwritten.
 
     Parameters
     ----------
@@ -123,12 +125,13 @@ def require_own(folder: Path, option: str = "--out") -> None:
     Raises
     ------
     UsageError
-        If there is a file of this name without the keys that this program writes.
+        If it cannot be written into, or has a file of this name without the keys that this program writes.
     """
     file = folder / RUN
     # Unlike Path.is_file, this does not raise for names that no file can have.
     if os.path.isfile(file) and not {"schema_version", "settings"} <= run_of(folder).keys():
         raise UsageError(f"{file} is not that of a run of this program and is left as it is; choose another {option}")
+    require_writable(folder, option)
 
 
 def key_of(row: Mapping[str, Any]) -> Key:

@@ -14,8 +14,7 @@ from ...contracts.settings import Settings
 from ...errors import SdaeverifyError, UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_measures, select_problems, select_schemes
-from ...report.files import require_writable
-from ...report.folders import require_own
+from ...report.folders import require_run_folder
 from ...report.saved import SavedRun, read_run
 from ...store.store import copy_evidence
 from ...study.plan import union
@@ -46,8 +45,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     registry = load_and_warn(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
         todo = _plan(saved, registry, crew.executor)
-        require_own(options["out"])
-        require_writable(options["out"])
+        require_run_folder(options["out"])
         for folder in runs:
             _report_copies(folder, copy_evidence(folder, options["out"]))
         merged = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)

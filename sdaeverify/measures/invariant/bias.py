@@ -42,6 +42,7 @@ class StationaryBias(NamedTuple):
 
 
 BALANCE = Method("detailed balance", 1)
+# Theorem: detailed balance leaves the law invariant, Hastings (1970).
 NO_BIAS = StationaryBias(0.0, 0.0, 0.0)
 
 
