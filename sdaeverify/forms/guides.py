@@ -17,6 +17,7 @@ A step is given x, an array of shape (d, P), and returns ``Step`` of such an arr
 ``problem.drift(t, x)``, ``problem.diffusion(t, x)``, ``problem.diffused(t, x, w)`` for B w with w of shape (l,
 P), ``problem.derivative_of_drift(t, x)`` and ``problem.derivative_of_diffusion(t, x, y)``.
 
+>>> from sdaeverify import SDE, Scheme, Step
 >>> class MyEuler(Scheme):
 ...     name, form = "my-euler", SDE
 ...     def step(self, problem, state, t, h, noise):
@@ -27,6 +28,8 @@ P), ``problem.derivative_of_drift(t, x)`` and ``problem.derivative_of_diffusion(
 A step is given (q, p) as one array of shape (2 n, P), and returns ``Step`` of such an array. It calls
 ``problem.force(q)`` and reads ``problem.friction`` and ``problem.strength``.
 
+>>> import numpy as np
+>>> from sdaeverify import Langevin, Scheme, Step
 >>> class MySymplecticEuler(Scheme):
 ...     name, form = "my-symplectic-euler", Langevin
 ...     def step(self, problem, state, t, h, noise):
@@ -41,6 +44,7 @@ The lagged values are ``lag.now`` and, where x is at the end of the step, ``lag.
 ``problem.diffused(t, x, v, y, w)`` for g w with w of shape (l, P), ``problem.eliminated(t, x, v)`` for y, and
 ``problem.consistent(t, x, v)`` for the state with this y.
 
+>>> from sdaeverify import DelaySDAE, Scheme, Step
 >>> class MyDelayEuler(Scheme):
 ...     name, form = "my-delay-euler", DelaySDAE
 ...     def step(self, problem, state, t, h, noise):
@@ -51,6 +55,7 @@ The lagged values are ``lag.now`` and, where x is at the end of the step, ``lag.
     IndexOneSDAE: """\
 The functions of the problem take (t, x, y), without the lagged value that those of a `DelaySDAE` take.
 
+>>> from sdaeverify import DelayState, IndexOneSDAE, Scheme, Step
 >>> class MyCircuitEuler(Scheme):
 ...     name, form = "my-circuit-euler", IndexOneSDAE
 ...     def step(self, problem, state, t, h, noise):
@@ -65,6 +70,7 @@ of such a state. It calls ``problem.force(t, r, v)``, ``problem.diffused(t, r, v
 ``J = problem.linearised(r)``, which is Dg(r), ``problem.push(J, c)`` for M^-1 grad g(r) c and
 ``problem.tangent(J, v)`` for the tangential part of v and its multiplier.
 
+>>> from sdaeverify import HolonomicSDAE, HolonomicState, Scheme, Step
 >>> class MyMechanicsEuler(Scheme):
 ...     name, form = "my-mechanics-euler", HolonomicSDAE
 ...     def step(self, problem, state, t, h, noise):
@@ -80,6 +86,7 @@ A step is given x, an array of shape (d, P), and returns ``Step`` of such an arr
 geometry of the constraint near x from ``problem.near(x)``, see `ConstraintGeometry`; ``problem.ito()`` is (1.4)
 or (1.2) as an `SDE`.
 
+>>> from sdaeverify import ConstrainedLangevin, Scheme, Step
 >>> class MyPenalisedEuler(Scheme):
 ...     name, form = "my-penalised-euler", ConstrainedLangevin
 ...     def step(self, problem, state, t, h, noise):
