@@ -71,12 +71,12 @@ def test_extras_are_named_for_what_they_hold(installed):
 
 
 def test_wheel_holds_no_tests(installed):
-    """Only the nine packages, their metadata and nothing else are in the wheel."""
+    """Only the ten packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
 
     packages = {
         f"sdaeverify_{part}"
-        for part in ("adaptive", "bridges", "lab", "measures", "papers", "planted", "problems", "schemes")
+        for part in ("adaptive", "bridges", "lab", "measures", "papers", "planted", "problems", "schemes", "wire")
     }
     assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()
