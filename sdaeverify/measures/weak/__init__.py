@@ -150,10 +150,7 @@ def _tests(
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        text = (
-            "the bias is below the sampling noise ({standard_errors:.1f} of the {needed:g} standard errors needed), "
-            "so paths neither confirm nor contradict the order"
-        )
+        text = "bias below the sampling noise ({standard_errors:.1f} of {needed:g} standard errors)"
         unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         remedy = limit.remedy or ask_to_resolve(resolved, RESOLVED, evidence.paths)
