@@ -217,7 +217,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = f"bias below the sampling noise ({resolved:.1f} of {RESOLVED:g} standard errors)"
+        noise = f"bias below sampling noise ({resolved:.1f} of {RESOLVED:g} standard errors)"
         # What changes its sign, or does not confirm one step, says so already.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

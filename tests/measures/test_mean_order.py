@@ -155,7 +155,7 @@ def test_differences_lost_in_noise_decide_nothing():
 
     assert order.resolved < 3.0
     assert order.tests.verified == 1.0
-    assert "below the sampling noise" in str(order.tests.reason)
+    assert "below sampling noise" in str(order.tests.reason)
     assert order.tests.growth > 1.0
 
 

@@ -53,10 +53,7 @@ LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Chosen.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
-TOO_FEW = (
-    "only {levels} step sizes are without truncated or failed steps, and a slope along paths needs {fewest}: "
-    "use smaller steps"
-)
+TOO_FEW = "only {levels} sound step sizes, {fewest} needed: use smaller steps"
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
@@ -150,7 +147,7 @@ def _tests(
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        text = "bias below the sampling noise ({standard_errors:.1f} of {needed:g} standard errors)"
+        text = "bias below sampling noise ({standard_errors:.1f} of {needed:g} standard errors)"
         unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         remedy = limit.remedy or ask_to_resolve(resolved, RESOLVED, evidence.paths)
