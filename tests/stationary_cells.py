@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.integrate import quad
 
+from facade import MALA
 from sdaeverify import SDE, Array, Chart, Claim, Increment, InvariantMean, Line, Scheme, Step
 from sdaeverify.numerics import apply
 
@@ -105,3 +106,13 @@ def _quartic_means():
         return quad(lambda x: x**k * np.exp(x**2 - 0.5 * x**4), -6.0, 6.0)[0]
 
     return {name: integral(k) / integral(0) for name, k in POWERS.items()}
+
+
+class Shaken(MALA):
+    """MALA, where a state that stays is moved by a ten-millionth: detailed balance is not seen from one step."""
+
+    name: ClassVar[str] = "shaken"
+
+    def step(self, problem, state, t, h, noise):
+        end = super().step(problem, state, t, h, noise).state
+        return Step(np.where(end == state, state + 1e-7 * noise.dW, end))

@@ -228,13 +228,16 @@ class _Metropolis:
 
     def _log_proposal(self, x: Array, dW: Array) -> Array:
         """Return log q(x, g(x, dW)) but for a constant."""
-        slope = np.abs(np.linalg.det(self._slope(x, dW).transpose(2, 0, 1)))
-        return np.asarray(-0.5 * (dW**2).sum(axis=0) / self.h - np.log(slope))
+        return np.asarray(-0.5 * (dW**2).sum(axis=0) / self.h - np.log(self._volume(x, dW)))
+
+    def _volume(self, x: Array, dW: Array) -> Array:
+        """Return |det dg/dW|, shape (N,)."""
+        return np.asarray(np.abs(np.linalg.det(self._slope(x, dW).transpose(2, 0, 1))))
 
     def _regressors(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return `shift` and `square` of `Balance`."""
         still = np.zeros_like(x)
-        slope = np.abs(np.linalg.det(self._slope(x, still).transpose(2, 0, 1)))
-        variance = self.h * slope ** (2.0 / len(x))
+        variance = self.h * self._volume(x, still) ** (2.0 / len(x))
         at_x, at_y = (self._end(z, still, self.least) - z for z in (x, y))
         shift = ((y - x) * (at_x + at_y)).sum(axis=0) / variance
         return shift, ((at_x**2).sum(axis=0) - (at_y**2).sum(axis=0)) / (2.0 * variance)
@@ -294,17 +297,23 @@ def say_imbalance(found: Balance) -> str:
     text = f"detailed balance fails for {int((defect > found.off)[seen].sum())} of {seen.sum()} pairs of states"
     if (found.forth[seen] == 1.0).all() and (found.back[seen] == 1.0).all():
         return f"{text}: each proposal is accepted"
-    if named := [sentence for weights, sentence in MISTAKES.items() if explains(weights, found)]:
-        return f"{text}: the acceptance {' or '.join(named)}"
+    mistake = _mistake(found) or f"is off by a factor of up to {np.exp(defect[seen].max()):.3g}"
+    return f"{text}: the acceptance {mistake}"
+
+
+def _mistake(found: Balance) -> str:
+    """Return in words what explains all acceptances, or an empty string."""
+    if named := [words for weights, words in MISTAKES.items() if explains(weights, found)]:
+        return " or ".join(named)
     weights = fitted_weights(found)
     if weights is None or not explains(weights, found):
-        return f"{text}: the acceptance is off by a factor of up to {np.exp(defect[seen].max()):.3g}"
+        return ""
     if np.allclose(weights[1:], 1.0, rtol=0.0, atol=KNOWN):
-        return f"{text}: the acceptance {POWER.format(density=weights.density)}"
+        return POWER.format(density=weights.density)
     if abs(weights.density - 1.0) <= KNOWN and min(weights) > 0.0:
         drift = weights.square / weights.shift
-        return f"{text}: the acceptance {OTHER.format(drift=drift, variance=drift / weights.shift)}"
-    return f"{text}: the acceptance is off by a factor of up to {np.exp(defect[seen].max()):.3g}"
+        return OTHER.format(drift=drift, variance=drift / weights.shift)
+    return ""
 
 
 def explains(weights: Weights, found: Balance) -> bool:

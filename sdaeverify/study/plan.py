@@ -154,7 +154,7 @@ def plan(
     measures : sequence of Measure
     resolve : callable, str -> Scheme, optional
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
-    trial : callable, ProblemSpec -> mapping of (Scheme or None) to str, optional
+    trial : callable, ProblemSpec -> mapping of (Scheme or None) to Tried, optional
         Tells who cannot be asked here what can be run, since a process has died of it or taken too long, and whose
         steps draw random numbers of their own; without it no process but this one makes steps.
     followed : Followed, optional
@@ -212,8 +212,10 @@ def own_numbers(cells: Sequence[Cell]) -> str:
     cells : sequence of Cell
         Of one scheme on one problem. If none of them can be run, no step is made.
     """
-    runnable = (cell for cell in cells if cell.seen is not None)
-    return next((draws_own_numbers(cell.scheme, cell.seen) for cell in runnable if cell.seen is not None), "")
+    for cell in cells:
+        if cell.seen is not None:
+            return draws_own_numbers(cell.scheme, cell.seen)
+    return ""
 
 
 def _not_applicable(cell: Cell, reason: str) -> Cell:

@@ -13,7 +13,7 @@ from sdaeverify.measuring import Evidence, PathTests, Reason, Verdict
 from sdaeverify.numerics import GROUPS
 from sdaeverify.probing import why_not_operator
 from sdaeverify_planted.mechanics import AcceptsAll
-from stationary_cells import euler_variance
+from stationary_cells import Shaken, euler_variance
 
 H = 0.25 / 2.0 ** np.arange(4)
 TOLD = FunctionalOrder(1.0, 1.0, 1.0)
@@ -109,16 +109,6 @@ def test_the_bias_of_euler_on_ou_is_told_from_the_bound(share, verdict):
     most = float(euler_variance(0.25) - euler_variance(0.0))
 
     assert invariant(Within(share * most))["x^2"] == verdict
-
-
-class Shaken(MALA):
-    """The same, where a state that stays is moved by a ten-millionth: detailed balance is not seen from one step."""
-
-    name = "shaken"
-
-    def step(self, problem, state, t, h, noise):
-        end = super().step(problem, state, t, h, noise).state
-        return Step(np.where(end == state, state + 1e-7 * noise.dW, end))
 
 
 @pytest.mark.parametrize("scheme", [MALA(), Shaken()])

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from facade import CHAINS, GROUPS, MALA, OPERATOR, BiasSample, ChainRecord, Invariant, exceeds
+from facade import CHAINS, GROUPS, OPERATOR, BiasSample, ChainRecord, Invariant, exceeds
 from facade import double_well as shipped_double_well
-from sdaeverify import Claim, InvariantMean, Settings, Step
+from sdaeverify import Claim, InvariantMean, Settings
 from sdaeverify.measures.invariant.chain_findings import is_decided
 from sdaeverify.measuring import Evidence, Tally, Verdict, packed, unpacked
 from sdaeverify.simulate.chains import chains_of
@@ -18,6 +18,7 @@ from stationary_cells import (
     VARIANCE,
     Euler,
     Heun,
+    Shaken,
     charted_ou,
     double_well,
     euler_variance,
@@ -445,14 +446,6 @@ def test_known_means_are_those_of_the_observables():
             assert isinstance(truth, InvariantMean)
             value = problem.observables[truth.observable](0.0, {"x": x[None]})
             assert truth.value == pytest.approx((value * density).sum() / density.sum(), abs=1e-9)
-
-
-class Shaken(MALA):
-    """The same, where a state that stays is moved by a ten-millionth: detailed balance is not seen from one step."""
-
-    def step(self, problem, state, t, h, noise):
-        end = super().step(problem, state, t, h, noise).state
-        return Step(np.where(end == state, state + 1e-7 * noise.dW, end))
 
 
 def test_a_cell_that_costs_far_more_than_others_says_what_it_would_take():
