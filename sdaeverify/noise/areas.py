@@ -10,8 +10,7 @@ and, with the first two time integrals H and K of W, which are independent of dW
 
 the coefficients of W in Legendre polynomials of degree 1, 2 and 3, and a remainder. No method is known to draw C_ij
 exactly together with the path. It is drawn as a normal variable of the right variance on the finest steps; longer
-steps
-have the areas that follow from Chen's relation,
+steps have the areas that follow from Chen's relation,
 
     A = A' + A'' + (1/2) (dW' x dW'' - dW'' x dW').
 

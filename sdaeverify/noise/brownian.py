@@ -57,15 +57,13 @@ class Increment(NamedTuple):
         Second space-time Levy areas, unit sqrt(time); None if the problem does not draw them.
     A : ndarray, shape (l (l - 1)/2, P), or None
         Levy areas A_ij of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time; None if the problem does not draw
-        them.
-        See `double_integrals`.
+        them. See `double_integrals`.
 
     Notes
     -----
-    A scheme declares the noise it needs other than dW: ``noise = frozenset({"dW", "H"})``. Given h, dW and H are
-    independent
-    normals of variances h and h/12: ``dW/sqrt(h)`` and ``sqrt(12/h) H`` are two independent standard normals per step
-    and Brownian motion.
+    A scheme declares the noise it needs other than dW: ``noise = frozenset({"dW", "H"})``. Given h, dW and H
+    are independent normals of variances h and h/12: ``dW/sqrt(h)`` and ``sqrt(12/h) H`` are two independent standard
+    normals per step and Brownian motion.
     """
 
     dW: Array
@@ -93,8 +91,7 @@ class Increment(NamedTuple):
         """Return Ito's double integrals, shape (l, l, P): entry [i, j] is int_t^{t+h} (W_i(s) - W_i(t)) dW_j(s).
 
         They equal (dW_i dW_j - h delta_ij)/2 + A_ij, where 2 A_ij is int (W_i - W_i(t)) dW_j - int (W_j - W_j(t))
-        dW_i.
-        A single Brownian motion needs no area.
+        dW_i. A single Brownian motion needs no area.
         """
         l = len(self.dW)
         if self.A is None and l > 1:
@@ -225,8 +222,8 @@ class Brownian(NamedTuple):
 
         The pieces of each level come in time order, a coarse one before the finer ones inside it, and each is at most
         `LONGEST` steps long. So memory does not depend on the finest level, unless areas are drawn, which need all
-        pieces of a
-        coarsest step at once. The pieces of a coarsest step must be consumed before the next iterator is requested.
+        pieces of a coarsest step at once. The pieces of a coarsest step must be consumed before the next iterator is
+        requested.
         """
         purposes = ("brownian", *(record.name for record in self.records))
         streams = [{name: self.source.stream(name, n) for name in purposes} for n in range(self.finest + 1)]

@@ -3,12 +3,11 @@
 A discrete variable is coupled to the Brownian increment by quantiles, so that a scheme that uses it runs on the same
 paths as every other. A sum of such variables is not the variable of a longer step: these schemes have a weak order
 only. H is then +-sqrt(h/12), with a sign for each Brownian motion independent of dW: schemes of weak order 2 need it
-in
-place of the double integrals of noncommutative noise.
+in place of the double integrals of noncommutative noise.
 
 A normal variable clipped at A_h = sqrt(2 p |ln h|), Milstein & Tretyakov (2004), section 1.3, is bounded, too. It
-counts
-as normal, because its mean square distance from the normal variable it is coupled to is at most exp(-A_h^2/2) = h^p.
+counts as normal, because its mean square distance from the normal variable it is coupled to is at most exp(-A_h^2/2)
+= h^p.
 """
 
 from collections.abc import Callable
@@ -61,8 +60,7 @@ class Law(NamedTuple):
         """Return the largest order that a clipped variable allows, on paths or in law; infinite for other laws.
 
         Its mean square distance from a normal variable is about h^p, and so is the loss of variance. The former adds
-        up to an
-        error of size h^(p/2) on a path, the latter to one of size h^p in law.
+        up to an error of size h^(p/2) on a path, the latter to one of size h^p in law.
         """
         return (0.5 * self.clip if paths else self.clip) if self.clip else np.inf
 
@@ -85,8 +83,7 @@ def why_unusable(law: Law) -> str:
     """Return why a scheme cannot use a law, or an empty string.
 
     A discrete law must have mean 0 and variance 1, and `couple` must take each atom with its probability. A law
-    without
-    atoms must be the normal one, clipped or not, because quadrature rules for other laws are not known.
+    without atoms must be the normal one, clipped or not, because quadrature rules for other laws are not known.
 
     Parameters
     ----------

@@ -54,8 +54,7 @@ def jacobian(f: Function, x: Array) -> Array:
     """Return Df(x), shape (m, n, P), for f : (n, P) -> (m, P).
 
     A tiny imaginary part y of x is the complex step of a caller: the result is then Df(x) + i D^2 f(x)(y, .), so that
-    a
-    Jacobian taken here can be differentiated once more.
+    a Jacobian taken here can be differentiated once more.
     """
     point = np.real(x)
     columns = [_partial(f, point, i) for i in range(len(x))]
@@ -102,8 +101,7 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     Im[f(x + s w) + f(x - s w)] = 1e-6 D^2 f(x)(w, w) + O(1e-18), and (y, z) follows by polarisation.
 
     If the size of x is far from one, f may change over lengths of size 1 or of the size of x. So both steps are
-    tried, and
-    the longer one is used if its error is small, or smaller than that of the shorter one.
+    tried, and the longer one is used if its error is small, or smaller than that of the shorter one.
 
     Parameters
     ----------
@@ -173,8 +171,7 @@ def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> b
 
     The difference of step s = eps^(1/3) has an error of s^2/6 of the third derivative and of eps/s of f; a wrong
     derivative has an error of its own size. Along a short direction the third derivative is taken to have the size by
-    which
-    f changes, which must exceed rounding; along other directions it is taken to have at least size 1.
+    which f changes, which must exceed rounding; along other directions it is taken to have at least size 1.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ def lambert_of_log(logarithm: float, negative: bool = False) -> complex:
     """Return W_0(z) of z = e^logarithm or -e^logarithm, the root w of w e^w = z with the largest real part.
 
     W_0(z) is Wright's omega(log z), which does not overflow. For z from -1/e to 0, where both W_0 and W_{-1} are
-    real, omega
-    has a branch cut, and its values there are partly those of W_{-1}: SciPy's Lambert function is used there.
+    real, omega has a branch cut, and its values there are partly those of W_{-1}: SciPy's Lambert function is used
+    there.
 
     Parameters
     ----------

@@ -130,9 +130,8 @@ class Tridiagonal(NamedTuple):
     """A tridiagonal matrix A on every path.
 
     Elimination without row exchanges (Thomas' algorithm): backward stable for matrices that are symmetric and
-    positive
-    definite, or diagonally dominant, or near one of these. A vanishing pivot gives non-finite numbers on its path
-    only.
+    positive definite, or diagonally dominant, or near one of these. A vanishing pivot gives non-finite numbers on its
+    path only.
 
     Attributes
     ----------
@@ -183,8 +182,7 @@ class Elimination(NamedTuple):
     """Factorisation A = L U, without row exchanges, into a unit lower triangle L and an upper triangle U.
 
     For matrices that are nearly symmetric and positive definite, whose pivots are large enough. Systems of other
-    paths
-    are solved with pivoting.
+    paths are solved with pivoting.
 
     Attributes
     ----------

@@ -48,15 +48,12 @@ def newton(
     """Solve F(x) = 0 from a starting point on every path.
 
     A path stops when the size of an update is at most `tolerance`, and is not changed while other paths go on, so
-    that no
-    path depends on its neighbours. The last update is included: Newton's method converges quadratically, so that the
-    error
-    after it is far below the tolerance.
+    that no path depends on its neighbours. The last update is included: Newton's method converges quadratically, so
+    that the error after it is far below the tolerance.
 
     The last update may reuse the matrix of the previous one. If an update u by that matrix follows one of u_0, DF has
     changed by a relative amount of about |u|/|u_0|, so that u has an error of |u|^2/|u_0|, which has to be below
-    rounding.
-    If F is affine, this holds from the second update on.
+    rounding. If F is affine, this holds from the second update on.
 
     Parameters
     ----------

@@ -12,8 +12,7 @@ def outweighs(a: Array, *others: Array) -> Array:
     """Return the p-value of the hypothesis |E a| <= sum_j |E b_j|.
 
     |E a| > sum_j |E b_j| means that s E a + sum_j s_j E b_j > 0 for a sign s and all signs s_j. The p-value is the
-    largest
-    of these t-tests, doubled because s is chosen from the sample.
+    largest of these t-tests, doubled because s is chosen from the sample.
 
     Parameters
     ----------

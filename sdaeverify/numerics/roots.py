@@ -13,8 +13,7 @@ def log_root(function: Callable[[float], float], low: float, high: float) -> flo
     ----------
     function : callable, float -> float
         Of opposite signs at the ends, or 0. At the ends it is evaluated at `low` and `high` exactly: e^(log x) may
-        differ
-        from x, and if there is a root or a jump at an end, the sign next to it may differ.
+        differ from x, and if there is a root or a jump at an end, the sign next to it may differ.
     low, high : float
         Ends of the interval, positive.
 

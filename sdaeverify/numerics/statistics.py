@@ -107,9 +107,8 @@ def correct_for_skewness(p: float, skewness: float, count: float) -> float:
         P(T <= -z) = Phi(-z) exp(g z^3 / (3 sqrt(n))) (1 + O((1 + z)/sqrt(n)))
 
     (self-normalised large deviations: Shao 1999, Wang 2005). A sample without large values has a mean that is too
-    small,
-    and a standard error that is too small as well. The right side decreases until z = sqrt(n)/g; z is not taken
-    beyond.
+    small, and a standard error that is too small as well. The right side decreases until z = sqrt(n)/g; z is not
+    taken beyond.
 
     Parameters
     ----------
@@ -369,8 +368,7 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
     """Return the Clopper-Pearson interval of a rate: the p for which the count is in neither tail of Binomial(n, p).
 
     With tails of alpha/2 on both sides it covers the true rate with at least the nominal probability, for every n and
-    p:
-    low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
+    p: low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
 
     Parameters
     ----------

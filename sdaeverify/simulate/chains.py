@@ -1,8 +1,7 @@
 """Replicated chains: time averages of observables at several step sizes on the same noise.
 
 A chain is a path that runs long enough to forget its start. Chains are independent, so that means over groups of
-chains
-have a known error without a model of correlations in time. Step sizes h, h/2, ... share their noise, so that
+chains have a known error without a model of correlations in time. Step sizes h, h/2, ... share their noise, so that
 differences between them are known much better than the means themselves. The mean at the coarsest step size has the
 largest error and costs least: it is taken from many more chains at that step size only.
 """
@@ -48,8 +47,7 @@ def chains_of(paths: int) -> tuple[int, int]:
     ----------
     paths : int
         Number of paths of a run. Up to 8192 paths give 1024 and 8192 chains; more give 1/8 of the paths and as many
-        as
-        the paths, in multiples of `GROUPS`, up to 131072 and 2^20 chains, which are in memory together.
+        as the paths, in multiples of `GROUPS`, up to 131072 and 2^20 chains, which are in memory together.
     """
     groups = -(-min(max(paths, FEWEST_WIDE), MOST_WIDE) // (WIDE_OF_PAIRED * GROUPS))
     return groups * GROUPS, groups * GROUPS * WIDE_OF_PAIRED
@@ -222,8 +220,7 @@ class Pilot(NamedTuple):
         Smallest step size that blew up; NaN if none did.
     contraction : float
         Median ratio of the distances of two chains with the same noise, after `CONTRACTION` relaxation times to
-        before;
-        NaN if no step size is stable.
+        before; NaN if no step size is stable.
     """
 
     wide: Chains
@@ -260,8 +257,7 @@ def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
     """Return the median ratio of the distances between neighbouring chains, after to before.
 
     Distances are taken between observables, in units of their standard deviations. They, and not the states, are to
-    be
-    paired: angles that differ by full turns, for example, have distance 0.
+    be paired: angles that differ by full turns, for example, have distance 0.
     """
     source, state = plan.source(wide.view, "contraction", PILOTS), wide.tracks[0].state
     pair = [_start_at(Chains(scheme, wide.view, source, plan.h), _select_pilots(state, shift)) for shift in (0, 1)]
@@ -349,8 +345,7 @@ def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[Cha
     plan : ChainPlan
     enough : callable, ChainRecord -> bool
         Called at each look but the last. It must not depend on whether an effect is resolved by now, because that
-        selects
-        samples in which it is large, but on whether a test at its share of the level has decided.
+        selects samples in which it is large, but on whether a test at its share of the level has decided.
 
     Returns
     -------

@@ -20,8 +20,7 @@ class Reference:
     """The pathwise exact solution of a problem; without one, the level of each scheme's own reference run.
 
     An exact solution steps on the coarsest grid, or on the finest if it needs further normals. A solution of finite
-    order
-    runs one level finer than the finest, and once more at the finest to estimate its own error.
+    order runs one level finer than the finest, and once more at the finest to estimate its own error.
 
     Parameters
     ----------

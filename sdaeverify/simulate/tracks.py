@@ -197,8 +197,7 @@ class SchemeTracks:
         ----------
         truths : sequence of mapping
             Exact solution at full and, if it is inexact, at half resolution. Empty if the scheme has its own
-            reference run,
-            or if no measure needs the exact solution.
+            reference run, or if no measure needs the exact solution.
         """
         levels = [self.tracks[level].parts() for level in range(self.levels)]
         known = (truths or levels[-1:]) if self.own is None else [self.tracks[self.own].parts()]

@@ -206,8 +206,7 @@ def unpickle_argument(argument: bytes, *passed: type[BaseException]) -> Any:
     ------
     UsageError
         If it cannot be unpickled, as for a class or function that is not at the top level of its module. Errors of
-        the
-        types `passed` are raised unchanged.
+        the types `passed` are raised unchanged.
     """
     try:
         return pickle.loads(argument)

@@ -49,8 +49,7 @@ class Watchdog(Marker):
     """A marker that writes whose code runs and its deadline to a file.
 
     The parent process, which waits for the call, ends the worker after the deadline. A timer in the worker would not
-    do:
-    code that never returns, ignores signals or disables alarms would not let it run.
+    do: code that never returns, ignores signals or disables alarms would not let it run.
 
     Parameters
     ----------

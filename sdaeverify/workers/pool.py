@@ -43,8 +43,7 @@ class Processes(Executor):
     """Worker processes, started at the first call; one that dies loses its own call only.
 
     Processes are spawned rather than forked: they behave alike on every platform and inherit no threads. They are
-    ended
-    as soon as the ``with`` block is left, even in the middle of a call.
+    ended as soon as the ``with`` block is left, even in the middle of a call.
 
     Parameters
     ----------

@@ -2,8 +2,7 @@
 
 Without enough address space, linear algebra libraries wait for ever and keep a core busy. The manager of a worker
 pool dies if a thread cannot be started, and a caller that waits for a result is not informed. So the need is
-estimated
-and checked first.
+estimated and checked first.
 """
 
 import os
