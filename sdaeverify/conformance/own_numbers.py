@@ -29,7 +29,7 @@ def draws_own_numbers(scheme: Scheme, view: Problem) -> str:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     try:
         with np.errstate(all="ignore"):

@@ -22,7 +22,7 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     paths : int
 
     Returns
@@ -54,7 +54,7 @@ def stops_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
     ----------
     scheme : Scheme
     problem : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     h : float
     noises : sequence of Increment, dW of shape (l, P)
         Noise with the scheme's law, one for each step.

@@ -66,7 +66,7 @@ class Trial:
 
     @cached_property
     def state(self) -> State:
-        """The scheme's states at the begin of the step."""
+        """The scheme's states at the start of the step."""
         if self.given is not None:
             return freeze(self.given)
         if self.x is not None:

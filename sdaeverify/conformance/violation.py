@@ -37,7 +37,7 @@ def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     paths : bool
         Whether the scheme has claims on paths; see `noise_departure`.
 
@@ -90,7 +90,7 @@ def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     followed : Followed
         Names of the measures whose claims imply that steps follow the equation.
     """
@@ -112,7 +112,7 @@ def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     followed : Followed
         As for `follows`.
     """

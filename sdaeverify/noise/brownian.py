@@ -50,7 +50,7 @@ class Increment(NamedTuple):
     xi : ndarray, shape (k, P), or None
         Independent standard normals for an exact solution that needs functionals of W beyond dW and H.
     lagged, ahead : ndarray, shape (d, P), or None
-        State at the lag before the begin of the step, and the known state at the lag before its end; see `Lag`.
+        Lagged state at the start of the step, and the known part of the lagged state at its end; see `Lag`.
     records : mapping of str to object
         Noise other than Brownian motions that the form declares, see `NoiseRecord`.
     K : ndarray, shape (l, P), or None

@@ -384,7 +384,7 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
 
 
 def chernoff(mean: Array, bound: float, count: Array | float) -> Array:
-    """Return Hoeffding's bound of the probability that a mean of independent shares is as far from its expectation.
+    """Return Hoeffding's bound of the probability that a mean of shares is this far from its expectation.
 
     exp(-n KL(m | q)), KL(m | q) = m ln(m/q) + (1 - m) ln((1 - m)/(1 - q)), for shares between 0 and 1 of any law
     (Hoeffding 1963, Theorem 1, (2.1)).

@@ -1,7 +1,7 @@
 """Detailed balance of a step that accepts or rejects a proposal, without sampling.
 
-Let rho be the invariant density of dx = -grad V dt + sigma dW. A step proposes y = g(x, dW) and takes it with the
-probability a(x, y), else the state stays at x. With the density q of the proposal,
+Let rho be the invariant density of dx = -grad V dt + sigma dW. A step proposes y = g(x, dW) and accepts it with
+probability a(x, y); otherwise the state stays at x. With the density q of the proposal,
 
     rho(x) q(x, y) a(x, y) = rho(y) q(y, x) a(y, x)    for all x and y
 
@@ -148,7 +148,7 @@ class _Metropolis:
     ----------
     step : OneStep
     t, h : float
-        Begin and size of the step.
+        Start and size of the step.
     """
 
     def __init__(self, step: OneStep, t: float, h: float) -> None:

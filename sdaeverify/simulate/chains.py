@@ -200,7 +200,7 @@ def _moves(difference: Array, parts: Array) -> bool:
 # Pilot before the record: which step sizes are stable, and whether chains with the same noise approach each other.
 
 
-# Pairs of chains.
+# Number of pairs of chains in the contraction test.
 PILOTS = 128
 HALVINGS = 6
 # Relaxation times of the contraction test, and the ratio to which the distance of two chains has to fall in them.

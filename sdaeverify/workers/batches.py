@@ -70,7 +70,7 @@ class Batch(Generic[Answer]):
         return RemoteCall(self.workers, self.function, argument)
 
     def answers(self) -> Iterator[tuple[Entry, Answer | Lost]]:
-        """Wait for the answers; repeat a call whose process died, and split it if the cause is unknown.
+        """Wait for the answers; if the process died, repeat the call with the suspected scheme by itself.
 
         Yields
         ------
@@ -115,7 +115,7 @@ def _divide(entries: Entries, lost: Lost, *, again: bool) -> tuple[Entries, list
 
 
 def _isolate_culprit(entries: Entries, mark: Mark) -> list[Entry]:
-    """Return the entry whose code ran, reduced to the running measure if one ran, and then all other entries."""
+    """Return the entry whose code ran, reduced to the running measure if one ran, and then all the rest."""
     culprit, rest = entries[mark.scheme], [e for index, e in enumerate(entries) if index != mark.scheme]
     if mark.measure == NO_MEASURE or len(culprit.measures) == 1:
         return [culprit, *rest]

@@ -2,7 +2,7 @@
 
     dx = (A x + B x(t - tau)) dt + (c x + d x(t - tau)) dW,     r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0.
 
-E x^2 tends to 0 exactly if the roots of s = A + B e^(-s tau) have negative real parts and the integral of
+E x^2 tends to 0 if and only if the roots of s = A + B e^(-s tau) have negative real parts and the integral of
 (c r(t) + d r(t - tau))^2 over t > 0 is below 1. With K(a) the integral of r(t) r(t - a), it is
 
     (c^2 + d^2) K(0) + 2 c d K(tau),   K(0) = (B sh - 1)/(2 (A + B ch)),   K(tau) = -(ch + A sh)/(2 (A + B ch)),

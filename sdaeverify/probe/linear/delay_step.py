@@ -273,7 +273,7 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
 
 
 def _reached(scheme: Scheme, view: Delayed, h: float) -> Array:
-    """Return as a column the state at the start of a run and the history at begin and end of its first step."""
+    """Return as a column the state at the start of a run and the history at start and end of its first step."""
     known = [view.past(min(0.0, end - view.delay)) for end in (0.0, h)]
     return np.concatenate([flatten(scheme.start(view, 1, h)), *known])
 

@@ -80,7 +80,7 @@ def remembers(scheme: Scheme, view: Any) -> bool:
 
 
 def run_memory(scheme: Scheme, view: Problem) -> Apart | None:
-    """Compare a run with one that is entered anew at the begin of each of eight parts of the horizon.
+    """Compare a run with one that is entered anew at the start of each of eight parts of the horizon.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _apart(scheme: Scheme, view: Problem, level: int) -> tuple[tuple[str, ...], 
 
 
 class _PairedRun:
-    """A run of a scheme on `PATHS` paths, and a second one that is entered anew at the begin of each part."""
+    """A run of a scheme on `PATHS` paths, and a second one that is entered anew at the start of each part."""
 
     def __init__(self, scheme: Scheme, view: Any, noise: list[LevelNoise]) -> None:
         self.scheme, self.view = scheme, view

@@ -250,7 +250,7 @@ def _slows_down(record: LocalStrong) -> bool:
 
 
 class _Case(NamedTuple):
-    # States, shape (d, S), the noise of two half steps from there, the size of the whole step, and its begin.
+    # States, shape (d, S), the noise of two half steps from there, the size of the whole step, and its start.
     x: Array
     nodes: HalfSteps
     h: float

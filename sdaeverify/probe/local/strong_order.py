@@ -41,7 +41,7 @@ class StrongOrder(NamedTuple):
     typical : float
         Median over the states of the order at each of them, or of its extrapolation to the next step size if higher.
     plateau_h : float
-        Step size below which a solver's tolerance hides the defects; 0 if none does.
+        Largest step size at which a solver's tolerance hides the defects; 0 if none does.
     means : bool
         Whether means are resolved.
     ahead : float

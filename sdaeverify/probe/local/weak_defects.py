@@ -50,7 +50,7 @@ ROUNDINGS = 64.0
 NUDGED = 4
 # Most leaves of a tree for all further states, and paths of a step from these: about as many as for `cloud`.
 LEAVES, WORK = 2**15, 2**12
-# Begin and size of each step.
+# Start and size of each step.
 Steps = tuple[tuple[float, float], ...]
 # A component stays near a value if it exceeds its distance from it by the first factor; beyond the second, its motion
 # is rounding, and it does not move.
@@ -94,7 +94,7 @@ class SemigroupReference(NamedTuple):
     frame : Frame
         Scaling of the arguments of test functions.
     t : tuple of float
-        Begin of the step of each size.
+        Start of the step of each size.
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
@@ -153,7 +153,7 @@ def weak_reference(view: Problem, steps: Steps, *, further: bool = False) -> Sem
     view : Problem
         Problem with an Ito equation.
     steps : tuple of pairs of float
-        Begin and size of each step.
+        Start and size of each step.
     further : bool
         Whether to use `spread_states`, with fewer trees, instead of `cloud`.
 
@@ -188,7 +188,7 @@ def reference_from(view: Problem, x: Array, steps: Steps) -> SemigroupReference:
         Problem with an Ito equation.
     x : ndarray, shape (d, S)
     steps : tuple of pairs of float
-        Begin and size of each step.
+        Start and size of each step.
 
     Returns
     -------

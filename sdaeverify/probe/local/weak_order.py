@@ -110,7 +110,7 @@ class WeakOrder(NamedTuple):
         Order between the two finest usable step sizes; minus infinity if the defect changes sign there.
     settled : ndarray of bool, shape (F, S)
     plateau_h : float
-        Step size below which a solver's tolerance hides defects, so that claims cannot be verified; 0 if none does.
+        Largest step size at which a solver's tolerance hides defects and makes claims void; 0 if none does.
     dimension : int
     time : ndarray, shape (S,)
         Index of each state's time among the probed ones.

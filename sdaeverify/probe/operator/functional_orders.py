@@ -364,8 +364,8 @@ def _fit_order(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
         return FunctionalOrder(nan, -inf, inf, informative=False, h=float(h[-1]), note=note)
     order = float(local[-1] if moving else limit)
     low = min(order, float(limit))
-    # An error that decreases after a change of sign increases again: if the order has not settled, it and earlier
-    # ones may be too low.
+    # Local orders that decrease after a change of sign increase again: an order that has not settled is no upper
+    # bound, and neither are the previous ones.
     high = inf if moving or local[-1] > local[-2] + RISING else float(max(limit, *local[-2:]))
     spread = float(off[-1] + (off[-1] + off[-2]) / np.expm1(ratios[-1]))
     note = f"the order still changes, {local[-2]:.2f} to {local[-1]:.2f}" if moving else ""

@@ -97,6 +97,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     fewer : int
         Number of Gauss-Hermite nodes per normal to leave out.
     given : Given
+        Step size and variance of the increments that the scheme receives, in multiples of h.
 
     Returns
     -------

@@ -135,8 +135,7 @@ def why_not_stability(scheme: Scheme, view: Problem) -> str:
     reason = why_not_linear_equation(view) or one_step.why_not_at_nodes() or one_step.why_not_comparable()
     if reason := reason or why_not_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
         return reason
-    # On constrained problems, steps must continue from admissible states that `enter` sets; other states are not
-    # used.
+    # On constrained problems the operator is restricted to states that `enter` creates from admissible ones.
     return one_step.why_not_entered(run=False) if view.has_constraints else ""
 
 

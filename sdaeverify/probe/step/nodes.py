@@ -48,7 +48,7 @@ class Rule(NamedTuple):
     exact : bool
         False for random points: root mean squares are then known to about 5 per cent, their ratios between step sizes
         much better, means not at all.
-    degree: int
+    degree : int
         Degree up to which the rule is exact for polynomials.
     """
 
@@ -381,7 +381,7 @@ def _signed_rule(n: int, l: int, law: Law) -> Rule:
 
 
 def _equal_sizes(law: Law) -> Array | None:
-    """Return equally probable absolute values of a symmetric discrete law; None if the law is not symmetric."""
+    """Return equally probable absolute values of a symmetric discrete law; None for other laws."""
     sizes, weights = np.abs(law.values), np.array(law.weights)
     if not np.allclose(weights @ (np.sign(law.values)), 0.0):
         return None

@@ -223,7 +223,7 @@ class OneStep:
         return self.scheme.prepare(self.view, h)(state, t, noise).state
 
     def truncated(self, x: Array, h: Array, times: Sequence[float]) -> Mask:
-        """Return the states from which a step of each size is truncated for some noise at its nodes, shape (S, H).
+        """Return from which states a step of each size is truncated at some node of the noise, shape (S, H).
 
         A truncated step differs from the asymptotic form of the step, so that it shows no order there. A step of
         Euler's method that leaves the domain of the problem also counts as truncated, because schemes that stay in
@@ -311,7 +311,7 @@ class OneStep:
         return np.array_equal(flatten(state), flatten(made.state))
 
     def _at_few_nodes(self, x: Array, h: float) -> tuple[State, Step]:
-        """Return the scheme's states at the begin of steps of this size, and the results of the steps."""
+        """Return the scheme's states at the start of steps of this size, and the results of the steps."""
         nodes = self.few_nodes()
         with np.errstate(all="ignore"):
             state = self.enter(np.repeat(x, len(nodes.weights), axis=1), self.time, h)
