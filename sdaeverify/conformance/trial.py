@@ -83,7 +83,7 @@ class Trial:
         return self.scheme.prepare(self.view, self.h)
 
     def step(self, state: State, noise: Increment) -> Step:
-        """Make one step."""
+        """Make one step at a fifth of the horizon, and require a `Step` as its result."""
         return require_step(self.stepper(state, WHEN * self.view.horizon, noise))
 
     @cached_property

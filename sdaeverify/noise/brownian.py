@@ -90,8 +90,8 @@ class Increment(NamedTuple):
     def double_integrals(self, h: float) -> Array:
         """Return Ito's double integrals, shape (l, l, P): entry [i, j] is int_t^{t+h} (W_i(s) - W_i(t)) dW_j(s).
 
-        They equal (dW_i dW_j - h delta_ij)/2 + A_ij, where 2 A_ij is int (W_i - W_i(t)) dW_j - int (W_j - W_j(t))
-        dW_i. A single Brownian motion needs no area.
+        They equal (dW_i dW_j - h delta_ij)/2 + A_ij with the areas
+        A_ij = (1/2) (int (W_i - W_i(t)) dW_j - int (W_j - W_j(t)) dW_i). A single Brownian motion needs no area.
         """
         l = len(self.dW)
         if self.A is None and l > 1:
@@ -128,13 +128,13 @@ class LevelNoise(NamedTuple):
     A: Array | None = None
 
     def increment(self, step: int) -> Increment:
-        """Return the increment of one step."""
+        """Return the increment of the step with a given index."""
         H, K, A = (None if part is None else part[step] for part in (self.H, self.K, self.A))
         records = each(lambda part: part[step], self.records) if self.records else self.records
         return Increment(self.dW[step], H, records=records, K=K, A=A)
 
     def part(self, begin: int, end: int) -> "LevelNoise":
-        """Return the steps from `begin` up to `end`."""
+        """Return the steps from index `begin` up to, but without, index `end`."""
         some: LevelNoise = each(lambda part: part[begin:end], self)
         return some
 

@@ -234,7 +234,7 @@ class _Metropolis:
         return np.asarray(-0.5 * (dW**2).sum(axis=0) / self.h - np.log(self._volume(x, dW)))
 
     def _volume(self, x: Array, dW: Array) -> Array:
-        """Return |det dg/dW|, shape (N,)."""
+        """Return |det dg/dW| of the proposal at x, shape (N,)."""
         return np.asarray(np.abs(np.linalg.det(self._slope(x, dW).transpose(2, 0, 1))))
 
     def _regressors(self, x: Array, y: Array) -> tuple[Array, Array]:

@@ -66,7 +66,7 @@ class Explosion(NamedTuple):
 
     @property
     def explodes(self) -> bool:
-        """Whether sizes grow doubly exponentially."""
+        """Whether the size grows with a power above 1 per step, that is, doubly exponentially."""
         return float(self.power) > 1.0
 
 

@@ -308,13 +308,13 @@ class _Watch:
             self.observer = None
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Pass a step to the observer."""
+        """Pass the components after a step of one level to the observer; ignored after an error."""
         if self.observer is not None:
             with self.catch_errors():
                 self.observer.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Pass a snapshot to the observer."""
+        """Pass the states of all levels after a coarsest step to the observer; ignored after an error."""
         if self.observer is not None:
             with self.catch_errors():
                 self.observer.after_coarsest_step(snapshot)
@@ -361,7 +361,7 @@ class _Run:
         return not self.error and any(watch.observer for watch in self.watches)
 
     def advance(self, piece: Piece) -> None:
-        """Make the steps of a piece of noise."""
+        """Make the scheme's steps on a piece of noise, unless it has failed or is not sampled."""
         if self.sampled:
             with self._catch_errors():
                 self.tracks.advance(piece, self.watches)

@@ -46,7 +46,7 @@ class Track:
         self.first: tuple[State, Increment, Array] | None = None
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
-        """Make successive steps."""
+        """Make a step for each increment, and pass the steps that they want to the observers."""
         for index in range(len(noise.dW)):
             increment, before = self._increment(noise, index), self.state
             result = self._step_once(increment)
@@ -60,7 +60,7 @@ class Track:
                     observer.after_step(self.level, self.step, self.constraint_arguments())
 
     def parts(self) -> Parts:
-        """Return the named components of the state."""
+        """Return the named components of the current state."""
         return self.scheme.parts(self.problem, self.state)
 
     def constraint_arguments(self) -> Parts:

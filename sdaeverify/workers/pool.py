@@ -81,7 +81,7 @@ class Processes(Executor):
         self.jobs = max(1, min(self.jobs, calls))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Make a call in the next free worker."""
+        """Make a call in the next free worker; start the pool if it has not started or has broken."""
         try:
             if not self.active:
                 # Not started yet, or broken because a worker died while none had a call.
@@ -101,7 +101,7 @@ class Processes(Executor):
         return Processes(1, self._plugins, self.limits)
 
     def new_mark(self) -> Path:
-        """Return the path of a new mark file."""
+        """Return the path of a mark file that no other call uses."""
         return Path(self._marks.name, str(next(self._numbers)))
 
     def watch(self, mark: Path, future: "Future[Any]") -> None:
@@ -198,7 +198,7 @@ class _Worker(SpawnProcess):
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
     def terminate(self) -> None:
-        """Kill the process and its group."""
+        """Kill the process and all processes that it has started."""
         self._end_group()
         self.kill()
 

@@ -55,7 +55,7 @@ class MemoryStep:
 
     @cached_property
     def start(self) -> State:
-        """Initial state on one path."""
+        """Initial state of the scheme on one path, with all its memory."""
         return self.one_step.scheme.start(self.one_step.view, 1, self.h)
 
     @property

@@ -109,11 +109,11 @@ class LinkedScheme(Scheme):
 
     @property
     def law(self) -> Law:
-        """Law of the increments."""
+        """Law of the increments of the given scheme."""
         return self.scheme.law
 
     def parts(self, problem: Any, state: State) -> Parts:
-        """Return the solution now and at earlier times."""
+        """Return the solution at the present time and one delay earlier, as named components."""
         named: Parts = problem.parts(state)
         return named
 

@@ -110,7 +110,7 @@ def _by_steps(step: OneStep, x: Array) -> Mask:
 
 
 def _draw(step: OneStep, h: float, paths: int) -> list[Increment]:
-    """Return the noise of two steps."""
+    """Return the noise of two steps with the scheme's law; has H if the scheme uses it."""
     rng, found = np.random.Generator(np.random.Philox(key=SEED + 11)), []
     for _ in range(2):
         noise = step.view.drawn(rng, h, paths)

@@ -110,7 +110,7 @@ class Roughness(NamedTuple):
         return LIPSCHITZ_ORDER if self.lipschitz else 0.0
 
     def __str__(self) -> str:
-        """Return a description."""
+        """Return the coefficient and its singularity in words."""
         found = "a kink" if self.lipschitz and not self.in_time else "an infinite slope or a jump"
         return f"the {self.coefficient} has {found}{' in time' if self.in_time else ''}"
 

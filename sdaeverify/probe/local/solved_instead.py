@@ -97,7 +97,7 @@ class Given:
 
     @property
     def rates(self) -> Rates:
-        """Rates of the equation."""
+        """Rates f and B B^T of the equation at the points."""
         return Rates(self.drift(), squares(self.diffusion()))
 
 
@@ -315,7 +315,7 @@ def _of_equation(measured: _Measured) -> str:
 
 
 def _explanations(measured: _Measured) -> Iterator[Mistake]:
-    """Yield the mistakes that explain the rates."""
+    """Yield the mistakes whose rates agree with the measured ones at all times and states."""
     for mistake in MISTAKES:
         changed = [
             Rates(

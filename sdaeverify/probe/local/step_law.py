@@ -82,7 +82,7 @@ class StepLaw(NamedTuple):
 
     @property
     def points(self) -> int:
-        """Number n of points."""
+        """Number n of compared points (t, x)."""
         return len(self.t)
 
     @property

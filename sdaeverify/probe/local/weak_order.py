@@ -198,7 +198,7 @@ class WeakOrder(NamedTuple):
         return float((np.isfinite(self.later) & (self.later >= bound))[low].mean()) > MOST
 
     def least(self, among: Mask) -> str:
-        """Describe the lowest order of some defects."""
+        """Describe the lowest order of the defects in a mask, with its test function."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
         name = self.function or test_functions.names(self.dimension)[function]
         if np.isneginf(self.orders[function, state]):

@@ -61,7 +61,7 @@ class Basis:
 
     @property
     def nodes(self) -> Array:
-        """Nodes of the quadrature, shape (dimension, Q)."""
+        """Nodes of the product quadrature, shape (dimension, Q)."""
         grid = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")
         return np.stack([part.ravel() for part in grid[: self.dimension]])
 

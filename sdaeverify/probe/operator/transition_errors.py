@@ -263,7 +263,7 @@ class Densities(NamedTuple):
 
     @property
     def resolved(self) -> bool:
-        """Whether the basis represents both laws."""
+        """Whether the basis represents both laws: densities are finite, and nonnegative up to `NEGATIVE`."""
         both = np.stack([self.scheme, self.exact])
         return bool(np.isfinite(both).all() and np.all(both.min(axis=-1) >= -NEGATIVE * both.max(axis=-1)))
 

@@ -108,7 +108,7 @@ class StabilityRecord(NamedTuple):
 
     @property
     def scan(self) -> Radius:
-        """Spectral radius on the grid."""
+        """Spectral radius on the grid, one field per row of `scanned`."""
         return Radius(*self.scanned)
 
     @property

@@ -348,7 +348,7 @@ class OneStep:
         return together(self.make, batches)
 
     def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
-        """Return Phi(x, t, h, noise), shape (d, P)."""
+        """Return Phi(x, t, h, noise), the components after a step from state x, shape (d, P)."""
         return self.read(self.advance(self.enter(x, t, h), t, h, noise))
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:

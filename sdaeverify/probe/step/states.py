@@ -233,7 +233,7 @@ class ReachedStates(NamedTuple):
 
     @property
     def points(self) -> Array:
-        """All finite states, shape (d, N)."""
+        """All finite states of all times, shape (d, N)."""
         wide = np.moveaxis(self.x, 0, 1).reshape(self.x.shape[1], -1)
         return np.asarray(wide[:, all_finite(wide)])
 

@@ -44,7 +44,7 @@ class StepNoise(NamedTuple):
 
     @property
     def normals(self) -> int:
-        """Number n of variables."""
+        """Number n of variables: l, or 2 l with H."""
         return self.motions * (2 if self.areas else 1)
 
     @property
