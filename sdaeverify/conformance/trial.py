@@ -88,7 +88,7 @@ class Trial:
 
     @cached_property
     def first(self) -> Step:
-        """Result of the step on all paths, made before any other call; its type is left unchecked for the checks."""
+        """Result of the step on all paths, made before any other call; its type is verified by the checks only."""
         return self.stepper(self.state, WHEN * self.view.horizon, self.noise)
 
     @property

@@ -6,8 +6,9 @@ probability a(x, y); otherwise the state stays at x. With the density q of the p
     rho(x) q(x, y) a(x, y) = rho(y) q(y, x) a(y, x)    for all x and y
 
 makes rho invariant under the step (Hastings 1970). Each factor is computed from the step alone, at states that
-solutions reach: a(x, y) by bisection of the uniform variable that the step uses to decide, q(x, y) = n(dW)/|det
-dg/dW| with the normal density n of dW, and the increment that proposes x from y by Newton's method.
+solutions reach: a(x, y) by bisection of the uniform variable that the step uses to decide,
+q(x, y) = n(dW)/|det dg/dW| with the normal density n of dW, and the increment that proposes x from y by Newton's
+method.
 """
 
 from typing import Any, NamedTuple

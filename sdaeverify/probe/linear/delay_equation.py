@@ -116,8 +116,8 @@ class LinearDelay(NamedTuple):
     def growth_rate(self) -> float:
         """Rate lam of E x^2 ~ e^(lam t), unit 1/time.
 
-        It is the zero of the integral of e^(-lam t) (c r(t) + d r(t - tau))^2 minus 1, that is, of the noise integral
-        of the equation discounted by lam, or twice the real part of the rightmost root if that is larger. The
+        It is the rate at which the integral of e^(-lam t) (c r(t) + d r(t - tau))^2, the noise integral of the
+        equation discounted by lam, equals 1, or twice the real part of the rightmost root if that is larger. The
         integral decreases in lam; its reciprocal is 0 at the latter, and nearly linear.
         """
         low = 2.0 * self.rightmost_root.real

@@ -320,8 +320,8 @@ def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
 
 
 def _grows_as_steps_shrink(scheme: Scheme, view: Delayed) -> bool:
-    # A history stored in the state has k ~ 1/h components, and second moments over N steps would cost k^2 N =
-    # O(h^-3).
+    # A history stored in the state has k ~ 1/h components, and second moments over N steps would cost
+    # k^2 N = O(h^-3).
     long, short = (len(flatten(scheme.start(view, 1, view.delay / parts))) for parts in (4.0, 8.0))
     return short > long
 

@@ -128,10 +128,10 @@ def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
 
 # Consistency of one step with a delay given its past, Definition 3.1 of Qu, Huang & Liu (2010).
 #
-# A scheme is consistent of order p if its local error r satisfies ||E(r | F_t)||_{L2} <= C h^{p+1} and ||r||_{L2} <=
-# C h^{p+1/2}. The condition includes all events up to t, and with these the solution one delay ago over the whole
-# step: its Brownian motion is fixed while means over the step's current noise are taken. The local error is the
-# difference between a step and two half steps.
+# A scheme is consistent of order p if its local error r satisfies ||E(r | F_t)||_{L2} <= C h^{p+1} and
+# ||r||_{L2} <= C h^{p+1/2}. The condition F_t includes all events up to t, and with these the solution one delay ago
+# over the whole step: its Brownian motion is fixed while means over the step's current noise are taken. The local
+# error is the difference between a step and two half steps.
 
 
 DELAY_NODES = 5

@@ -113,7 +113,7 @@ class LinkedScheme(Scheme):
         return self.scheme.law
 
     def parts(self, problem: Any, state: State) -> Parts:
-        """Return the solution at the present time and one delay earlier, as named components."""
+        """Return the solution at the present time and at earlier multiples of the delay, as named components."""
         named: Parts = problem.parts(state)
         return named
 

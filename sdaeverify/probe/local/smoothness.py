@@ -48,7 +48,7 @@ FALLS, GROWS = 2.0 ** (-0.5 * LAST), 2.0 ** (0.25 * LAST)
 # A jump, or a change of slope, is detected from this part of the observable's change on the line on, above rounding.
 SMALL, ROUNDINGS = 1e-6, 64.0
 # Second differences with this step, in units of the line, are rounding only; at other points they may be a few times
-# larger by chance. They are taken away from the ends of intervals, where simple formulas have their kinks.
+# larger by chance. They are evaluated at this part of an interval, because simple formulas have kinks at its ends.
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 # Number of random roundings of the points of a line.
 TRIALS = 4
@@ -57,7 +57,7 @@ LIPSCHITZ_ORDER = 0.5
 
 
 class Smoothness(StrEnum):
-    """Smoothness of an observable where runs are."""
+    """Smoothness of an observable on the states that runs reach."""
 
     SMOOTH = "smooth"
     KINK = "a kink"

@@ -276,8 +276,8 @@ def _sizes(unit: float, f: Array, C: Array, rows: list[slice]) -> Array:
 
 
 class _Off(NamedTuple):
-    # Relative errors of the rates at S states of each of n times: of the mean, (n, d, S), of the covariance, (n, S,
-    # d, d), and their norms for each component beyond rounding, (2, C, n, S).
+    # Relative errors of the rates at S states of each of n times: of the mean, shape (n, d, S), of the covariance,
+    # shape (n, S, d, d); and their norms beyond rounding for each component, shape (2, C, n, S).
     mean: Array
     square: Array
     size: Array
@@ -380,7 +380,7 @@ class _ShortSteps(NamedTuple):
         return np.array([mask.reshape(S, -1).any(axis=1) for mask in masks])
 
     def _made(self, places: Array, nodes: Nodes, h: float) -> Iterator[tuple[Array, Step]]:
-        """Yield the states of each time, repeated for each node, shape (d, S K), and the step from them."""
+        """Return pairs of the states of each time, repeated for each node, shape (d, S K), and the step from them."""
         noise = nodes.increment(h, self.rates.x.shape[-1])
         wide = np.repeat(self.rates.x[places], len(nodes.weights), axis=2)
         batches = [PathBatch(x, t, h, noise) for t, x in zip(self.rates.t[places].tolist(), wide, strict=True)]

@@ -141,7 +141,7 @@ def why_not_nodes(scheme: Scheme, view: Problem) -> str:
 
 
 def sizes(view: Problem, *, shortest: bool = False) -> Array:
-    """Return the probed step sizes, coarsest first, in the problem's unit of time."""
+    """Return the probed step sizes, coarsest first, shape (H,)."""
     return np.asarray((SHORTEST if shortest else LEVELS) * time_unit(view))
 
 

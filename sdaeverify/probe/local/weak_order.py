@@ -209,8 +209,9 @@ class WeakOrder(NamedTuple):
 def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrder:
     """Return the local weak orders.
 
-    An order is the last one above the floors, extrapolated if it has settled. By Richardson: for errors c h^p (1 + a
-    h) local orders differ from p by a multiple of h, so that the limit differs from the last one by its last change.
+    An order is the last one above the floors, extrapolated if it has settled. By Richardson: for errors
+    c h^p (1 + a h) local orders differ from p by a multiple of h, so that the limit differs from the last one by its
+    last change.
 
     Parameters
     ----------

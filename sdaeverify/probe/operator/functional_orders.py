@@ -2,7 +2,7 @@
 
 An error e(h) = c h^p + c' h^q, q > p, with an accidentally small leading coefficient changes sign between two step
 sizes, or has local orders that have not settled: it gives no information on the scheme, and is excluded with a
-message. Local orders that still increase have no upper bound: at steps too coarse for the problem they are too low.
+message. Local orders that still increase give no upper bound: at steps too coarse for the problem they are too low.
 The same holds if the mean of a scheme is far smaller or larger than the exact one. A residual error that does not
 decrease is found by extrapolation. An error with too large an uncertainty is not excluded: it makes the least order
 uncertain.

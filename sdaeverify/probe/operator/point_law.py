@@ -1,9 +1,9 @@
 """Exact law of a scheme with discrete increments: its points and their probabilities.
 
-From points x_i of probability p_i a step leads, with atoms xi_k of weight w_k, to Phi_h(x_i; xi_k) of probability p_i
-w_k. Coinciding points are merged. If steps commute, as with constant or linear coefficients, N steps of three atoms
-lead to (N + 1)(N + 2)/2 points instead of 3^N, and every expectation is a sum over them. This includes expectations
-of jump functions, for which smooth test functions or a few thousand paths give no information.
+With atoms xi_k of weight w_k, a step maps a point x_i of probability p_i to points Phi_h(x_i; xi_k) of probability
+p_i w_k. Coinciding points are merged. If steps commute, as with constant or linear coefficients, N steps of three
+atoms lead to (N + 1)(N + 2)/2 points instead of 3^N, and every expectation is a sum over them. This includes
+expectations of jump functions, for which smooth test functions or a few thousand paths give no information.
 
 On such a lattice the errors of nonsmooth functions are irregular in h and change sign, depending on the position of a
 jump between two points. The quantity that decreases is their maximum over numbers of steps between N and 2N,

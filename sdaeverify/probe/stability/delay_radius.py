@@ -108,8 +108,8 @@ def _bounds(powers: Array, scaled: Array) -> tuple[float, float]:
 # They give the gain of the noise: q_n = sum_j G_j xi_j acting on past values has a covariance that is linear in
 # earlier covariances. Q -> sum_n r^-(n+1) sum_j S_jn Q S_jn^T, with S_jn the response n steps after an impulse, is a
 # positive operator on matrices of k rows, for any length of the delay. The second moments of the recursion with noise
-# grow like r^n if its spectral radius, the gain at r, is 1; the gain decreases in r. For one noise of rank one, G = w
-# g^T, the gain is the sum of r^-(n+1) (g^T F^n w)^2.
+# grow like r^n if its spectral radius, the gain at r, is 1; the gain decreases in r. For one noise of rank one,
+# G = w g^T, the gain is the sum of r^-(n+1) (g^T F^n w)^2.
 
 
 EPS = float(np.finfo(float).eps)

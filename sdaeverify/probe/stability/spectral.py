@@ -1,8 +1,8 @@
 """Certified spectral radius of a positive operator T(P) = E A P A^T.
 
 For c > 0, rho(T) < c holds if and only if c P - T(P) = Id has a positive definite solution P, which is then the sum
-of T^n(Id)/c^(n+1). The residual E of a computed P shows whether the arithmetic is accurate enough: with |E| < 1, Id +
-E is positive definite as well, and the statement holds for the computed P.
+of T^n(Id)/c^(n+1). The residual E of a computed P shows whether the arithmetic is accurate enough: with |E| < 1,
+Id + E is positive definite as well, and the statement holds for the computed P.
 
 For operators too large for a matrix, the brackets of Collatz and Wielandt hold for any positive definite P,
 

@@ -42,7 +42,7 @@ ERRORS = 3.0
 # Differences relative to the movement of a run. Below the first they are rounding; below the second they are a
 # solver's tolerance if they decrease with a lower order than the third: the bounds of `probe.local.orders`.
 ROUNDING, TOLERANCE, FLAT = 1e-11, 1e-6, 0.35
-# Two orders of the effect of memory count as different from half of 1/2 on: orders of schemes are multiples of 1/2.
+# Two orders of the effect of memory differ if they are half of 1/2 apart: orders of schemes are multiples of 1/2.
 NEAR = 0.25
 # The lowest order of a convergent scheme is 1/2, and strong orders are known to 0.1. A lower order counts as none.
 LEAST_ORDER = 0.4

@@ -42,8 +42,8 @@ def turn(n: int, key: int) -> Array:
 def mixing_turn(n: int) -> Array:
     """Return the orthogonal matrix, of several random ones, that is farthest from a permutation of the axes.
 
-    A random matrix with three rows may have an entry of 0.95. By a rule rotated by such a matrix, a step with a jump
-    in each variable has the same means as by the rule itself.
+    A random matrix with three rows may have an entry of 0.95. With a rule rotated by such a matrix, a step with a
+    jump in each variable would have the same means as with the rule itself.
 
     Parameters
     ----------
