@@ -85,12 +85,12 @@ class Batch(Generic[Answer]):
             yield from zip(entries, found, strict=True)
             return
         given_up, rest = _divide(entries, found, again=self.again)
-        why = self._tell(found)
+        why = self._reason(found)
         yield from ((entry, found._replace(why=why)) for entry in given_up)
         for each in [replace(self, task=self.task.only(some), again=known) for some, known in rest]:
             yield from each.answers()
 
-    def _tell(self, lost: Lost) -> str:
+    def _reason(self, lost: Lost) -> str:
         if lost.late:
             assert isinstance(self.workers.executor, Processes)
             return self.late.format(self.workers.executor.limits.timeout)

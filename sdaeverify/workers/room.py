@@ -65,5 +65,5 @@ def _limit() -> int | None:
 
 def _cores() -> int:
     """Return the number of cores for which the linear algebra libraries start threads."""
-    asked = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    return int(asked) if asked.isdigit() and int(asked) else available_cores()
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
+    return int(threads) if threads.isdigit() and int(threads) else available_cores()
