@@ -18,7 +18,7 @@ EPS = float(np.finfo(float).eps)
 # The imaginary part of f(x + i s y) gives the derivative without a subtraction, so that s may be arbitrarily small.
 TINY = 1e-100
 # Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3. The step s is
-# in units of x, whatever the size of the direction, and relative to the size of x if that is far from one.
+# in units of x, for any size of the direction, and relative to the size of x if that is far from one.
 SECOND = 1e-3
 # Factor of a second step size, which estimates the error; a relative error that is small enough.
 OTHER, CLOSE = 1.25, 1e-6

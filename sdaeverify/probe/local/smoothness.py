@@ -1,7 +1,7 @@
 """Smoothness of observables and coefficients where solutions are, which single-step results require.
 
 Local weak orders are about expectations of smooth functions. For a function with a jump or a kink, the error of a
-discrete law is that of a lattice: of order 1/2, or 1, whatever the order for smooth functions. Local orders of all
+discrete law is that of a lattice: of order 1/2, or 1, for any order on smooth functions. Local orders of all
 kinds hold for smooth coefficients: for dx = (1 + |x|/2) dW Milstein's scheme has order 3/4, but one step from any x
 except 0 shows order 1.
 

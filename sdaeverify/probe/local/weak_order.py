@@ -4,7 +4,7 @@ Orders are computed for every test function and state separately, from the fines
 in a maximum over the defects a larger defect of high order could hide one of low order.
 
 Defects are relative to |phi| + |D phi|_1 + |dx|^2, where |dx| is the length of a step. The floor is rounding of this
-scale: a defect below the floor at all but the coarsest step sizes is called exact, whatever its order.
+scale: a defect below the floor at all but the coarsest step sizes is called exact, regardless of its order.
 """
 
 from typing import NamedTuple
@@ -164,7 +164,7 @@ class WeakOrder(NamedTuple):
         return np.asarray(np.max(shares, axis=0))
 
     def at_many(self, found: Mask, part: float) -> bool:
-        """Return whether for some function a mask holds at a given share of a time's states, and at least at two.
+        """Return whether for some function a mask holds at a share of a time's states, and at two unless it has one.
 
         A zero of a defect at some h is a coincidence of a single state.
 
