@@ -3,7 +3,8 @@
 Where neither equation nor scheme depend on time, one time is as good as any. A step that is wrong from some time on,
 or right at one time only, is not seen there; that it does not go to the same place at another time is. Steps are made
 at a random time in each of 32 parts of the horizon, so that none is left out, and those are taken that are least like
-the ones taken before: by where they go beside Euler's step, or by where they go at all. Nor is a step
+the ones taken before: by where they go beside Euler's step, or by where they go at all. The states are those of the
+cloud and reached ones, since a step may be wrong at some times in a region alone. Nor is a step
 seen that is wrong at some of its indices n = t/h, wherever these lie: among so many steps in a row, that it is unlike
 its neighbours is seen.
 
@@ -20,7 +21,7 @@ from ...forms import Problem, components
 from ...noise.brownian import Increment
 from .nodes import SEED
 from .one_step import OneStep
-from .states import WHEN, cloud
+from .states import WHEN, cloud, spread_states
 from .together import PathBatch, together
 
 # Parts of the horizon with a time in each of them, and times that are taken beside the first.
@@ -31,8 +32,8 @@ WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
 H = 2.0**-6
 # A step that depends on time moves by more than this part of the states.
 SAME = 1e-9
-# Steps in a row that are compared with their neighbours, from one in so many states.
-ROW, EVERY = 128, 4
+# Steps in a row that are compared with their neighbours.
+ROW = 128
 # Steps of a larger system than this take long: a row is as short as this, and a rarer fault than that is not seen.
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time that are so many times those of the equation are none of its own.
@@ -111,6 +112,7 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
 @lru_cache(maxsize=8)
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
+    x = np.concatenate([x, spread_states(step.view, step.equation)], axis=1)
     h, t = H * step.time_unit, strata(step.view.horizon)
     batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
@@ -138,7 +140,9 @@ def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:
         far = np.min([np.abs(flat - flat[place]).max(axis=1) for place in chosen], axis=0)
         if not far.max() > size:
             break
-        chosen = [*chosen, int(far.argmax())]
+        # In the middle of times that are alike: shorter steps from the first of them may miss what sets in there.
+        alike = np.flatnonzero(far >= ALIKE * far.max())
+        chosen = [*chosen, int(alike[len(alike) // 2])]
     return chosen
 
 
@@ -170,7 +174,7 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
 
     What rounding and the equation explain is nothing.
     """
-    x = cloud(step.view, step.equation)[:, ::EVERY]
+    x = spread_states(step.view, step.equation)
     # The row ends before the last step.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
