@@ -95,7 +95,7 @@ def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
 
     moment_errors(c.Formula(counted), gbm(), STEPS)
     assert len(batches) == len(ALL_STEPS)
-    # Two states at two nodes decide; four more states, reached ones and twelve more nodes check that the step is linear.
+    # Two states at two nodes decide; four more, reached ones and twelve more nodes check that the step is linear.
     assert set(batches) == {(2 + 4 + SPREAD) * 14}
 
 
