@@ -88,8 +88,8 @@ def one_line(error: BaseException) -> str:
     if isinstance(error, SdaeverifyError):
         return text
     place, expected = _line_of_plugin(error), _signature(error, text)
-    told = f"{text}; expected {expected}" if expected else text
-    return f"{type(error).__name__}: {told}{f' ({place})' if place else ''}"
+    message = f"{text}; expected {expected}" if expected else text
+    return f"{type(error).__name__}: {message}{f' ({place})' if place else ''}"
 
 
 def with_traceback(error: BaseException) -> str:

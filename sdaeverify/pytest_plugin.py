@@ -49,5 +49,5 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_sep("=", "sdaeverify")
         for part, found in counts.items():
             if found:
-                told = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
-                terminalreporter.write_line(f"{part}: {told}")
+                listed = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
+                terminalreporter.write_line(f"{part}: {listed}")

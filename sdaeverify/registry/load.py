@@ -114,8 +114,8 @@ class Registry:
         """The warnings, and a line for each broken plugin."""
         broken = (row for row in self.plugins if row.status == "broken")
         places = ((row, f"{row.distribution} {row.version}".strip() or row.module) for row in broken)
-        told = (f"plugin {row.name} ({place}) is broken and left out: {row.reason}" for row, place in places)
-        return (*self.warnings, *told)
+        lines = (f"plugin {row.name} ({place}) is broken and left out: {row.reason}" for row, place in places)
+        return (*self.warnings, *lines)
 
     @property
     def schemes(self) -> Mapping[str, Registered]:

@@ -249,14 +249,14 @@ def _content(values: Any, least: float = 0.0) -> bytes:
     size = max(float(np.abs(array).max(where=finite, initial=0.0)), least)
     # Sizes are round numbers, often powers of 2. The factor 3 keeps them away from the steps of the ceiling.
     bits = BITS - np.ceil(np.log2(3.0 * size)) if size > 0.0 else 0.0
-    told = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
-    return f"{array.shape} {bits} ".encode() + told.tobytes()
+    digits = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
+    return f"{array.shape} {bits} ".encode() + digits.tobytes()
 
 
 def _digest(results: Iterable[Result]) -> str:
     digest = hashlib.blake2b(digest_size=12)
     for result in results:
-        told = result.encode() if isinstance(result, str) else result
-        digest.update(told if isinstance(told, bytes) else _content(told))
+        content = result.encode() if isinstance(result, str) else result
+        digest.update(content if isinstance(content, bytes) else _content(content))
         digest.update(b"\0")
     return digest.hexdigest()

@@ -28,15 +28,15 @@ def opened_by(homes: Iterable[Path]) -> Opened:
     homes : iterable of Path
         The top-level packages and single files of the code.
     """
-    known, heard = frozenset(homes), list(openings().items())
-    code = {file for opening, _ in heard for file in opening.callers}
+    known, recorded = frozenset(homes), list(openings().items())
+    code = {file for opening, _ in recorded for file in opening.callers}
     code = {file for file in code if home_of(Path(file)) in known}
-    written = {opening.path for opening, _ in heard if opening.written and not code.isdisjoint(opening.callers)}
-    read = [(o, was) for o, was in heard if not o.written and o.path not in written and _counts(o, code, known)]
+    written = {opening.path for opening, _ in recorded if opening.written and not code.isdisjoint(opening.callers)}
+    read = [(o, was) for o, was in recorded if not o.written and o.path not in written and _counts(o, code, known)]
     own = [(opening.path, was) for opening, was in read if _is_file(opening.path)]
-    found = {_told(path, known): digest_of_file(path) for path, _ in own}
+    found = {_portable_path(path, known): digest_of_file(path) for path, _ in own}
     # If a file was opened more than once, a change between any of these times counts.
-    mixed = {_told(path, known): MIXED for path, was in own if was != signature(path)}
+    mixed = {_portable_path(path, known): MIXED for path, was in own if was != signature(path)}
     return tuple(sorted({**found, **mixed}.items()))
 
 
@@ -51,7 +51,7 @@ def differing_files(opened: Opened, homes: Iterable[Path]) -> list[str]:
         The packages and files of the same code on this machine.
     """
     known = frozenset(homes)
-    return [Path(path).name for path, held in opened if digest_of_file(_place(path, known)) != held]
+    return [Path(path).name for path, held in opened if digest_of_file(_local_path(path, known)) != held]
 
 
 def digest_of_file(path: str) -> str:
@@ -100,11 +100,11 @@ def _folders(homes: Iterable[Path]) -> Iterator[tuple[str, Path]]:
     yield from ((f"<{home.name}>", home.parent if home.suffix else home) for home in sorted(homes))
 
 
-def _told(path: str, homes: Iterable[Path]) -> str:
+def _portable_path(path: str, homes: Iterable[Path]) -> str:
     found = ((name, folder) for name, folder in _folders(homes) if folder in Path(path).parents)
     return next((f"{name}/{Path(path).relative_to(folder).as_posix()}" for name, folder in found), path)
 
 
-def _place(told: str, homes: Iterable[Path]) -> str:
-    first, _, rest = told.partition("/")
-    return next((str(folder / rest) for name, folder in _folders(homes) if name == first), told)
+def _local_path(path: str, homes: Iterable[Path]) -> str:
+    first, _, rest = path.partition("/")
+    return next((str(folder / rest) for name, folder in _folders(homes) if name == first), path)

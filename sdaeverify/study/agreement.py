@@ -74,7 +74,7 @@ def agreeing(problem: Problem | None, results: Sequence[CellResult]) -> tuple[Ce
     wrong: dict[str, list[WrongLimit]] = defaultdict(list)
     for result in results:
         wrong[result.cell.scheme.label] += _wrong_limits(problem, result)
-    return tuple(_held(result, wrong.get(result.cell.scheme.label, [])) for result in results)
+    return tuple(_revise_result(result, wrong.get(result.cell.scheme.label, [])) for result in results)
 
 
 def _wrong_limits(problem: Problem, result: CellResult) -> Iterator[WrongLimit]:
@@ -82,31 +82,31 @@ def _wrong_limits(problem: Problem, result: CellResult) -> Iterator[WrongLimit]:
     for finding in result.findings if measure.follows in {PATHS, LAW} else ():
         refuted = finding.verdict is Verdict.REFUTED
         departs = finding.reason.has(Kind.INCONSISTENT) and (refuted or Verdict.VERIFIED in finding.excluded)
-        if departs or (refuted and (finding.reason.has(Kind.WRONG_LIMIT) or _stands(finding))):
-            read = _concerned(problem, result.cell, finding.quantity)
+        if departs or (refuted and (finding.reason.has(Kind.WRONG_LIMIT) or _does_not_converge(finding))):
+            read = _affected_components(problem, result.cell, finding.quantity)
             yield WrongLimit(measure.name, finding.quantity, measure.follows, read, departs)
 
 
-def _stands(finding: Finding) -> bool:
+def _does_not_converge(finding: Finding) -> bool:
     """Return whether errors along paths do not fall: the interval of their order ends below `LEAST_ORDER`."""
     return finding.tier == SAMPLED and finding.high < LEAST_ORDER
 
 
-def _concerned(problem: Problem, cell: Cell, quantity: str) -> frozenset[str]:
+def _affected_components(problem: Problem, cell: Cell, quantity: str) -> frozenset[str]:
     if cell.measure.follows == LAW:
         return components_of(problem, cell, quantity)
     return frozenset({_component(quantity)})
 
 
-def _held(result: CellResult, wrong: Sequence[WrongLimit]) -> CellResult:
+def _revise_result(result: CellResult, wrong: Sequence[WrongLimit]) -> CellResult:
     follows = result.cell.measure.follows
     if not (wrong and follows):
         return result
-    findings = tuple(_against(finding, follows, wrong) for finding in result.findings)
+    findings = tuple(_revise_finding(finding, follows, wrong) for finding in result.findings)
     return replace(result, findings=findings)
 
 
-def _against(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Finding:
+def _revise_finding(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Finding:
     seen = [each for each in wrong if each.concerns(follows, finding.quantity)]
     if not seen:
         return finding

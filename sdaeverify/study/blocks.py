@@ -152,7 +152,7 @@ class Blocks:
 
     def _parts(self, sent: SentBlock, places: Places) -> Iterator[Part]:
         """Yield the evidence of a batch; a scheme that ran out of memory is run again alone, in a new process."""
-        for entry, found in _ask(sent):
+        for entry, found in _collect_parts(sent):
             if found.starved and self.processes is not None:
                 yield from self._try_afresh(sent, entry, self.processes)
             else:
@@ -162,7 +162,9 @@ class Blocks:
 
     def _try_afresh(self, sent: SentBlock, entry: Entry, processes: Processes) -> Iterator[Part]:
         with processes.afresh() as fresh:
-            found = _ask(replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False))
+            found = _collect_parts(
+                replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False)
+            )
         yield from ((entry, _name_limit(evidence, processes.limits.memory)) for entry, evidence in found)
 
 
@@ -170,16 +172,16 @@ def _places(recalled: Iterable[Recalled]) -> Places:
     return {r.entry.scheme.label: r.place for r in recalled}
 
 
-def _ask(sent: SentBlock) -> list[Part]:
+def _collect_parts(sent: SentBlock) -> list[Part]:
     """Return the evidence of a batch; where it failed, evidence with the error."""
     try:
         found = list(sent.answers())
     except SHORT as error:
         return [(e, without_evidence(e, f"MemoryError: {error}", starved=True)) for e in sent.task.entries]
-    return [(e, _without(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
+    return [(e, _failed_evidence(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
 
 
-def _without(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
+def _failed_evidence(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
     where = f"problem {task.label}: " if lost.mark.scheme == PROBLEM else ""
     return without_evidence(entry, f"{where}{lost.why}")
 
@@ -187,7 +189,10 @@ def _without(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
 def _name_limit(found: SchemeEvidence, memory: int) -> SchemeEvidence:
     """Return evidence in which errors for lack of memory state the memory limit."""
     room = f"; a worker may have {memory / 2**30:.3g} GiB (--memory)" if memory else ""
-    errors = (_behind(error, room) if index in found.starved else error for index, error in enumerate(found.errors))
+    errors = (
+        _append_to_first_line(error, room) if index in found.starved else error
+        for index, error in enumerate(found.errors)
+    )
     return found._replace(errors=tuple(errors))
 
 
@@ -198,7 +203,7 @@ def _join(task: Task, recalled: Sequence[Recalled], computed: Sequence[Part]) ->
     return tuple(join_parts(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
 
 
-def _behind(error: str, text: str) -> str:
+def _append_to_first_line(error: str, text: str) -> str:
     """Return an error with a text appended to its first line; the following lines are the traceback."""
     line, below, traceback = error.partition("\n")
     return f"{line}{text}{below}{traceback}"

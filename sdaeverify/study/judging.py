@@ -269,7 +269,7 @@ class CellResult:
         return self.path_seconds / steps if steps else float("nan")
 
 
-def without_evidence(cell: Cell, verdict: Verdict, told: str) -> CellResult:
+def without_evidence(cell: Cell, verdict: Verdict, error: str) -> CellResult:
     """Return the result of a cell without evidence.
 
     Parameters
@@ -277,11 +277,11 @@ def without_evidence(cell: Cell, verdict: Verdict, told: str) -> CellResult:
     cell : Cell
     verdict : Verdict
         Of the whole cell. The finding names the first claim of the cell, which stays open.
-    told : str
+    error : str
         Reason in the first line; the traceback, if there was an exception, in the following ones.
     """
     claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
-    line, _, traceback = told.partition("\n")
+    line, _, traceback = error.partition("\n")
     details = {"traceback": traceback} if traceback else {}
     finding = Finding(quantity="", verdict=verdict, reason=Reason(line), claim=claim, details=details)
     return CellResult(cell, (finding,))
@@ -328,7 +328,7 @@ def judge_cell(
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
-    findings = (*findings, *_unmet(cell, findings))
+    findings = (*findings, *_missing_quantities(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
     return CellResult(cell, findings, levels, known.health, known.paths, *times)
 
@@ -383,7 +383,7 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
     return Evidence(*fixed, known.whole, known.health, settings.level, probed=known.probed, sampled=known.sampled)
 
 
-def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
+def _missing_quantities(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
     """Yield a finding for each quantity that a claim names and the cell lacks."""
     found = {finding.quantity for finding in findings}
     for claim in promises_of(cell):

@@ -41,10 +41,10 @@ class CellRun:
         Stage whose levels its paths have; see `Settings.stages`.
     finer : bool
         Whether it waits for the levels of the next stage.
-    enough : int
+    min_paths : int
         Minimum number of paths on finer levels, equal to the number that contradicted the one-step result on coarser
         levels.
-    over : bool
+    exhausted : bool
         Whether a stage ended without a decision and the next stage would not help.
     halted : str
         Why no further look is taken; empty if further looks are possible.
@@ -57,16 +57,16 @@ class CellRun:
     result: CellResult | None = None
     stage: int = 0
     finer: bool = False
-    enough: int = 0
-    over: bool = False
+    min_paths: int = 0
+    exhausted: bool = False
     halted: str = ""
     below: dict[str, float] = field(default_factory=dict)
 
     def look(self, result: CellResult) -> None:
         """Store the result of a look, made consistent with the earlier looks on the same levels."""
         found = result.findings
-        held = (send(each, Case(half_width=self.below.get(each.quantity, inf))) for each in found)
-        self.result = replace(result, findings=tuple(held))
+        consistent = (send(each, Case(half_width=self.below.get(each.quantity, inf))) for each in found)
+        self.result = replace(result, findings=tuple(consistent))
         for each in filter(lies_below, found):
             self.below[each.quantity] = min(self.below.get(each.quantity, inf), each.high - each.estimate)
 
@@ -78,9 +78,9 @@ class CellRun:
     @property
     def settled(self) -> bool:
         """Whether no more paths are needed."""
-        if self.over or self.halted:
+        if self.exhausted or self.halted:
             return True
-        if self.result is None or self.result.paths < self.enough:
+        if self.result is None or self.result.paths < self.min_paths:
             return False
         return all(finding.settled for finding in self.result.findings)
 
@@ -176,18 +176,19 @@ class ProblemRun:
             run.look(result)
         self.look += 1
         if self.stages:
-            self._set_apart([run for run in runs if not run.pathless])
+            self._mark_for_next_stage([run for run in runs if not run.pathless])
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
         """Return the current results of all cells; `stopped` says why further looks were not taken."""
         unsettled = self.open
         done = [
-            _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
+            _current_result(run, run.halted or (stopped if unsettled or run.result is None else ""))
+            for run in self.runs
         ]
         return (*agreeing(self.plan.problem, done), *self.excluded)
 
-    def _set_apart(self, runs: Iterable[CellRun]) -> None:
+    def _mark_for_next_stage(self, runs: Iterable[CellRun]) -> None:
         """Mark the runs that need the next stage, and begin it when all other runs are finished."""
         last = self.look == len(self.sampled.ends)
         for run in runs:
@@ -195,20 +196,20 @@ class ProblemRun:
             found = run.result.findings
             asks = [_asks_for_finer(finding, self.stage, self.look, last=last) for finding in found]
             run.finer = any(asks)
-            run.enough = max(run.enough, run.evidence.paths if any(map(_contradicts, found)) else 0)
-            kept = (send(finding, Case(finer=ask)) for finding, ask in zip(found, asks, strict=True))
-            run.result = replace(run.result, findings=tuple(kept))
+            run.min_paths = max(run.min_paths, run.evidence.paths if any(map(_contradicts, found)) else 0)
+            marked = (send(finding, Case(finer=ask)) for finding, ask in zip(found, asks, strict=True))
+            run.result = replace(run.result, findings=tuple(marked))
         if any(run.finer for run in self.runs) and (last or not any(run.asking for run in self.runs)):
-            self._go_on()
+            self._begin_next_stage()
 
-    def _go_on(self) -> None:
+    def _begin_next_stage(self) -> None:
         """Begin the next stage with the runs that need it and their controls, discarding the paths sampled so far."""
         for run in self.runs:
-            run.over, run.finer = run.over or not run.finer, False
+            run.exhausted, run.finer = run.exhausted or not run.finer, False
         self._begin_stage()
         for run in self._running():
             run.evidence, run.stage, run.below = run.evidence.without_paths, self.stage, {}
-            run.enough = min(run.enough, self.sampled.paths)
+            run.min_paths = min(run.min_paths, self.sampled.paths)
 
     def _begin_stage(self) -> None:
         self.stage, self.look = self.stages.pop(0), 0
@@ -230,9 +231,9 @@ class ProblemRun:
 
     def _running(self) -> Iterator[CellRun]:
         # A settled cell keeps the evidence of its last look; a control continues for the cells it controls.
-        kept = self._control_keys
-        wanted = [run for run in self.runs if run.asking or _key(run.cell) in kept]
-        wanted += [run for run in self.controls if _key(run.cell) in kept]
+        controls = self._control_keys
+        wanted = [run for run in self.runs if run.asking or _key(run.cell) in controls]
+        wanted += [run for run in self.controls if _key(run.cell) in controls]
         yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
@@ -298,8 +299,8 @@ def _merge(known: CellEvidence, found: SchemeEvidence, index: int) -> CellEviden
         return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")
 
 
-def _as_it_is(run: CellRun, stopped: str) -> CellResult:
+def _current_result(run: CellRun, stopped: str) -> CellResult:
     if run.result is None:
         return without_evidence(run.cell, Verdict.NOT_RUN, stopped)
-    told = (send(finding, Case(stopped=stopped)) for finding in run.result.findings)
-    return replace(run.result, findings=tuple(told)) if stopped else run.result
+    findings = (send(finding, Case(stopped=stopped)) for finding in run.result.findings)
+    return replace(run.result, findings=tuple(findings)) if stopped else run.result
