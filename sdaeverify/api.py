@@ -72,7 +72,7 @@ class Result(ForPapers):
     run : dict
         Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
     results : tuple of CellResult, optional
-        The results from which the rows were made, with schemes and problems; empty if it was loaded or pickled.
+        The results behind the rows, with schemes and problems; empty for a loaded or pickled result.
     """
 
     rows: Rows

@@ -48,7 +48,7 @@ QUANTITY = "second moment"
 # By the size of the states for which a step with a delay is linear.
 LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
 # Step size for the test of linearity, relative to the delay.
-# Size: where linearity is asked; every step size would do.
+# Size: where linearity is tested; any step size would do.
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = Method("spectral radius", 2)

@@ -161,9 +161,9 @@ class ConstrainedLangevin(StiffnessFamily):
     noise_dim : int
         d, set by the form.
     horizon, source, units, traits, noise, observables, truths, controls, chart, domain
-            As for any `Problem`.
-        relaxation_time, fastest_time
-            As for any `Problem`, and seen_as, which only views set.
+        As for any `Problem`.
+    relaxation_time, fastest_time
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------

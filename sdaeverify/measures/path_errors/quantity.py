@@ -218,7 +218,7 @@ ERROR_COLUMNS = {
     "fitted": "whether the order is fitted to this level",
 }
 # Confidence of the interval of the mean relative error at T, as in Lindner et al. (2018), section 4.2.
-# Level: of an interval that is shown and decides nothing.
+# Level: of an interval that is reported and enters no verdict.
 RELATIVE_CONFIDENCE = 0.9
 
 
