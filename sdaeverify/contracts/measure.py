@@ -116,7 +116,7 @@ class Evidence:
 
     @property
     def along_paths(self) -> Tally:
-        """Evidence from paths. Judged alone or together with evidence found without paths, it is read once."""
+        """Evidence from paths; always the same tally object, so that its cached readings are shared."""
         return self.tally if self.sampled is None else self.sampled
 
     @property

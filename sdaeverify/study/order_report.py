@@ -98,7 +98,7 @@ class OrderReport:
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per claim and class: orders, conditions that hold and their number, first failing one, premises."""
+        """One row per claim and class: orders, numbers of conditions (held, all), first failing one, premises."""
         return pd.DataFrame([row.cells for row in self.rows])
 
     @property

@@ -10,7 +10,7 @@ from ...numerics.linalg import norm
 from ..domain import outside
 
 SEED = 20260613
-# Radii of points on a ray, in units of the size of the start; rays per direction kind; most single-component kinds.
+# Radii of points on a ray, in units of the size of the start; rays per kind; most kinds of a single component.
 RADII = 10.0 ** np.arange(0.0, 13.0)
 RAYS, SINGLE = 4, 12
 # x log x has the power 1.05 between 10^6 and 10^12; moments stay finite for it.

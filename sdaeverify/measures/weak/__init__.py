@@ -242,7 +242,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
 
 
 def _p_wrong(evidence: Evidence, means: Means, off: Off, allowed: float) -> float:
-    """Return the p-value of the hypothesis that the finest mean's distance from the known limit is as allowed."""
+    """Return the p-value of the hypothesis that the finest mean is within the allowed distance of the limit."""
     p, truth = off[0].p_above(allowed), known_mean(evidence.problem, means.name)
     if truth is None or off != _off_expectation(evidence, means):
         return p
