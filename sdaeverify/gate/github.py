@@ -97,8 +97,7 @@ def source_in(root: Path, file: Path) -> str:
     """Return the path of a module's source relative to a checkout, or an empty string.
 
     An installed module is a copy of its source. The source is the file of the checkout, or of its folder ``src``,
-    with
-    the same content and the longest common end of the path.
+    with the same content and the longest common end of the path.
 
     Parameters
     ----------

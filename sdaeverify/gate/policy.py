@@ -60,17 +60,15 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Level of the conformance kit; None for the newest.
     resolution : float
         Largest error of the limit, as part of the quantity's size, that a verified claim may leave undetected;
-        infinite
-        for no such requirement.
+        infinite for no such requirement.
     orders : bool
         Whether claims are also tested by the order conditions of classes of equations and by random members of forms,
         independently of `problems`.
     hunt : str
-        Duration of the search for counterexamples at tier nightly, such as ``30 s`` or ``5 min``;
-        if empty, there is no search.
+        Duration of the search for counterexamples at tier nightly, such as ``30 s`` or ``5 min``; if empty, there is
+        no search.
     examinations : dict of str to dict
-        Examinations of plugins by name, each with its table of options. Together with the cells they share
-        `alpha`.
+        Examinations of plugins by name, each with its table of options. Together with the cells they share `alpha`.
     expected_failures : tuple of FailingClaim
     """
 
@@ -184,8 +182,7 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     ------
     UsageError
         If the file cannot be read, a key is unknown or a value is out of its type or range; or if `config` has
-        neither
-        the table of a policy nor that of a project.
+        neither the table of a policy nor that of a project.
     """
     file = config if config is not None else _nearest(start)
     if file is None:

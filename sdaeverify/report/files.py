@@ -88,9 +88,8 @@ def harmless(value: object) -> object:
     """Escape the value of a cell so that neither a terminal nor a spreadsheet interprets it as a command.
 
     Numbers and other values that are not texts stay unchanged. In texts, control characters become escapes. A text
-    that
-    begins with ``=``, ``+``, ``-`` or ``@``, which a spreadsheet would evaluate, gets a leading apostrophe, which a
-    spreadsheet does not show. A text that is a number gets none.
+    that begins with ``=``, ``+``, ``-`` or ``@``, which a spreadsheet would evaluate, gets a leading apostrophe,
+    which a spreadsheet does not show. A text that is a number gets none.
     """
     if not isinstance(value, str):
         return value

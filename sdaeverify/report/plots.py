@@ -72,10 +72,8 @@ class Plots:
         """Draw errors against the step size, of one scheme with its fit or of several with claimed slopes.
 
         For one scheme, fitted levels are filled, and the fitted slope and that of the claim are drawn. Each of
-        several schemes
-        has a marker and a colour, with its order along paths in the legend, and a triangle below the data for each
-        claimed
-        order. Bars are intervals at the confidence of the run.
+        several schemes has a marker and a colour, with its order along paths in the legend, and a triangle below the
+        data for each claimed order. Bars are intervals at the confidence of the run.
 
         Parameters
         ----------

@@ -1,8 +1,7 @@
 """Benchmarks: the time of a scheme's step relative to an Euler step on the same arrays, for pytest-benchmark.
 
 Times depend on the machine. The ratio of two tasks timed alternately depends on it far less, and can be compared
-between
-runs. pytest-benchmark saves it as ``extra_info.ratio``.
+between runs. pytest-benchmark saves it as ``extra_info.ratio``.
 """
 
 from collections.abc import Callable, Sequence

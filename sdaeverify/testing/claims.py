@@ -2,8 +2,7 @@
 
 Noise and reference are thus simulated once per problem. The error level is shared among all tests of the session,
 whether they are selected or not, so that the outcome of a cell depends neither on the selection nor on the worker
-that
-runs it. The lock file is only compared by ``sdaeverify gate``.
+that runs it. The lock file is only compared by ``sdaeverify gate``.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -167,8 +166,7 @@ def parametrize_with_claims(
         Seed of all noise.
     expected_failures : sequence of mapping, optional
         Mappings with a ``reason``, and globs ``scheme``, ``problem``, ``measure`` and ``quantity`` if they do not
-        apply
-        to all. A matching finding is an expected failure of its test; if it is verified nevertheless, the test
+        apply to all. A matching finding is an expected failure of its test; if it is verified nevertheless, the test
         fails, unless ``strict`` is False.
 
     Returns

@@ -1,8 +1,7 @@
 """Checks applied to subjects, and their results as data or as tests.
 
 `check_scheme` and `check_problem` run the kit as plain functions; `parametrize_with_checks` turns each check into a
-test.
-Every expected failure of an author has a reason.
+test. Every expected failure of an author has a reason.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -182,8 +181,8 @@ def check_scheme(
     scheme : Scheme or str
         A scheme, registered or not, or the label of a registered one.
     problems : str or sequence of str, ProblemSpec or callable, optional
-        Labels of registered problems, and problem functions. By default the three registered problems with the
-        fewest components that the scheme accepts, excluding those on request and preferring the scheme's own form.
+        Labels of registered problems, and problem functions. By default the three registered problems with the fewest
+        components that the scheme accepts, excluding those on request and preferring the scheme's own form.
     level : int, optional
         Checks introduced by a later level of the kit are skipped; by default none.
     expected_failures : sequence of mapping, optional

@@ -236,8 +236,7 @@ class ProblemSubject:
         """States of the equation along an Euler run, shape (d, 12); off a manifold by the drift of the run.
 
         If a step of the drift is larger than the state, Euler's scheme may leave the domain of the solution. The
-        states are
-        then the probe states of single steps, moved at random.
+        states are then the probe states of single steps, moved at random.
         """
         with np.errstate(all="ignore"):
             states: Array = stopped_states(Euler(), self.equation, PATHS)

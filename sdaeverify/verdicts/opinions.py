@@ -206,11 +206,9 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
     """Return the verdict of a deterministic tier guarded by paths, or that of the paths if it has none.
 
     A claim refuted without sampling stays refuted, and one left open for good stays open. A verified claim needs
-    paths
-    that can be compared, that would show an error which the claim forbids, and that do not refute it. If the paths
-    point against the claim, or are too few to show anything, more of them are requested; without more, the claim
-    stays
-    inconclusive.
+    paths that can be compared, that would show an error which the claim forbids, and that do not refute it. If the
+    paths point against the claim, or are too few to show anything, more of them are requested; without more, the
+    claim stays inconclusive.
 
     Parameters
     ----------

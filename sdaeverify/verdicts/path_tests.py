@@ -29,9 +29,9 @@ CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
 # Measured by reports/calibration.
 SHALLOW = 0.001
-# Largest share of the error at the finest step that a term of half an order less may have. The squares of
-# the two terms add, and the share of the lower one grows like 1/h: from a tenth on, it is half of the squares at a
-# ninth of the finest step, which is the range of the finer stages of a run (three halvings).
+# Largest share of the error at the finest step that a term of half an order less may have. The squares of the two
+# terms add, and the share of the lower one grows like 1/h: from a tenth on, it is half of the squares at a ninth of
+# the finest step, which is the range of the finer stages of a run (three halvings).
 # Theorem: squares 0.1 to 0.9 at the finest step become equal at a ninth of it, as their ratio grows like 1/h.
 LARGEST_SHARE = 0.1
 
@@ -40,8 +40,7 @@ def why_vacuous(most: float, size: float) -> Reason:
     """Return why a claimed bound cannot be contradicted, or an empty reason.
 
     A bound no smaller than the size of the quantity permits an error as large as the quantity, so that no evidence
-    could
-    contradict the claim.
+    could contradict the claim.
 
     Parameters
     ----------
@@ -68,11 +67,11 @@ class PathTests(NamedTuple):
     growth : float
         Factor by which the number of paths must grow to decide; infinite if more paths cannot decide.
     suspected : float
-        Least p-value against the claim: the value of `refuted` if the sample and its step sizes could be
-        relied on. It requests more paths or finer levels and bars verification, but does not refute.
+        Least p-value against the claim: the value of `refuted` if the sample and its step sizes could be relied on.
+        It requests more paths or finer levels and bars verification, but does not refute.
     blind : float
-        Factor by which the number of paths must grow to show an error as large as the claim forbids; 1
-        if it would show now, infinite if more paths do not help.
+        Factor by which the number of paths must grow to show an error as large as the claim forbids; 1 if it would
+        show now, infinite if more paths do not help.
     limit : float
         p-value against the limit of the quantity alone. It stays when an order is held back, and is 1 when steps are
         too coarse.
@@ -152,8 +151,8 @@ def order_tests(
 ) -> PathTests:
     """Compare an estimated order with a claimed least order.
 
-    The claim is verified by rejecting order <= value - margin, provided that the interval at the run's confidence
-    is no wider than the margin on either side, and refuted by rejecting order >= value - margin.
+    The claim is verified by rejecting order <= value - margin, provided that the interval at the run's confidence is
+    no wider than the margin on either side, and refuted by rejecting order >= value - margin.
 
     Parameters
     ----------
@@ -319,8 +318,7 @@ def hold_back(
     """Withhold refutation by levels that are too coarse for the problem, see `why_not_resolved`.
 
     The same holds for levels that look too coarse for another reason, which `growth` times as many paths would
-    confirm.
-    The p-values remain as suspicion. More paths on the same steps do not decide a claim that is held back.
+    confirm. The p-values remain as suspicion. More paths on the same steps do not decide a claim that is held back.
 
     Parameters
     ----------

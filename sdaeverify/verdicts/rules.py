@@ -43,8 +43,7 @@ class Case(NamedTuple):
     ----------
     suspicion : str
         Why the problem is suspect when paths refute, or may refute after the correction for all tests: a scheme known
-        to
-        be right is, or may be, refuted too.
+        to be right is, or may be, refuted too.
     objection : Objection or None
         Objection of the problem's controls to verifying the claim.
     end : Reason

@@ -58,12 +58,9 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
     """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
 
     All errors refer to one reference, named in the last line: the solution on each path or, where it is not known,
-    the
-    best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out; schemes
-    without
-    a claim come last. The work is the time of the steps of a path, measured on this machine. The verdict is that on
-    the
-    claim of the scheme about these errors on this problem.
+    the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out; schemes
+    without a claim come last. The work is the time of the steps of a path, measured on this machine. The verdict is
+    that on the claim of the scheme about these errors on this problem.
     """
     accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
     if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):

@@ -20,8 +20,7 @@ def cite(folder: Path, table: str | None) -> ExitCode:
     """Print how to cite the run in a folder, reports/latest if left out.
 
     Prints a sentence on method and version, a BibTeX entry, and the sources of the claims of each scheme. With
-    --table,
-    prints the verdicts as a table for a paper: LaTeX with booktabs, or Markdown.
+    --table, prints the verdicts as a table for a paper: LaTeX with booktabs, or Markdown.
     """
     result = load(folder)
     told = {LATEX: result.to_latex, MARKDOWN: result.to_markdown}[table]() if table else result.cite()

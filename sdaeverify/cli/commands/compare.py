@@ -41,8 +41,7 @@ def compare(**options: Any) -> ExitCode:
 
     Shows which verdicts changed, and which orders and errors changed significantly. An order may stay the same while
     errors double: on the same paths the ratio of errors is known far more precisely than the errors, so that a few
-    paths
-    show the change. Errors are compared if both runs have the same seed, step sizes and problem.
+    paths show the change. Errors are compared if both runs have the same seed, step sizes and problem.
     """
     if len(options["runs"]) < 2:
         raise UsageError("compare needs two runs or more: folders that matrix --out wrote, the oldest first")

@@ -51,8 +51,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
     The policy is the table [tool.sdaeverify] of pyproject.toml; options override it. Fails on claims refuted beyond
     their margin, on cells that cannot be measured, on locked claims that are gone, and on verified claims that were
     expected to fail; never because of run times. On GitHub it also annotates the lines of claims and writes a summary
-    of
-    the job.
+    of the job.
     """
     policy = policy_of(options)
     if options["write_lock"] and is_narrowed(options):

@@ -53,9 +53,8 @@ def changes(factors: Sequence[Factor], margin: float = 1.1, alpha: float = 0.01)
     """Classify factors with a bound on the probability of error of all tests together.
 
     A factor is worse if it is significantly larger than the margin, and better if it is significantly smaller than
-    its
-    inverse. By Holm's procedure, the probability of any wrong classification is at most alpha for either. It is the
-    same if its interval lies between the two. Without sampling, the factor itself is compared.
+    its inverse. By Holm's procedure, the probability of any wrong classification is at most alpha for either. It is
+    the same if its interval lies between the two. Without sampling, the factor itself is compared.
 
     Parameters
     ----------

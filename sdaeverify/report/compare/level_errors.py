@@ -1,8 +1,7 @@
 """Errors of the quantities of a cell at each step size, on all paths and on the paths without each group.
 
 The errors are those in the levels of `Measure.judge`. The measure judges again without each group, so that it needs
-no
-support for the jackknife.
+no support for the jackknife.
 """
 
 from collections.abc import Callable, Iterable, Mapping

@@ -43,8 +43,8 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
     Returns
     -------
     dict
-        ``findings`` and ``absent``: columns of equal length, of numbers or of indices into ``words``;
-        ``levels``: for each finding a mapping of columns; ``costs``, ``densities``: records.
+        ``findings`` and ``absent``: columns of equal length, of numbers or of indices into ``words``; ``levels``: for
+        each finding a mapping of columns; ``costs``, ``densities``: records.
     """
     rows, levels = [VerdictRow.from_row(row) for row in tables.verdicts], grouped(tables.levels, key_of)
     return {

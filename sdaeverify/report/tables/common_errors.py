@@ -1,12 +1,9 @@
 """Errors of several schemes against one reference, on common paths.
 
 If no solution is known, a measure compares a scheme with finer steps of itself. The error is then that with respect
-to
-the scheme's own limit, so that errors of schemes with different limits are not comparable. Here all schemes are
-compared
-with the truth of the problem or, if there is none, with one scheme at finer steps. The time of a step is measured on
-the
-same blocks of paths, so that all times refer to arrays of the same size.
+to the scheme's own limit, so that errors of schemes with different limits are not comparable. Here all schemes are
+compared with the truth of the problem or, if there is none, with one scheme at finer steps. The time of a step is
+measured on the same blocks of paths, so that all times refer to arrays of the same size.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -40,8 +40,7 @@ def check_alone(subject: CellSubject) -> str:
     """Expect a path to be the same alone and in any batch, because coupled paths are not independent.
 
     An iteration that stops when all paths have converged to a tolerance near rounding is reported as a remark, not as
-    a
-    failure.
+    a failure.
     """
     if text := on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse):
         return text

@@ -1,10 +1,10 @@
 """Derivatives by central differences of order eight, independent of complex steps and exact for polynomials.
 
-With values of size F on the stencil, rounding causes an error of at most 2.1 eps F / s in a first derivative and of
-7 eps F / s^2 in a second one (the sums of the moduli of the weights). Truncation causes s^8/630 of the ninth and
+With values of size F on the stencil, rounding causes an error of at most 2.1 eps F / s in a first derivative and of 7
+eps F / s^2 in a second one (the sums of the moduli of the weights). Truncation causes s^8/630 of the ninth and
 s^8/3150 of the tenth derivative along the direction. For a function of size 1 that is analytic in the unit disc
-around
-x in this direction, these are at most 576 s^8 = 8e-15 and 1152 s^8 = 4e-12, less than rounding: 6e-14 and 6e-12.
+around x in this direction, these are at most 576 s^8 = 8e-15 and 1152 s^8 = 4e-12, less than rounding: 6e-14 and
+6e-12.
 """
 
 from collections.abc import Callable

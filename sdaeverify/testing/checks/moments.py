@@ -20,8 +20,8 @@ from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 RELAXED, CLOSE = 20.0, 1e-6
 # Accuracy of a moment or a drift, in rounding errors of its size.
 ROUNDINGS = 16.0
-# An interpolation resolves a function if its last coefficients, and its error at time 0, which is not a node, are
-# at the level of rounding. The time interval is halved until they are.
+# An interpolation resolves a function if its last coefficients, and its error at time 0, which is not a node, are at
+# the level of rounding. The time interval is halved until they are.
 DEGREE, LAST, HALVINGS = 10, 3, 32
 
 
@@ -101,8 +101,7 @@ def _rate_of_equation(q: Callable[[Array], Array], x: Array, drift: Array, diffu
     """Return Dq f + (1/2) sum_j D^2 q(B_j, B_j) at x, with the rounding errors of the differences.
 
     Derivatives are taken in directions of length 1, so that their errors are multiplied by the length of the drift,
-    or the
-    squared length of a column. The drift itself is accurate to `ROUNDINGS` rounding errors of its size.
+    or the squared length of a column. The drift itself is accurate to `ROUNDINGS` rounding errors of its size.
     """
     f, columns = float(norm(drift)[0]), [column for column in np.moveaxis(diffusion, 1, 0) if np.any(column)]
     squares = [float(norm(column)[0]) ** 2 for column in columns]
@@ -117,10 +116,8 @@ def _rate_at_the_start(value: Callable[[float], float], horizon: float) -> _Know
     """Return the derivative at time 0, by interpolation on an interval short enough to resolve the function.
 
     Expectations need not be analytic at time 0: a singularity at a distance r contributes like e^{-r^2/(2t)}. With
-    errors
-    delta of the values, coefficients have errors of at most 2 delta, and the derivative on an interval of length s
-    has an
-    error of at most (2/s) sum_k k^2 2 delta.
+    errors delta of the values, coefficients have errors of at most 2 delta, and the derivative on an interval of
+    length s has an error of at most (2/s) sum_k k^2 2 delta.
     """
     known: list[tuple[float, float, float]] = []
     for span in horizon / 32 * 0.5 ** np.arange(HALVINGS):

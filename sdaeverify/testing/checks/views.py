@@ -16,8 +16,7 @@ def check_constraints_kept(subject: ProblemSubject) -> str:
     """Expect drift and diffusion of the SDE to keep the constraints: Dg B = 0, and Ito's condition on the drift.
 
     For mechanics, Dg v is constant, on and off the manifold: Dg a + D^2 g(v, v) = 0. For an SDE with an invariant g,
-    at
-    points with g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
+    at points with g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
     """
     if subject.problem.capability(Multiplied):
         return _check_velocities(subject)

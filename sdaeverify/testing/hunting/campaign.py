@@ -90,8 +90,8 @@ def search_all(quarries: Sequence[Quarry], crew: Workers, tell: Callable[[str], 
     """Return the result of the search for each claim.
 
     Shares are searched in parallel and counted in order, up to the first that finds a counterexample. The result
-    depends
-    neither on the number of workers nor on their speed. Shares of an interrupted hunt are read from its folder.
+    depends neither on the number of workers nor on their speed. Shares of an interrupted hunt are read from its
+    folder.
 
     Parameters
     ----------

@@ -15,8 +15,8 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
     """Search for problems on which claims of schemes fail.
 
     Problems are drawn at random and examined by one step, or by a few paths. A problem that refutes a claim, also
-    from
-    another start and with larger coefficients, is shrunk and run by `verify`, with and without evidence of one step.
+    from another start and with larger coefficients, is shrunk and run by `verify`, with and without evidence of one
+    step.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
         counterexamples are shrunk and confirmed in addition. ``shrinking``: seconds for shrinking, by default 60, at
         most the time of the search. ``seed``: by default 1, unlike the command, which uses that of runs; the same
         seed gives the same result unless time ends the search. ``database``: folder that stores examined shares; an
-        interrupted hunt continues, and the next hunt begins with the counterexamples. ``tell``: function called
-        with a line of text for progress. ``plugins``, ``jobs``, ``executor``: as in `verify`.
+        interrupted hunt continues, and the next hunt begins with the counterexamples. ``tell``: function called with
+        a line of text for progress. ``plugins``, ``jobs``, ``executor``: as in `verify`.
 
     Returns
     -------

@@ -24,8 +24,8 @@ class HuntOptions:
     when : sequence of str
         Required traits of the examples.
     forms : sequence of str
-        Forms of the examples; if empty, those that a scheme solves directly. ``registered`` means registered
-        problems with other numbers.
+        Forms of the examples; if empty, those that a scheme solves directly. ``registered`` means registered problems
+        with other numbers.
     examples : int or None
         Number of examples for each scheme, measure and form; 200 without `minutes`. An example drawn twice is
         examined and counted once.

@@ -127,8 +127,7 @@ class Search:
         """Return an example without the terms that it does not need to refute the claim.
 
         This takes at most half of the time for shrinking. hypothesis shrinks a sequence of choices by small steps,
-        each of
-        which needs an examination of about a second.
+        each of which needs an examination of about a second.
         """
         smallest, end = example, time.monotonic() + 0.5 * self.budget.shrinking
         for terms in example.simpler():

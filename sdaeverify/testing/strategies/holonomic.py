@@ -39,8 +39,7 @@ def surfaces(n: int, *, planes: bool) -> st.SearchStrategy[tuple[Field, ...]]:
     """Draw constraints on n components with a Gram matrix bounded below: an ellipsoid, possibly with a plane.
 
     On sum_i s_i x_i^2 + q x_1^4 = c the gradient vanishes nowhere for s_i > 0, q >= 0 and c > 0. Neither does its
-    part along
-    a plane x_n = c_n on which the ellipsoid has a point with x_1 != 0.
+    part along a plane x_n = c_n on which the ellipsoid has a point with x_1 != 0.
 
     Parameters
     ----------
