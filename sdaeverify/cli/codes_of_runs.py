@@ -1,4 +1,4 @@
-"""With which exit code a run or a gate ends that came to its end."""
+"""Exit codes of completed runs and gates."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,7 +11,7 @@ from .exit_codes import ExitCode
 
 
 def code_of_results(results: Iterable[CellResult], class_rows: Iterable[ClassRow] = ()) -> ExitCode:
-    """Return the code of a run that came to its end, by what is found of cells and of classes of equations."""
+    """Return the exit code of a completed run from its findings and its rows of classes."""
     verdicts = {finding.verdict for result in results for finding in result.findings}
     if Verdict.REFUTED in verdicts or any(row.verdict is ClassVerdict.REFUTED for row in class_rows):
         return ExitCode.REFUTED
@@ -21,14 +21,14 @@ def code_of_results(results: Iterable[CellResult], class_rows: Iterable[ClassRow
 
 
 def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
-    """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
+    """Return the exit code of a gate: that of its worst failing outcome, or 0.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
     policy : Policy
     complete : bool
-        Whether all that the lock file demands is there, and all that is claimed is tested.
+        Whether all locked claims are found and all claims are tested. If not, `NOTHING` precedes every outcome.
     """
     if not outcomes or not complete:
         return ExitCode.NOTHING

@@ -1,4 +1,4 @@
-"""Exit codes: one meaning each, never a count, printed in words at the end of a run."""
+"""Exit codes: each has one meaning, is never a count, and is explained at the end of a run."""
 
 from collections.abc import Mapping
 from enum import IntEnum
@@ -7,7 +7,7 @@ from ..errors import PluginError, SdaeverifyError, UsageError
 
 
 class ExitCode(IntEnum):
-    """What a run came to."""
+    """Exit code with its meaning as `words`."""
 
     OK = 0, "no claim is refuted"
     REFUTED = 1, "a claim is refuted"
@@ -22,7 +22,7 @@ class ExitCode(IntEnum):
     words: str
 
     def __new__(cls, value: int, words: str = "") -> "ExitCode":
-        """Return the code with its meaning."""
+        """Create a code with its meaning."""
         code = int.__new__(cls, value)
         code._value_, code.words = value, words
         return code
@@ -32,12 +32,12 @@ WORDS = {code: code.words for code in ExitCode}
 
 
 def codes_in_words(words: Mapping[ExitCode, str] = WORDS) -> str:
-    """Return the sentence in which the help of a command tells its codes."""
+    """Return the sentence that lists exit codes in the help of a command."""
     return f"Exit codes: {'; '.join(f'{code.value} {meaning}' for code, meaning in words.items())}."
 
 
 def code_of_error(error: SdaeverifyError) -> ExitCode:
-    """Return the code of an error meant for the user."""
+    """Return the exit code of an error that is reported to the user."""
     if isinstance(error, PluginError):
         return ExitCode.PLUGIN
     return ExitCode.USAGE if isinstance(error, UsageError) else ExitCode.NOT_MEASURED

@@ -11,15 +11,13 @@ from ...contracts.scheme import State, Step, Stepper, flatten
 from ...noise.brownian import Increment
 from ..step.nodes import SEED, Nodes
 from ..step.one_step import OneStep
-from ..step.states import cloud
+from ..step.states import spread_states
 from .affine import at_corners, corners, defect, with_trials
 
 # Steps of a run after which the map is checked: as many as `probe.step.times` compares in a row.
 ROW = 128
 # Larger states come from unstable steps and are ignored.
 LARGEST = 1e8
-# Stride in the states of `cloud`: it selects the start, the last pilot point and the last scattered point.
-EVERY = 6
 
 
 class LinearMap(NamedTuple):
@@ -115,7 +113,7 @@ class MemoryStep:
         one_step = self.one_step
         if one_step.why_not_comparable() or one_step.why_not_entered(run=False):
             return np.zeros((self.dimension, 0))
-        entered = one_step.enter(cloud(one_step.view, one_step.equation)[:, ::EVERY], 0.0, self.h)
+        entered = one_step.enter(spread_states(one_step.view, one_step.equation), 0.0, self.h)
         if not self.remembers:
             return flatten(entered)
         later = flatten(self._run(entered))

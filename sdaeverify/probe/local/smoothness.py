@@ -79,9 +79,9 @@ def smoothness(view: Problem, observable: str) -> Smoothness:
     rng = np.random.Generator(np.random.Philox(key=SEED + 12))
     ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
     with np.errstate(all="ignore"):
-        if _follow(ends, CUTS, value, 1)[0]:
+        if follow(ends, CUTS, value, 1)[0]:
             return Smoothness.JUMP
-        return Smoothness.KINK if _follow(ends, CUTS, value, 2)[0] else Smoothness.SMOOTH
+        return Smoothness.KINK if follow(ends, CUTS, value, 2)[0] else Smoothness.SMOOTH
 
 
 class Roughness(NamedTuple):
@@ -140,7 +140,7 @@ def rough_coefficient(view: Problem) -> Roughness | None:
             "drift": lambda x: np.asarray((f * equation.drift(time, x)).sum(axis=0)),
             "diffusion": lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))),
         }
-        found = {name: _follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
+        found = {name: follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
         rough = [Roughness(name, not grows) for name, (persists, grows) in found.items() if persists]
         rough += _rough_in_time(equation, reached_states(view, equation).points, f, b)
     return min(rough, key=lambda each: (each.highest, not each.in_time), default=None)
@@ -175,7 +175,7 @@ def _rough_in_time(equation: Equation, points: Array, f: Array, b: Array) -> lis
 
         # Most equations do not depend on time, which this test detects quickly.
         changes = np.ptp(values(np.linspace(0.0, equation.horizon, TIME_LINES * TIME_CUTS + 1))) != 0.0
-        return bool(changes) and _follow(ends, TIME_CUTS, values, 2)[1]
+        return bool(changes) and follow(ends, TIME_CUTS, values, 2)[1]
 
     return [Roughness(name, lipschitz=True, in_time=True) for name, at in sums.items() if rough(at)]
 
@@ -217,7 +217,7 @@ def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Ar
     return value, x + (1.0 + np.abs(x)) * rng.standard_normal((len(x), LINES))
 
 
-def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> tuple[bool, bool]:
+def follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> tuple[bool, bool]:
     """Return whether the largest differences of q on lines, per interval length, persist, and whether they grow.
 
     Parameters

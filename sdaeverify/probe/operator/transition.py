@@ -11,6 +11,7 @@ A step that is affine in several normals maps each z to a normal law. Its mean a
 values, and it needs nodes for only as many normals as there are coordinates.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +21,10 @@ from ...contracts.scheme import Scheme, Step, flatten
 from ...forms import Problem
 from ...forms.chart import Angle, Chart
 from ...numerics.statistics import EPS
-from ..step.nodes import Nodes, gauss_hermite, step_nodes, tensor_rule
+from ..local.smoothness import follow
+from ..step.nodes import SEED, Nodes, gauss_hermite, step_nodes, tensor_rule
 from ..step.one_step import OneStep
+from ..step.states import reached_states
 from ..step.step_noise import StepNoise
 from ..step.times import changing
 from .basis import Basis, chart_basis
@@ -39,6 +42,9 @@ ROUNDING = 64.0
 AFFINE = 1e-13
 # Rounding of embed and read plus a solver's tolerance, relative to the state.
 ON_CHART = 1e-9
+KINKS = "a step has a kink or a jump between states that runs reach, and the operator is blind between its nodes"
+# Lines between reached states on which a step is followed, intervals of each, and the step size in units of time.
+LINES, CUTS, SHORT = 16, 32, 2.0**-4
 
 
 class Transition(NamedTuple):
@@ -82,7 +88,7 @@ def why_not_operator(scheme: Scheme, view: Problem) -> str:
         return "the scheme has memory beyond the problem's components"
     if not scheme.law.bounded and (normals := StepNoise.of(one_step).normals) not in NODES:
         return f"{normals} normals a step are too many for a tensor rule"
-    return _dependence(one_step) or changing(one_step)
+    return _dependence(one_step) or changing(one_step) or _kinks(one_step)
 
 
 def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given: Given = ASKED) -> Transition:
@@ -268,3 +274,27 @@ def _dependence(one_step: OneStep) -> str:
         steps = [_step(one_step, x + shift * outputs[:, None], T / 64.0, nodes) for shift in (0.0, 1.0)]
         here, there = (chart.read(one_step.read(step.state)) for step in steps)
     return "" if np.array_equal(here, there, equal_nan=True) else "a step depends on the pure outputs"
+
+
+@lru_cache(maxsize=64)
+def _kinks(one_step: OneStep) -> str:
+    """Return that a step has a kink or a jump as a function of its state, or an empty string.
+
+    A quadrature over the chart is blind to a region of states between its nodes, in which the step may be another.
+    The step is followed with fixed noise along lines between states that solutions reach.
+    """
+    _, chart = require_chart(one_step.view)
+    rng, h = np.random.Generator(np.random.Philox(key=SEED + 19)), SHORT * one_step.time_unit
+    states = chart.read(reached_states(one_step.view, one_step.equation).points)
+    ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
+    noise = one_step.scheme.law.increment(one_step.view.drawn(rng, h, LINES), h)
+    # Weights at random hide the kink of no component behind another one's.
+    weights = rng.standard_normal((one_step.equation.dimension, 1))
+
+    def image(z: Array) -> Array:
+        dW, H = (None if part is None else np.tile(part, z.shape[1] // LINES) for part in (noise.dW, noise.H))
+        step = one_step.make(chart.embed(z), 0.0, h, noise._replace(dW=dW, H=H))
+        return np.asarray((weights * one_step.read(step.state)).sum(axis=0))
+
+    with np.errstate(all="ignore"):
+        return KINKS if follow(ends, CUTS, image, 2)[0] else ""

@@ -2,7 +2,8 @@
 
 If neither equation nor scheme depend on time, one time suffices. It would not show a step that is wrong from some
 time on, or right at one time only, but such a step gives different results at different times. Steps are made at a
-random time in each of 32 parts of the horizon, and the times whose steps differ most from those already selected are
+random time in each of 32 parts of the horizon, from the cloud and from reached states, since a step may be wrong in a
+region alone, and the times whose steps differ most from those already selected are
 probed: by their difference from Euler's step, or by the step itself. A step may also be wrong at some of its indices
 n = t/h only. Among many successive steps it is found by its difference from its neighbours.
 
@@ -19,7 +20,7 @@ from ...forms import Problem, components
 from ...noise.brownian import Increment
 from .nodes import SEED
 from .one_step import OneStep
-from .states import WHEN, cloud
+from .states import WHEN, cloud, spread_states
 from .together import PathBatch, together
 
 # Parts of the horizon with a time in each of them, and the number of times selected in addition to the first.
@@ -30,8 +31,8 @@ WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
 H = 2.0**-6
 # A step depends on time if it changes by more than this part of the states.
 SAME = 1e-9
-# Number of successive steps that are compared with their neighbours; they are made from one in `EVERY` states.
-ROW, EVERY = 128, 4
+# Number of successive steps that are compared with their neighbours.
+ROW = 128
 # Steps of a system larger than the first take long: only this number of them is made, and rarer faults are missed.
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time of up to this multiple of those of the equation are attributed to the equation.
@@ -110,6 +111,7 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
 @lru_cache(maxsize=8)
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
+    x = np.concatenate([x, spread_states(step.view, step.equation)], axis=1)
     h, t = H * step.time_unit, strata(step.view.horizon)
     batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
@@ -137,7 +139,9 @@ def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:
         far = np.min([np.abs(flat - flat[place]).max(axis=1) for place in chosen], axis=0)
         if not far.max() > size:
             break
-        chosen = [*chosen, int(far.argmax())]
+        # The middle of the times with similar steps: shorter steps from the first of them may precede the difference.
+        alike = np.flatnonzero(far >= ALIKE * far.max())
+        chosen = [*chosen, int(alike[len(alike) // 2])]
     return chosen
 
 
@@ -169,7 +173,7 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
 
     Distances that rounding and the equation explain are set to 0.
     """
-    x = cloud(step.view, step.equation)[:, ::EVERY]
+    x = spread_states(step.view, step.equation)
     # The last step of the run is left out.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))

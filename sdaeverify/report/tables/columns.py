@@ -1,4 +1,4 @@
-"""The columns of all tables of a run, what each means, and its unit; documentation and page have them from here."""
+"""Columns of all tables of a run with their meanings and units; documentation and page use them."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -74,7 +74,7 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
     Parameters
     ----------
     measures : iterable of Measure
-        That the tables may be about.
+        Measures whose columns are included.
     """
     known = list(measures)
     further = {name: meaning for measure in known for name, meaning in measure.level_columns.items()}
