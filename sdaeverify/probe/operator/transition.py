@@ -43,7 +43,7 @@ AFFINE = 1e-13
 # Rounding of embed and read plus a solver's tolerance, relative to the state.
 ON_CHART = 1e-9
 KINKS = "a step has a kink or a jump between states that runs reach, and the operator is blind between its nodes"
-# Lines between reached states on which a step is followed, intervals of each, and the step size in units of time.
+# Lines between reached states on which a step is evaluated, intervals of each, and the step size in units of time.
 LINES, CUTS, SHORT = 16, 32, 2.0**-4
 
 
@@ -280,15 +280,15 @@ def _dependence(one_step: OneStep) -> str:
 def _kinks(one_step: OneStep) -> str:
     """Return that a step has a kink or a jump as a function of its state, or an empty string.
 
-    A quadrature over the chart is blind to a region of states between its nodes, in which the step may be another.
-    The step is followed with fixed noise along lines between states that solutions reach.
+    Quadrature over the chart misses a different step in a region of states between its nodes. So the step is
+    evaluated with fixed noise along lines between states that solutions reach.
     """
     _, chart = require_chart(one_step.view)
     rng, h = np.random.Generator(np.random.Philox(key=SEED + 19)), SHORT * one_step.time_unit
     states = chart.read(reached_states(one_step.view, one_step.equation).points)
     ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
     noise = one_step.scheme.law.increment(one_step.view.drawn(rng, h, LINES), h)
-    # Weights at random hide the kink of no component behind another one's.
+    # Random weights, so that the kink of one component does not cancel that of another.
     weights = rng.standard_normal((one_step.equation.dimension, 1))
 
     def image(z: Array) -> Array:

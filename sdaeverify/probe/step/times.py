@@ -2,10 +2,10 @@
 
 If neither equation nor scheme depend on time, one time suffices. It would not show a step that is wrong from some
 time on, or right at one time only, but such a step gives different results at different times. Steps are made at a
-random time in each of 32 parts of the horizon, from the cloud and from reached states, since a step may be wrong in a
-region alone, and the times whose steps differ most from those already selected are
-probed: by their difference from Euler's step, or by the step itself. A step may also be wrong at some of its indices
-n = t/h only. Among many successive steps it is found by its difference from its neighbours.
+random time in each of 32 parts of the horizon, from the states of `cloud` and from reached ones, since a step may be
+wrong in a region of states only. The times whose steps differ most from those already selected are probed: by their
+difference from Euler's step, or by the step itself. A step may also be wrong at some of its indices n = t/h only.
+Among many successive steps it is found by its difference from its neighbours.
 
 First and last steps of a run are not compared: a single error of the size of a step does not reduce an order.
 """
