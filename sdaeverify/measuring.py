@@ -26,8 +26,8 @@ The steps from a claim to a finding are the same for all of them::
     found = finding(covered, opinion, estimate=order.value, method=Method("paths", 3))
 
 An `Opinion` is a `Verdict` with a `Reason`. Code that depends on a reason tests its `Kind`, never its text. Verdicts
-from paths are corrected for all tests of a run by their p-values, and need the controls of the
-problem; opinions from one step (`local_opinion`) are guarded by paths (`guard`).
+from paths are corrected for all tests of a run by their p-values, and need the controls of the problem;
+opinions from one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .contracts.claimed import Bound, Order, Word

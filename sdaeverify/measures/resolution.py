@@ -101,8 +101,8 @@ def weak_resolution(
     means : Means
         Of one observable, on each level.
     off : (Estimate, float) or None
-        Distance of the finest mean from the known limit, and the error of the latter; None if the
-        exact solution is known on each path, or if the limit is unknown.
+        Distance of the finest mean from the known limit, and the error of the latter; None if the exact solution is
+        known on each path, or if the limit is unknown.
     claim : Claim or None
 
     Returns

@@ -1,7 +1,7 @@
 """Tests on one stationary mean from replicated chains: the order of its bias in h, and whether its limit is exact.
 
-All tests use group means, which are independent and nearly normal, in one comparison of absolute
-values of expectations. No logarithm of a noisy number is tested, so no effect has to be resolved first.
+All tests use group means, which are independent and nearly normal, in one comparison of absolute values of
+expectations. No logarithm of a noisy number is tested, so no effect has to be resolved first.
 
 With b_l the bias at level l of m + 2, D_l = b_l - b_{l+1}, and order p claimed, p_0 = p - margin,
 
