@@ -34,10 +34,11 @@ from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
 from .report.tables.choice import Choices, choices, common_basis, curves
+from .report.tables.claims import claims_table
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
-from .report.tables.rows import Rows, classes_table, rows_of, tables_of
+from .report.tables.rows import Rows, classes_table, records, rows_of, tables_of
 from .report.tables.saved_tables import read_result
 from .store.store import Store
 from .study import CellResult, Event, Finished, Plan, Study, plan
@@ -151,9 +152,14 @@ class Result(ForPapers):
         return classes_table(class_rows(self.results, seed=self.settings.seed))
 
     @property
+    def claims(self) -> pd.DataFrame:
+        """One row for each claim: its findings by outcome, the worst one. Raises as `classes`."""
+        return claims_table(self.rows.verdicts, records(self.classes), self.run)
+
+    @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
-        return Plots(self.rows.verdicts, _records(self.levels), self._details, self.settings.confidence)
+        return Plots(self.rows.verdicts, records(self.levels), self._details, self.settings.confidence)
 
     def choose(
         self,
@@ -189,7 +195,7 @@ class Result(ForPapers):
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
+        known, asked = curves(self.rows.verdicts, records(self.levels), self._details), (measure, quantity)
         with shown_progress(_kind_of_progress(progress)) as show:
             basis = common_basis(self.results, known, problem, asked, self.settings, show)
         return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
@@ -257,10 +263,6 @@ class RunOptions(SettingsOptions, total=False):
     executor: Executor | str | None
 
 
-def _records(table: pd.DataFrame) -> list[dict[str, object]]:
-    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
-
-
 def verify(
     schemes: Schemes = (), problems: Problems = (), measures: Measures = (), **options: Unpack[RunOptions]
 ) -> Result:
@@ -273,8 +275,7 @@ def verify(
         measures themselves, alone or mixed in a list; everything registered if left out.
     jobs : int, optional
         Worker processes, 1 by default: this process. With more than one, or with limits, a script needs the usual
-        ``if __name__ == "__main__":``.
-        Of an executor that is given, how many workers it is taken to have.
+        ``if __name__ == "__main__":``. Of an executor that is given, how many workers it is taken to have.
     executor : Executor or str, optional
         Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
         (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, or one of the entry points
@@ -408,7 +409,6 @@ def plan_of(
     Parameters
     ----------
     registry : Registry
-        What labels and globs are looked up in.
     schemes, problems, measures : str, object or sequence of them
         As `verify` takes them.
     executor : Executor or None

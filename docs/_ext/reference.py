@@ -63,6 +63,7 @@ EXAMPLES = {
     "check": "check milstein gbm --json",
     "choose": "choose gbm -m strong --accuracy 0.01",
     "cite": "cite reports/latest --table latex",
+    "claims": "claims milstein reports/latest",
     "compare": "compare before after --factor 1.2",
     "demo": "demo --out demo",
     "gate": "gate --tier smoke --seed-from date",

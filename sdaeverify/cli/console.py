@@ -12,7 +12,7 @@ from rich.text import Text
 
 from ..registry.foreign_code import printed_to_stderr
 from ..report.plain import errors, output, silence, visible
-from .exit_codes import ExitCode
+from .exit_codes import WORDS, ExitCode
 
 __all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "print_json", "print_texts", "silence"]
 
@@ -74,13 +74,13 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(value, indent=2))
 
 
-def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:
+def conclude(code: ExitCode, words: Mapping[ExitCode, str] = WORDS, seconds: float | None = None) -> ExitCode:
     """Print what a command came to, with the seconds that it took if they are given, and return its code.
 
     Parameters
     ----------
     code : ExitCode
-    words : mapping of ExitCode to str
+    words : mapping of ExitCode to str, optional
         What its codes mean to the command.
     seconds : float, optional
         What it took; nothing is said of it if left out.

@@ -87,6 +87,11 @@ def classes_table(rows: Iterable[ClassRow]) -> pd.DataFrame:
     return table_of([row.cells for row in rows], CLASS_COLUMNS)
 
 
+def records(table: pd.DataFrame) -> list[dict[str, object]]:
+    """Return the rows of a table."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
 def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> pd.DataFrame:
     """Return rows as a table: the columns that are known first, then whatever else the rows have."""
     known = names(columns)
