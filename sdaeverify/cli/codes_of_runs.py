@@ -6,18 +6,20 @@ from ..contracts.finding import UNMEASURED, Verdict
 from ..gate.outcomes import Outcome, Status, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
-from ..trees.class_row import ClassRow, ClassVerdict
+from ..study.class_results import is_of_class
 from .exit_codes import ExitCode
 
 
-def code_of_results(results: Iterable[CellResult], class_rows: Iterable[ClassRow] = ()) -> ExitCode:
+def code_of_results(results: Iterable[CellResult]) -> ExitCode:
     """Return the code of a run that came to its end, by what is found of cells and of classes of equations."""
-    verdicts = {finding.verdict for result in results for finding in result.findings}
-    if Verdict.REFUTED in verdicts or any(row.verdict is ClassVerdict.REFUTED for row in class_rows):
+    known = [*results]
+    verdicts = {finding.verdict for result in known for finding in result.findings}
+    of_cells = {finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings}
+    if Verdict.REFUTED in verdicts:
         return ExitCode.REFUTED
     if verdicts & UNMEASURED:
         return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+    return ExitCode.NOTHING if of_cells <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
 
 
 def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:

@@ -23,7 +23,6 @@ from ..report.files import require_writable, write_json
 from ..report.folders import require_run_folder
 from ..report.saved import GATE, SavedAttack
 from ..study import Plan
-from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
 from ..study.unseen import unseen_features
 from ..testing.hunting.hunt import hunt
@@ -158,8 +157,7 @@ def _judge(
 ) -> Gated:
     registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
-    results = [*result.results, *class_results(run.study.class_rows or (), run.plan.cells)]
-    found = tuple(outcomes(results, policy))
+    found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
     untested = find_untested(registry, policy, run.plan, result.results)

@@ -105,9 +105,9 @@ def test_what_is_shown_and_written(quick):
     assert "\x1b" not in outcome.out
     assert max(map(len, outcome.out.splitlines())) <= 80
     assert re.match(r"\d+ quantities: \d+ verified, none refuted", outcome.out)
-    assert "verdicts.csv, classes.csv, levels.csv, columns.csv" in outcome.out
+    assert "verdicts.csv, levels.csv, columns.csv" in outcome.out
     assert outcome.out.endswith("exit code 0: no claim is refuted\n")
-    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "classes.csv", "columns.csv", "details"}
+    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "columns.csv", "details"}
     written = {*tables, "run.json", "report.html", "evidence"}
     assert written == {path.name for path in Path("out").iterdir() if path.suffix != ".parquet"}
 

@@ -144,7 +144,7 @@ def test_rows_for_programs(call):
 
     assert (first["measure"], first["order"], first["claim"]) == ("strong", 1.0, 1.0)
     assert (first["held"], first["of"], first["trees"]) == (11, 11, [["f", "└─ t"]])
-    assert (last["verdict"], last["order"]) == ("not applicable", None)
+    assert (last["verdict"], last["order"]) == ("not_applicable", None)
 
 
 def test_what_cannot_be_asked_has_codes_of_its_own(call, tmp_path):

@@ -42,8 +42,8 @@ def claims(scheme: str, folder: Path, measures: Sequence[str], as_json: bool) ->
     measured. A claim that nothing put to a test is tested nowhere. The folder is reports/latest if left out.
     """
     tables = read_verdicts(folder)
-    rows = map(VerdictRow.from_row, tables.verdicts)
-    every = known_claims(rows, tables.classes, claims_of(tables.run, folder), read_attacks(folder))
+    rows = map(VerdictRow.from_row, (*tables.verdicts, *tables.classes))
+    every = known_claims(rows, claims_of(tables.run, folder), read_attacks(folder))
     patterns = ",".join(measures)
     known = [each for each in every if is_meant(each.scheme, scheme) and is_meant(each.measure, patterns)]
     if not known:

@@ -8,6 +8,7 @@ from typing import Any
 import click
 from rich.text import Text
 
+from ...contracts.finding import Verdict
 from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_measures, select_schemes
@@ -17,7 +18,7 @@ from ...report.files import write_text
 from ...report.plain import text_table, visible
 from ...study.modified_equations import modified_of
 from ...study.order_report import MOST_MOTIONS, OrderReport
-from ...trees.class_row import ClassRow, ClassVerdict
+from ...trees.class_row import ClassRow
 from ...trees.conditions import Condition
 from ...trees.grow import picture
 from ...trees.modified.lines import lines_of_equation, record_of_equation
@@ -73,7 +74,7 @@ def orders(
         print_json([_told(row) for row in rows])
         return code_of_rows(rows)
     console = output()
-    shown = (row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE)
+    shown = (row for row in rows if row.verdict is not Verdict.NOT_APPLICABLE)
     for scheme, own in grouped(shown, lambda row: row.scheme).items():
         # Names with parameters are long: a line of their own leaves the table its width.
         print_texts(console, [Text(visible(scheme), style="bold")])
@@ -106,7 +107,7 @@ def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: 
 def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
     """Print how many claims have which verdict, and the exit code, which open claims leave at 0."""
     print_texts(output(), class_notes([row.cells for row in rows]))
-    code, undecided = code_of_rows(rows), sum(row.verdict is ClassVerdict.PREMISE for row in rows)
+    code, undecided = code_of_rows(rows), sum(row.verdict is Verdict.INCONCLUSIVE for row in rows)
     words = f"{ABOUT[code]}, {undecided} without a verdict" if undecided else ABOUT[code]
     return conclude(code, {**ABOUT, code: words})
 
@@ -130,11 +131,11 @@ def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
 def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
     """Return the code of what was found."""
     verdicts = {row.verdict for row in rows}
-    if ClassVerdict.REFUTED in verdicts:
+    if Verdict.REFUTED in verdicts:
         return ExitCode.REFUTED
-    if ClassVerdict.ERROR in verdicts:
+    if Verdict.ERROR in verdicts:
         return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {ClassVerdict.NOT_APPLICABLE} else ExitCode.OK
+    return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
 
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
@@ -142,7 +143,7 @@ def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
     for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
         yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
     for row in rows:
-        if row.verdict is ClassVerdict.REFUTED and row.first:
+        if row.verdict is Verdict.REFUTED and row.first:
             yield ""
             yield from _failing(row)
     yield ""

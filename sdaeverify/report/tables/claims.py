@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...contracts.spelling import counted
-from ..cells import Row, grouped, text
+from ...trees.class_row import RANDOM_MEMBERS
+from ..cells import grouped
+from ..folders import class_in
 from ..saved import SavedAttack, SavedClaim, claims_of
 from ..verdict_row import VerdictRow
 
-PROBLEMS, CLASSES = "problems", "classes"
+PROBLEMS, CLASSES, MEMBERS = "problems", "classes", "members"
 VERIFIED, REFUTED, UNDECIDED, UNMEASURED = OUTCOMES = ("verified", "refuted", "undecided", "not measured")
 UNTESTED = "tested nowhere"
 WORST_FIRST = (REFUTED, UNMEASURED, UNDECIDED, VERIFIED)
@@ -21,12 +23,11 @@ OUTCOME_OF = {
     "verified": VERIFIED,
     "refuted": REFUTED,
     "inconclusive": UNDECIDED,
-    "premise fails": UNDECIDED,
     "diverged": UNMEASURED,
     "error": UNMEASURED,
     "not_run": UNMEASURED,
 }
-WHERE = {PROBLEMS: "on problems", CLASSES: "for classes of equations"}
+WHERE = {PROBLEMS: "on problems", CLASSES: "for classes of equations", MEMBERS: "on random members of forms"}
 # Objects on which a claim is refuted that are named in a line.
 MOST_NAMED = 3
 
@@ -68,7 +69,7 @@ class KnownClaim:
     sources : tuple of str
         Who claims it.
     counts : mapping of str to Counter
-        By kind of object (``problems``, ``classes``), how many findings have which outcome.
+        By kind of object (``problems``, ``classes``, ``members``), how many findings have which outcome.
     refuted_on : tuple of str
         Problems and classes on which it is refuted.
     hunts : tuple of ClaimHunt
@@ -125,7 +126,6 @@ Told = tuple[str, str, str]
 
 def known_claims(
     rows: Iterable[VerdictRow],
-    classes: Iterable[Row],
     claims: Iterable[SavedClaim],
     attacks: Iterable[SavedAttack] = (),
 ) -> list[KnownClaim]:
@@ -136,15 +136,14 @@ def known_claims(
     Parameters
     ----------
     rows : iterable of VerdictRow
-    classes : iterable of mapping
-        The table of classes.
+        On problems and for classes.
     claims : iterable of SavedClaim
         All that the schemes of the run claim.
     attacks : iterable of SavedAttack
         Of the hunt of the run.
     """
     made = grouped(claims, lambda each: Claimed(each.scheme, each.measure, each.claim))
-    found = grouped((*_on_problems(rows), *_of_classes(classes)), lambda told: told[0])
+    found = grouped(_told(rows), lambda told: told[0])
     hunted = [*attacks]
     known, schemes = [], [*dict.fromkeys(key.scheme for key in (*made, *found))]
     keys = dict.fromkeys((*made, *(key for key in found if key.words)))
@@ -155,18 +154,17 @@ def known_claims(
     return known
 
 
-def claims_table(rows: Iterable[VerdictRow], classes: Iterable[Row], run: Mapping[str, Any]) -> pd.DataFrame:
+def claims_table(rows: Iterable[VerdictRow], run: Mapping[str, Any]) -> pd.DataFrame:
     """Return what is known of each claim as a table; counts have columns such as ``problems.verified``.
 
     Parameters
     ----------
     rows : iterable of VerdictRow
-    classes : iterable of mapping
-        The table of classes.
+        On problems and for classes.
     run : mapping
         The contents of ``run.json``.
     """
-    known = known_claims(rows, classes, claims_of(run))
+    known = known_claims(rows, claims_of(run))
     return pd.json_normalize([each.record for each in known]).drop(columns="hunts", errors="ignore")
 
 
@@ -184,20 +182,13 @@ def _known(
     )
 
 
-def _on_problems(rows: Iterable[VerdictRow]) -> Iterator[tuple[Claimed, Told]]:
+def _told(rows: Iterable[VerdictRow]) -> Iterator[tuple[Claimed, Told]]:
     for row in rows:
-        outcome = OUTCOME_OF.get(row.verdict, "")
+        outcome, kind = OUTCOME_OF.get(row.verdict, ""), class_in(row.problem)
         if outcome and (row.claim or outcome == UNMEASURED):
-            yield Claimed(row.scheme, row.measure, row.claim), (PROBLEMS, row.problem, outcome)
-
-
-def _of_classes(rows: Iterable[Row]) -> Iterator[tuple[Claimed, Told]]:
-    for row in rows:
-        if outcome := OUTCOME_OF.get(text(row, "verdict"), ""):
-            order = text(row, "claim")
-            words = f"order >= {float(order)}" if order else ""
-            told = CLASSES, f"the class {text(row, 'class')}", outcome
-            yield Claimed(text(row, "scheme"), text(row, "measure"), words), told
+            place = PROBLEMS if kind is None else MEMBERS if row.quantity == RANDOM_MEMBERS else CLASSES
+            name = row.problem if kind is None else f"the class {kind}"
+            yield Claimed(row.scheme, row.measure, row.claim), (place, name, outcome)
 
 
 def _hunts(key: Claimed, attacks: Iterable[SavedAttack]) -> Iterator[ClaimHunt]:
