@@ -4,7 +4,7 @@ from functools import partial
 
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.codes_of_runs import code_of_gate
-from sdaeverify.cli.exit_codes import WORDS, ExitCode
+from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
     contract_violation,

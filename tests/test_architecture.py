@@ -589,3 +589,18 @@ def test_one_table_of_a_run_has_verdicts():
     assert {file for file, known in FILES.items() if "verdict" in {column.name for column in known}} == {
         "verdicts.csv"
     }
+
+
+def texts_of_codes(tree):
+    """Return the lines of a tree that give exit codes words of their own."""
+    tables = (node for node in nodes(tree) if isinstance(node, ast.Dict))
+    pairs = (pair for table in tables for pair in zip(table.keys, table.values, strict=True) if pair[0] is not None)
+    own = (code for code, words in pairs if isinstance(words, ast.Constant | ast.JoinedStr))
+    return {f"{code.lineno}: {ast.unparse(code)}" for code in own if ast.unparse(code).startswith("ExitCode.")}
+
+
+def test_there_is_one_table_of_exit_codes():
+    """The enumeration says what each code means, for every command: no file has words of its own for one."""
+    assert guilty(lambda path: texts_of_codes(parsed(path)), FRAMEWORK, *CONTRIBUTED) == {}
+    assert texts_of_codes(ast.parse('WORDS = {ExitCode.OK: "all is well"}'))
+    assert [name for name, _ in enumerations(FRAMEWORK, *CONTRIBUTED).items() if "Exit" in name] == ["ExitCode"]

@@ -10,16 +10,22 @@ from ..study.class_results import is_of_class
 from .exit_codes import ExitCode
 
 
-def code_of_results(results: Iterable[CellResult]) -> ExitCode:
-    """Return the code of a run that came to its end, by what is found of cells and of classes of equations."""
-    known = [*results]
-    verdicts = {finding.verdict for result in known for finding in result.findings}
-    of_cells = {finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings}
-    if Verdict.REFUTED in verdicts:
+def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
+    """Return the code of findings: refuted before not measured, and nothing where none applies."""
+    known = {*verdicts}
+    if Verdict.REFUTED in known:
         return ExitCode.REFUTED
-    if verdicts & UNMEASURED:
+    if known & UNMEASURED:
         return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if of_cells <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+    return ExitCode.NOTHING if known <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+
+
+def code_of_results(results: Iterable[CellResult]) -> ExitCode:
+    """Return the code of a run that came to its end; classes of equations alone are not what a run is for."""
+    known = [*results]
+    code = code_of_verdicts(finding.verdict for result in known for finding in result.findings)
+    of_cells = (finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings)
+    return code_of_verdicts(of_cells) if code is ExitCode.OK else code
 
 
 def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:

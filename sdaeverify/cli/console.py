@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 import click
@@ -12,7 +12,7 @@ from rich.text import Text
 
 from ..registry.foreign_code import printed_to_stderr
 from ..report.plain import errors, output, silence, visible
-from .exit_codes import WORDS, ExitCode
+from .exit_codes import ExitCode
 
 __all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "print_json", "print_texts", "silence"]
 
@@ -74,18 +74,16 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(value, indent=2))
 
 
-def conclude(code: ExitCode, words: Mapping[ExitCode, str] = WORDS, seconds: float | None = None) -> ExitCode:
-    """Print what a command came to, with the seconds that it took if they are given, and return its code.
+def conclude(code: ExitCode, seconds: float | None = None) -> ExitCode:
+    """Print the meaning of the code of a command, with the seconds that it took if they are given, and return it.
 
     Parameters
     ----------
     code : ExitCode
-    words : mapping of ExitCode to str, optional
-        What its codes mean to the command.
     seconds : float, optional
         What it took; nothing is said of it if left out.
     """
     taken = "" if seconds is None else f"{seconds:.0f} s; "
     style = "green" if code is ExitCode.OK else "red"
-    output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)
+    output().print(f"{taken}exit code {code.value}: {code.words}", style=style, soft_wrap=True)
     return code

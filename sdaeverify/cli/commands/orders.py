@@ -23,16 +23,16 @@ from ...trees.conditions import Condition
 from ...trees.grow import picture
 from ...trees.modified.lines import lines_of_equation, record_of_equation
 from .. import options
+from ..codes_of_runs import code_of_verdicts
 from ..console import conclude, output, print_json, print_texts
-from ..exit_codes import WORDS, ExitCode, codes_in_words
+from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 
 HEADINGS = ("class", "motions", "claim", "order", "held", "verdict")
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
-ABOUT = {code: WORDS[code] for code in CODES}
 
 
-@click.command(epilog=codes_in_words(ABOUT), short_help="Put the claims of schemes to classes of equations.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Put the claims of schemes to classes of equations.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once(
@@ -72,7 +72,7 @@ def orders(
         _write_problem(reports, problem)
     if as_json:
         print_json([_told(row) for row in rows])
-        return code_of_rows(rows)
+        return code_of_verdicts(row.verdict for row in rows)
     console = output()
     shown = (row for row in rows if row.verdict is not Verdict.NOT_APPLICABLE)
     for scheme, own in grouped(shown, lambda row: row.scheme).items():
@@ -107,9 +107,7 @@ def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: 
 def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
     """Print how many claims have which verdict, and the exit code, which open claims leave at 0."""
     print_texts(output(), class_notes([row.cells for row in rows]))
-    code, undecided = code_of_rows(rows), sum(row.verdict is Verdict.INCONCLUSIVE for row in rows)
-    words = f"{ABOUT[code]}, {undecided} without a verdict" if undecided else ABOUT[code]
-    return conclude(code, {**ABOUT, code: words})
+    return conclude(code_of_verdicts(row.verdict for row in rows))
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
@@ -126,16 +124,6 @@ def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
             write_text(report.to_problem(refuted[0]), file)
             return
     raise UsageError(f"no claim is refuted: there is no problem to be written into {file}")
-
-
-def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
-    """Return the code of what was found."""
-    verdicts = {row.verdict for row in rows}
-    if Verdict.REFUTED in verdicts:
-        return ExitCode.REFUTED
-    if Verdict.ERROR in verdicts:
-        return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
 
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
