@@ -1,9 +1,8 @@
 """The Python interface: `verify` crosses schemes with problems and returns tables."""
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -23,7 +22,7 @@ from .forms import Problem
 from .registry.foreign_code import same_folder
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_run_folder, save_tables
+from .report.folders import LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_run_folder, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.paper.citation import ForPapers
@@ -34,20 +33,22 @@ from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
 from .report.tables.choice import Choices, choices, common_basis, curves
+from .report.tables.claims import claims_table
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
-from .report.tables.rows import Rows, classes_table, rows_of, tables_of
+from .report.tables.rows import Rows, classes_table, records, rows_of, tables_of
 from .report.tables.saved_tables import read_result
 from .store.store import Store
 from .study import CellResult, Event, Finished, Plan, Study, plan
+from .study.class_results import class_results
 from .study.class_rows import class_rows
 from .study.examination import Work
 from .study.trial import trial_of
 from .study.unseen import unseen
-from .workers.executors import PROCESSES, Plugins, Workers, open_workers
+from .workers.executors import PROCESSES, crew_of
 from .workers.limits import Limits, read_limits
-from .workers.pool import BLOCKS_A_WORKER, executor_for
+from .workers.pool import BLOCKS_A_WORKER
 
 if TYPE_CHECKING:
     import xarray
@@ -135,7 +136,7 @@ class Result(ForPapers):
 
     @cached_property
     def classes(self) -> pd.DataFrame:
-        """One row for each order that a scheme claims for a class of SDEs, with the verdict of its order conditions.
+        """One row for each claim about a class of equations, with the verdict of order conditions or random members.
 
         If the run did not evaluate order conditions, they are evaluated at the first access.
 
@@ -144,16 +145,29 @@ class Result(ForPapers):
         UsageError
             If the result was loaded or pickled without them.
         """
-        if CLASSES in self.tables:
-            return self.tables[CLASSES]
-        if not self.results:
+        found = self._asked.rows.of_classes
+        if found is None:
             raise UsageError("the result was kept without its classes; sdaeverify.orders asks a scheme for them")
-        return classes_table(class_rows(self.results, seed=self.settings.seed))
+        return classes_table(found)
+
+    @property
+    def claims(self) -> pd.DataFrame:
+        """One row for each claim: its findings by outcome, the worst one. Raises as `classes`."""
+        return claims_table(self._asked.rows.every, self.run)
+
+    @cached_property
+    def _asked(self) -> "Result":
+        """The result with what is said of classes, if its schemes are there to be asked."""
+        if self.rows.of_classes is not None or not self.results:
+            return self
+        found = class_rows(self.results, seed=self.settings.seed)
+        results = (*self.results, *class_results(found, [result.cell for result in self.results]))
+        return _tabled(results, self.settings, self.run, with_classes=True)
 
     @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
-        return Plots(self.rows.verdicts, _records(self.levels), self._details, self.settings.confidence)
+        return Plots(self.rows.verdicts, records(self.levels), self._details, self.settings.confidence)
 
     def choose(
         self,
@@ -189,7 +203,7 @@ class Result(ForPapers):
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
+        known, asked = curves(self.rows.verdicts, records(self.levels), self._details), (measure, quantity)
         with shown_progress(_kind_of_progress(progress)) as show:
             basis = common_basis(self.results, known, problem, asked, self.settings, show)
         return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
@@ -241,8 +255,7 @@ class Result(ForPapers):
         """
         target = folder_of("save", folder)
         require_run_folder(target, "folder")
-        asked = {CLASSES: self.classes} if self.results else {}
-        save_tables(target, {**self.tables, **asked}, self.run)
+        save_tables(target, self._asked.tables, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):
@@ -257,10 +270,6 @@ class RunOptions(SettingsOptions, total=False):
     executor: Executor | str | None
 
 
-def _records(table: pd.DataFrame) -> list[dict[str, object]]:
-    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
-
-
 def verify(
     schemes: Schemes = (), problems: Problems = (), measures: Measures = (), **options: Unpack[RunOptions]
 ) -> Result:
@@ -273,8 +282,7 @@ def verify(
         measures, alone or mixed in a list; all registered ones if omitted.
     jobs : int, optional
         Number of worker processes; 1, the default, means this process. With more than one, or with limits, a script
-        needs the usual ``if __name__ == "__main__":``.
-        With `executor`, the number of workers to assume for it.
+        needs the usual ``if __name__ == "__main__":``. With `executor`, the number of workers to assume for it.
     executor : Executor or str, optional
         Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
         (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, or one of the entry points
@@ -373,33 +381,6 @@ def _check_options(
     return read_limits(seconds, memory, jobs)[1] if limited or jobs > 1 else None
 
 
-@contextmanager
-def crew_of(
-    jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
-) -> Iterator[Workers]:
-    """Provide the workers of a run: processes of its own, those that a name stands for, or those of an executor.
-
-    Parameters
-    ----------
-    jobs : int
-        Number of workers.
-    limits : Limits or None
-        Limits of processes of its own.
-    registry : Registry
-        With the plugins that the workers load.
-    executor : Executor, str or None
-        As for `verify`.
-    """
-    if executor is None or executor == PROCESSES:
-        with executor_for(jobs, registry.files, limits, registry.modules) as own:
-            yield Workers(own, jobs)
-    elif isinstance(executor, str):
-        with open_workers(executor, jobs, registry) as crew:
-            yield crew
-    else:
-        yield Workers(executor, jobs, Plugins.of(registry))
-
-
 def plan_of(
     registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
 ) -> Plan:
@@ -408,7 +389,6 @@ def plan_of(
     Parameters
     ----------
     registry : Registry
-        Registry in which labels and globs are looked up.
     schemes, problems, measures : str, object or sequence of them
         As for `verify`.
     executor : Executor or None
@@ -447,11 +427,13 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside
     examined = [(result, work.command) for work in beside for result in work.results]
     run["examined"] = {result.cell.measure.name: [*words] for result, words in examined}
     results += tuple(result for result, _ in examined)
-    rows = rows_of(results)
-    tables = tables_of(rows, results, study.settings)
-    if study.class_rows is not None:
-        tables[CLASSES] = classes_table(study.class_rows)
-    return Result(rows, tables, study.settings, run, results)
+    results += tuple(class_results(study.class_rows or (), study.plan.cells))
+    return _tabled(results, study.settings, run, with_classes=study.class_rows is not None)
+
+
+def _tabled(found: tuple[CellResult, ...], settings: Settings, run: dict[str, Any], *, with_classes: bool) -> Result:
+    rows = rows_of(found, with_classes=with_classes)
+    return Result(rows, tables_of(rows, found, settings), settings, run, found)
 
 
 def load(folder: str | Path) -> Result:

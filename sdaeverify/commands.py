@@ -17,6 +17,7 @@ and ``progress_of_cells``. Work that has a ``total`` and a ``run`` is done by `r
 """
 
 from .cli import options
+from .cli.codes_of_runs import code_of_verdicts
 from .cli.console import conclude, output, print_texts
 from .cli.exit_codes import ExitCode, codes_in_words
 from .cli.loading import load_and_warn
@@ -32,6 +33,7 @@ __all__ = [
     "ExitCode",
     "TablePage",
     "claims_on_lines",
+    "code_of_verdicts",
     "codes_in_words",
     "conclude",
     "describe_making",

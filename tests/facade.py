@@ -4,7 +4,7 @@ from functools import partial
 
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.codes_of_runs import code_of_gate
-from sdaeverify.cli.exit_codes import WORDS, ExitCode
+from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
     contract_violation,
@@ -262,7 +262,6 @@ from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
-from sdaeverify.trees.class_row import ClassVerdict
 from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined

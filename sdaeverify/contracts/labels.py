@@ -286,6 +286,11 @@ def _text(text: str, text_only: bool) -> str | float | None:
     return text if number is None else number
 
 
+def text_of(value: str) -> str:
+    """Return the text that a value of a label is, without quotes."""
+    return (_unquote(value) or "") if value.startswith('"') else value
+
+
 def _unquote(text: str) -> str | None:
     try:
         return str(json.loads(text))

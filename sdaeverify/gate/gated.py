@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..contracts.settings import Settings
 from ..report.folders import Key
 from ..report.plain import visible
+from ..report.saved import SavedAttack
 from .outcomes import ORDER, Outcome, Status, is_red
 from .policy import Policy
 
@@ -57,6 +58,8 @@ class Gated:
         A line for each locked claim that is gone, weaker or no longer measured.
     hunted : tuple of str
         A line for each claim that a hunt refuted.
+    attacks : tuple of SavedAttack
+        What the hunt came to for each scheme, measure and form.
     code : int
         Exit code.
     words : str
@@ -78,6 +81,7 @@ class Gated:
     settings: Settings
     violations: tuple[str, ...] = ()
     hunted: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
     code: int = 0
     words: str = ""
     plugins: tuple[str, ...] = ()

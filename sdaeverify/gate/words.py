@@ -1,6 +1,7 @@
 """Reports of a gate: outcomes in words, text for a terminal, and ``gate.json`` for programs."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from math import isfinite, isnan
 from textwrap import shorten
 
@@ -132,6 +133,7 @@ def json_report(gated: Gated) -> dict[str, object]:
         "counts": {str(status): count for status, count in sorted(gated.counts.items())},
         "lock_violations": [*map(visible, gated.violations)],
         "hunt": [*map(visible, gated.hunted)],
+        "attacks": [asdict(attack) for attack in gated.attacks],
         "warnings": [*map(visible, gated.warnings)],
         "notes": [*map(visible, gated.notes)],
         "changes": None

@@ -14,7 +14,7 @@ from ..contracts.settings import Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, Marker
 from ..trees import TreeClass
-from ..trees.class_row import ClassRow, ClassVerdict
+from ..trees.class_row import ClassRow
 from ..trees.classes import EquationClass, tree_classes_of
 from ..trees.report import MEASURES, measures_of, rows_of
 from ..workers.batches import Batch
@@ -147,6 +147,5 @@ def _failed(entry: Entry, kind: Kind, why: str) -> Rows:
     measures = own if isinstance(kind, MemberClass) else measures_of(kind)
     motions = 0 if isinstance(kind, MemberClass) else kind.motions or 0
     return tuple(
-        ClassRow(entry.scheme.label, kind.name, motions, measure, ClassVerdict.ERROR, premise=why)
-        for measure in measures
+        ClassRow(entry.scheme.label, kind.name, motions, measure, Verdict.ERROR, premise=why) for measure in measures
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from ..contracts.finding import Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import whole
@@ -14,7 +15,7 @@ from ..errors import UsageError
 from ..registry.load import load_registry
 from ..registry.selection import select_measures, select_schemes
 from ..trees import TreeClass
-from ..trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from ..trees.class_row import RANDOM_MEMBERS, ClassRow
 from ..trees.classes import EquationClass, tree_classes_of
 from ..trees.conditions import INVARIANT, Condition
 from ..trees.problem_file import problem_file
@@ -104,13 +105,13 @@ class OrderReport:
     @property
     def failing(self) -> tuple[Condition, ...]:
         """The first failing condition of each claim that is refuted."""
-        refuted = (row.first for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        refuted = (row.first for row in self.rows if row.verdict is Verdict.REFUTED)
         return tuple(dict.fromkeys(first for first in refuted if first))
 
     @property
     def refuted_members(self) -> tuple[ClassRow, ...]:
         """The rows of the claims that random members refute."""
-        refuted = (row for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        refuted = (row for row in self.rows if row.verdict is Verdict.REFUTED)
         return tuple(row for row in refuted if row.conditions == RANDOM_MEMBERS)
 
     @property

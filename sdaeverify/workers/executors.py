@@ -13,6 +13,8 @@ from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import load_source
 from ..registry.load import Registry
+from .limits import Limits
+from .pool import executor_for
 
 Value = TypeVar("Value")
 # Entry points: functions of an address (empty if none is given) and a number of workers that return a `Workers`.
@@ -161,3 +163,30 @@ def dask(address: str, jobs: int) -> Iterator[Workers]:
 
 def _why_lost(client: Any, words: str) -> str:
     return "" if client.status == "running" else words
+
+
+@contextmanager
+def crew_of(
+    jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
+) -> Iterator[Workers]:
+    """Give the workers of a run: processes of its own, those that a name stands for, or those of an executor.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of workers.
+    limits : Limits or None
+        What processes of its own are held to.
+    registry : Registry
+        With the plugins that they load.
+    executor : Executor, str or None
+        As `verify` takes it.
+    """
+    if executor is None or executor == PROCESSES:
+        with executor_for(jobs, registry.files, limits, registry.modules) as own:
+            yield Workers(own, jobs)
+    elif isinstance(executor, str):
+        with open_workers(executor, jobs, registry) as crew:
+            yield crew
+    else:
+        yield Workers(executor, jobs, Plugins.of(registry))

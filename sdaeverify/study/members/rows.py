@@ -11,7 +11,7 @@ from ...contracts.claimed import Order
 from ...contracts.finding import Finding, Verdict
 from ...contracts.measure import Measure
 from ...contracts.scheme import Claim, Scheme
-from ...trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from ...trees.class_row import RANDOM_MEMBERS, ClassRow
 from .classes import MemberClass, accepts, member_classes, member_of
 
 # Members on which each claim is tested. One member shows every wrong coefficient with probability one; a second keeps
@@ -109,9 +109,7 @@ def _ask(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, indices
     return Answer(tuple(tuple(each for each in own if each.claim is not None) for own in found))
 
 
-def _judge(
-    scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answer: Answer
-) -> tuple[ClassVerdict, str]:
+def _judge(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answer: Answer) -> tuple[Verdict, str]:
     """Return the verdict on the claims of a measure, and its reason.
 
     If some but fewer than `MEMBERS` members refute a claim, one more member is tested.
@@ -122,16 +120,16 @@ def _judge(
     if len(refuting) >= MEMBERS:
         needed = [kind.of.features[each] for each in refuting_class(scheme, kind, measure, seed).features]
         only = f"; only with {' and '.join(needed)}" if needed else ""
-        return ClassVerdict.REFUTED, f"{refuting[0].reason}{only}"
+        return Verdict.REFUTED, f"{refuting[0].reason}{only}"
     if refuting:
-        return ClassVerdict.PREMISE, f"1 of {asked} random members refutes it, which may be degenerate"
+        return Verdict.INCONCLUSIVE, f"1 of {asked} random members refutes it, which may be degenerate"
     if answer.open is not None:
-        return ClassVerdict.PREMISE, str(answer.open.reason)
-    return ClassVerdict.VERIFIED, f"{answer.held} of {asked} random members"
+        return Verdict.INCONCLUSIVE, str(answer.open.reason)
+    return Verdict.VERIFIED, f"{answer.held} of {asked} random members"
 
 
 def _row(
-    scheme: Scheme, kind: MemberClass, claims: Sequence[Claim], answer: Answer, judged: tuple[ClassVerdict, str]
+    scheme: Scheme, kind: MemberClass, claims: Sequence[Claim], answer: Answer, judged: tuple[Verdict, str]
 ) -> ClassRow:
     verdict, reason = judged
     orders = {claim: claim.value.least for claim in claims if isinstance(claim.value, Order)}
