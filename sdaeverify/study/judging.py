@@ -104,8 +104,8 @@ class ControlVerdicts:
         declared = {plan.control.order: plan for plan in plans}
         asked = [declared[known] for known in deciding(declared, order.least)]
         if not asked:
-            beyond = f"no control of {claim.measure} order {order.least} or more is declared"
-            reason = f"{beyond} by the problem, whose controls are of lower orders: it verifies none above theirs"
+            beyond = f"the problem declares no control of {claim.measure} order {order.least} or more"
+            reason = f"{beyond}, so that it can only verify lower orders"
             return Objection(reason) if declared else None
         if asked[0].missing:
             return Objection(asked[0].missing, Verdict.ERROR if asked[0].failed else Verdict.INCONCLUSIVE)
@@ -122,7 +122,7 @@ class ControlVerdicts:
         if isinstance(positive, Objection):
             return positive
         if Verdict.VERIFIED not in positive or Verdict.REFUTED in positive:
-            return Objection(f"control {above.control.positive}, which has the order, is not verified")
+            return Objection(f"the positive control {above.control.positive} is not verified")
         lower = {above.control.negative: above.negative, **{plan.control.positive: plan.positive for plan in below}}
         found = [self._verdicts(cell, claim, by_paths=by_paths) for cell in lower.values()]
         if any(Verdict.REFUTED in verdicts for verdicts in found if not isinstance(verdicts, Objection)):
@@ -140,7 +140,7 @@ class ControlVerdicts:
             return set()
         known = self.evidence[cell]
         if isinstance(known, Objection):
-            return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
+            return known._replace(reason=f"the control {cell.scheme.label} {known.reason}")
         found = _findings(cell, claim, replace(known, tally=known.along_paths, probed=None) if by_paths else known)
         # An order is claimed for smooth functions; a finding on a discontinuous one does not count for or against
         # others.

@@ -136,7 +136,7 @@ class OrderReport:
             return self._member_file(condition)
         row = next((row for row in self.rows if row.first == condition), None)
         if row is None:
-            raise UsageError(f"condition {condition.name!r:.200} is none of this report")
+            raise UsageError(f"condition {condition.name!r:.200} is not in this report")
         if row.measure == INVARIANT:
             raise UsageError(
                 "no single equation isolates a condition of the invariant measure: ask matrix on double-well"

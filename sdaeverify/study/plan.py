@@ -285,16 +285,16 @@ def _controls(made: ProblemPlan, measures: Sequence[Measure], resolve: Resolve |
 
 def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Resolve | None) -> ControlPlan:
     if resolve is None:
-        return ControlPlan(control, missing="its controls are not known here")
+        return ControlPlan(control, missing="the controls of the problem are not registered")
     cells: list[Cell] = []
     for label in (control.positive, control.negative):
         try:
             cell = _control_cell(made, resolve(label), measure)
         except SdaeverifyError as error:
-            return ControlPlan(control, missing=f"its control {label} is missing: {error}")
+            return ControlPlan(control, missing=f"the control {label} is missing: {error}")
         if cell.verdict is not None:
             failed = cell.verdict is Verdict.ERROR
-            return ControlPlan(control, missing=f"its control {label} cannot be run: {cell.reason}", failed=failed)
+            return ControlPlan(control, missing=f"the control {label} cannot be run: {cell.reason}", failed=failed)
         cells.append(cell)
     positive, negative = cells
     return ControlPlan(control, positive, negative)

@@ -296,7 +296,7 @@ def _merge(known: CellEvidence, found: SchemeEvidence, index: int) -> CellEviden
         return known.merge(found, index)
     except FAULTS as error:
         # Occurs only for evidence files that another program has written.
-        return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")
+        return replace(known, error=f"the evidence of two blocks of paths cannot be combined: {one_line(error)}")
 
 
 def _current_result(run: CellRun, stopped: str) -> CellResult:

@@ -17,7 +17,7 @@ from .plan import Plan
 from .problem_order import longest_first, widest_first
 from .problem_run import ProblemRun
 
-HALTED = "no further evidence is in the folder; matrix with the same --out computes it"
+HALTED = "the folder holds no further evidence; matrix with the same --out computes it"
 
 
 class Advanced(NamedTuple):

@@ -84,7 +84,7 @@ def _describe_untested(plan: Plan) -> str:
 
 def _why_untested(claim: Claim) -> str:
     if not claim.when:
-        return "it applies to no problem here"
+        return "it applies to no problem of this run"
     *others, last = sorted(claim.when)
     traits = f"{', '.join(others)} and {last}" if others else last
     return f"no problem here has {'both ' if len(others) == 1 else ''}{traits}"

@@ -20,9 +20,9 @@ def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
     found = unpacked(NAME, Explosion, probed)
     if claim is None or found is None or not found.explodes:
         return ""
-    step = f"a step of {float(found.h):.2g} leads from |x| = {float(found.before):.0e} to {float(found.after):.0e}"
+    step = f"a step of {float(found.h):.2g} takes |x| from {float(found.before):.0e} to {float(found.after):.0e}"
     if not rests_on_moments(claim, measure):
         return ""
     if measure.follows == STATIONARY:
         return f"rare paths of the scheme explode ({step}), so that it has no invariant law"
-    return f"E|x_n|^p grows without bound as h falls ({step}): claim it with sense='in probability'"
+    return f"E|x_n|^p grows without bound as h falls ({step}): claim the order with sense='in probability'"

@@ -13,7 +13,7 @@ from ..contracts.measure import Evidence
 FITTED = 4
 # Chosen: slope and intercept leave one degree of freedom.
 FEWEST = 3
-UNSEEN = "no step size is without them: the order is never seen"
+UNSEEN = "this holds at every step size, so that no order can be observed"
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
@@ -65,7 +65,7 @@ def lost_index(health: Mapping[str, Array]) -> Reason:
         return Reason()
     level = int(np.flatnonzero(count)[-1])
     figures = {"paths": count[level], "time": health["singular_time"][level] / count[level]}
-    text = "the solution ends where du/dy is singular, on {paths:.0f} paths at t = {time:.3g} in the mean"
+    text = "the solution ends where du/dy becomes singular, on {paths:.0f} paths, on average at t = {time:.3g}"
     return Reason(text, Kind.LOST_INDEX, figures)
 
 

@@ -91,8 +91,8 @@ def too_coarse(h: float) -> Opinion:
     h : float
         Shortest step size at which the order of one step is too low.
     """
-    text = f"one step has too low an order at h = {h:.2g}, and at far shorter ones no such order is seen"
-    doubt = local_doubt(f"{text}: steps of a run are too long")
+    text = f"the order of one step is too low at h = {h:.2g}, but not at much shorter steps"
+    doubt = local_doubt(f"{text}: the steps of the run are too long")
     return doubt._replace(excluded=frozenset({Verdict.VERIFIED, Verdict.REFUTED}))
 
 
@@ -120,7 +120,7 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
     rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
     if rough is None or (claim <= rough.highest if verified else not (at_few or rough.in_time)):
         return opinion
-    return local_doubt(f"{opinion.reason}, for smooth coefficients; here {rough} where solutions go")
+    return local_doubt(f"{opinion.reason}, for smooth coefficients only, but {rough} on the range of solutions")
 
 
 def up_to(most: float, opinion: Opinion, claim: float, words: str, *, against: bool = False) -> Opinion:
@@ -157,7 +157,7 @@ def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -
         Whether the order is one along paths (strong) or in law (weak).
     """
     most = evidence.scheme.law.most(paths=paths)
-    words = f"for normal increments; clipped as these are, {most:g} is the most"
+    words = f"for normal increments; with clipped increments the order is at most {most:g}"
     return up_to(most, opinion, claim, words, against=True)
 
 
@@ -182,7 +182,7 @@ def of_memory(opinion: Opinion, bar: float, most: float, order: float) -> Opinio
     enough = bar <= most if opinion.verdict is Verdict.VERIFIED else order + NEAR <= most
     if not decided or enough or opinion.reason.kind is Kind.INCONSISTENT:
         return opinion
-    return local_doubt(f"{opinion.reason}; but memory changes runs by errors of order {most:.2f}")
+    return local_doubt(f"{opinion.reason}; but the scheme's memory adds errors of order {most:.2f} to a run")
 
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
@@ -279,11 +279,11 @@ def doubt_likeness(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] 
     """Return the doubt that errors along paths do not look like the claim, or None."""
     if tests.against > 1.0 - evidence.settings.confidence:
         return None
-    unlike = Reason("paths do not show what is claimed at these step sizes", Kind.GUARD).then(tests.reason, ": ")
+    unlike = Reason("paths do not agree with the claim at these step sizes", Kind.GUARD).then(tests.reason, ": ")
     # A significant contradiction that does not refute is held back by a guard, and more paths leave it so.
     held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
     more = (
-        Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
+        Reason("either the steps are too coarse or the claim is wrong, finer steps would decide", Kind.FINER)
         if held
         else Reason("more paths would decide", Kind.MORE_PATHS)
     )
@@ -296,9 +296,9 @@ def doubt_power(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | N
         return None
     doubt = Reason("{paths} paths cannot exclude a violation", Kind.GUARD, {"paths": evidence.paths})
     if not isfinite(tests.blind):
-        return doubt.then("nor would more paths", ", "), True
+        return doubt.then("nor could more paths", ", "), True
     needed = tests.blind * evidence.paths
-    asked = _ask_for_paths("--paths {paths} would", "nor would {most:.0e}, the most of --paths", needed)
+    asked = _ask_for_paths("but --paths {paths} would", "nor could {most:.0e}, the maximum of --paths", needed)
     return doubt.then(asked, ", "), _beyond_budget(evidence, needed)
 
 
@@ -324,10 +324,10 @@ def _ask_to_decide(tests: PathTests, evidence: Evidence) -> Reason:
     if not isfinite(tests.growth) or evidence.paths == 0:
         return Reason()
     if tests.growth > 1.0:
-        beyond = "more than {most:.0e} paths, the most of --paths, would be needed"
+        beyond = "more than {most:.0e} paths, the maximum of --paths, would be needed"
         return _ask_for_paths("about {paths} paths would decide (--paths)", beyond, tests.growth * evidence.paths)
     if tests.verified <= evidence.level:
-        text = "the same paths speak against the claim (p = {p:.1g}): finer steps would decide (--levels)"
+        text = "the same paths are evidence against the claim (p = {p:.1g}): finer steps would decide (--levels)"
         return Reason(text, numbers={"p": tests.suspected})
     # An order below the bound, with a second fit that is not sure of it yet.
     return Reason("more paths would decide (--paths)", Kind.MORE_PATHS) if tests.refuted < 0.5 else Reason()
@@ -345,9 +345,10 @@ def ask_to_resolve(signal: float, needed: float, paths: int) -> Reason:
         Present number of paths.
     """
     if signal < 1.0:
-        return Reason("no number of paths can be predicted from less than one standard error")
-    beyond = "more than {most:.0e} paths, the most of --paths, would be needed to show one"
-    return _ask_for_paths("about {paths} paths would show one (--paths)", beyond, paths * (needed / signal) ** 2)
+        return Reason("below one standard error, the number of paths needed cannot be predicted")
+    beyond = "more than {most:.0e} paths, the maximum of --paths, are needed to resolve the bias"
+    enough = "about {paths} paths would resolve the bias (--paths)"
+    return _ask_for_paths(enough, beyond, paths * (needed / signal) ** 2)
 
 
 def _ask_for_paths(text: str, beyond: str, paths: float) -> Reason:

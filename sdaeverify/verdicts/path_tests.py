@@ -51,7 +51,7 @@ def why_vacuous(most: float, size: float) -> Reason:
     """
     if not (size > 0.0 and most >= size):
         return Reason()
-    text = "the claimed bound {most:g} is no less than the size of the quantity, {size:.2g}, so that it says nothing"
+    text = "the claimed bound {most:g} is not below the size of the quantity, {size:.2g}, so that no error exceeds it"
     return Reason(text, numbers={"most": most, "size": size})
 
 
@@ -142,7 +142,7 @@ def ask_for_truth(truth: str) -> Reason:
     truth : str
         Truth that has to be attached to the problem, in words.
     """
-    text = "no number of paths verifies this without a truth: attach {truth} to the problem"
+    text = "no number of paths can verify the claim unless {truth} is attached to the problem"
     return Reason(text, Kind.TRUTH, {"truth": truth})
 
 
@@ -171,7 +171,7 @@ def order_tests(
     """
     claimed = claim.value
     if isinstance(claimed, Exact):
-        return PathTests(1.0, 0.0, Reason("claimed exact, and errors along paths exceed round-off"))
+        return PathTests(1.0, 0.0, Reason("the scheme is claimed exact, but errors along paths exceed round-off"))
     if not isinstance(claimed, Order):
         return PathTests.none(unknown_value(claim))
     bound = claimed.floor
@@ -236,7 +236,7 @@ def resolve_order(
         return tests._replace(verified=1.0)
     finer = not share.value + bias < LARGEST_SHARE
     growth = inf if finer else share.growth_to_decide(LARGEST_SHARE, 1.0 - confidence, bias)
-    text = "a term of order {lower:g} may be {seen:.0%} of the error at the finest step, {most:.0%} is allowed"
+    text = "a term of order {lower:g} may make up {seen:.0%} of the error at the finest step, {most:.0%} is allowed"
     figures = {"lower": claimed.least - 0.5, "seen": min(seen, 1.0), "most": LARGEST_SHARE}
     doubt = tests.reason.then(Reason(text, Kind.LOWER_ORDER, figures), ", but ")
     reason = doubt.then(Reason("finer steps would decide", Kind.FINER)) if finer else doubt
@@ -261,7 +261,7 @@ def order_in(order: float, low: float, high: float, claimed: Order, of: str = "a
 
 def unknown_value(claim: Claim) -> Reason:
     """Return the reason that a measure has no test for the claimed value."""
-    text = "not tested: this measure has no test of the claim {value!r}"
+    text = "not tested: this measure has no test for the claimed value {value!r}"
     return Reason(text, Kind.UNKNOWN_VALUE, {"value": str(claim)})
 
 
@@ -352,4 +352,4 @@ def _beside_lost(evidence: Evidence, levels: Array) -> str:
     lost = evidence.health.sums["lost"][: levels[0]]
     if len(levels) >= FITTED or not lost.any():
         return ""
-    return f"{at_levels('paths are lost', lost > 0)}, {len(levels)} are left: take finer steps"
+    return f"{at_levels('paths are lost', lost > 0)}, only {len(levels)} remain: take finer steps"

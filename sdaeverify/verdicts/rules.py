@@ -136,7 +136,7 @@ def doubt_wider_interval(finding: Finding, case: Case) -> Doubt | None:
     """Return the doubt that fewer paths gave a narrower interval below the claim, typical of heavy tails."""
     if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
         return None
-    text = "the order of fewer paths lies below the claim, and its interval is only wider now"
+    text = "with fewer paths the interval of the order was below the claim, and more paths only widened it"
     return Doubt(Reason(text, Kind.GUARD), settled=False)
 
 
@@ -150,7 +150,7 @@ def doubt_resolution(finding: Finding, case: Case) -> Doubt | None:
     """Return the doubt that an error above the size accepted by the policy would not have shown."""
     if finding.verdict is not Verdict.VERIFIED or not finding.resolution > case.resolution:
         return None
-    text = "an error of {seen:.2g} of the size of the limit would not have shown, the policy allows {asked:g}"
+    text = "an error of {seen:.2g} times the size of the limit could go undetected, the policy allows {asked:g}"
     return Doubt(Reason(text, numbers={"seen": finding.resolution, "asked": case.resolution}))
 
 
@@ -191,7 +191,7 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     if finding.verdict in known and (case.significant or isnan(known[finding.verdict])):
         return finding
     if finding.verdict in known:
-        reason = Reason.of("not significant over all tests of this run", finding.reason)
+        reason = Reason.of("not significant after correction for all tests of this run", finding.reason)
         return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
     if finding.verdict is not Verdict.INCONCLUSIVE or not case.significant:
         return finding
@@ -200,7 +200,7 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     if verdict is Verdict.VERIFIED:
         # The limit, not verified by this test alone, is verified over all tests.
         reason = reason.without(Kind.LIMIT)
-    reason = reason.then("significant over all tests of this run")
+    reason = reason.then("significant after correction for all tests of this run")
     return replace(finding, verdict=verdict, reason=reason)
 
 
@@ -209,14 +209,14 @@ PROBLEM = Guard(
     bars=REFUTE,
     tier=SAMPLED,
     reason="a scheme that is known to be right is refuted on the same problem",
-    remedy="the truth of the problem is mended",
+    remedy="a corrected truth of the problem",
     planted="Euler-Maruyama with the truth of another noise",
 )
 DISCRIMINATION = Guard(
     asks=doubt_discrimination,
     bars=VERIFY,
     tier=None,
-    reason="the controls of the problem do not come out as they must: it does not tell the order from a lower one",
+    reason="the controls of the problem fail: it does not distinguish the order from a lower one",
     remedy="more paths, or finer levels, on which the negative control is refuted",
     planted="order 1/2 with small noise",
 )
@@ -232,7 +232,7 @@ END = Guard(
     asks=doubt_end,
     bars=DECIDE,
     tier=ONE_STEP,
-    reason="the solution ends where the problem loses its root, so that a run does not last",
+    reason="the solution ends where the problem loses its root, so that a run cannot reach the horizon",
     remedy="a shorter horizon",
     planted="a pole within the horizon",
 )
@@ -240,7 +240,7 @@ WIDER_INTERVAL = Guard(
     asks=doubt_wider_interval,
     bars=VERIFY,
     tier=SAMPLED,
-    reason="the interval of fewer paths lay below the claim, and is only wider now",
+    reason="with fewer paths the interval lay below the claim, and more paths only widened it",
     remedy="more paths",
     planted="",
 )
@@ -256,7 +256,7 @@ RESOLUTION = Guard(
     asks=doubt_resolution,
     bars=VERIFY,
     tier=None,
-    reason="an error of the size that the policy of a gate asks about would not have shown",
+    reason="an error of the size that the policy of a gate must detect could go undetected",
     remedy="more paths",
     planted="",
 )

@@ -76,7 +76,7 @@ def test_a_guard_that_no_paths_can_help_is_settled():
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.settled
-    assert "nor would more" in str(found.reason)
+    assert "nor could more" in str(found.reason)
 
 
 @pytest.mark.parametrize(("drawn", "growth", "settled"), [(512, 1.9, False), (512, 2.1, True), (256, 5.0, False)])
@@ -102,9 +102,11 @@ def decided(growth, **tests):
 
 def test_more_paths_than_a_run_takes_are_not_asked_for():
     """10^9 is the most of --paths."""
-    assert str(decided(1e7).reason) == "more than 1e+09 paths, the most of --paths, would be needed"
+    assert str(decided(1e7).reason) == "more than 1e+09 paths, the maximum of --paths, would be needed"
     guarded = guard(LOCAL, path_tests.PathTests(1.0, 1.0, Reason(), blind=1e7), evidence_of(1024, KNOWN, 0.1))
-    assert str(guarded.reason).endswith("1024 paths cannot exclude a violation, nor would 1e+09, the most of --paths")
+    assert str(guarded.reason).endswith(
+        "1024 paths cannot exclude a violation, nor could 1e+09, the maximum of --paths"
+    )
 
 
 def test_a_sample_that_is_large_enough_by_its_figures_asks_for_no_more_paths():
@@ -119,7 +121,7 @@ def test_a_sample_that_is_large_enough_by_its_figures_asks_for_no_more_paths():
 def test_a_truth_that_is_lacking_is_asked_for_in_place_of_paths():
     """Sampling goes on as it would, as more paths may still refute; no number of them is named."""
     found = decided(5.0, remedy=path_tests.ask_for_truth("a Moment of x"))
-    assert "attach a Moment of x to the problem" in str(found.reason)
+    assert "unless a Moment of x is attached to the problem" in str(found.reason)
     assert "paths would decide" not in str(found.reason)
     assert decided(5.0).settled is found.settled
 

@@ -10,7 +10,7 @@ from pebble import ProcessExpired
 from facade import DIED, FORMAT, NO_MEASURE, NOBODY, Limits, Processes
 
 BOTH = {("milstein", "strong"), ("milstein", "weak")}
-TWICE = f"{DIED} of SIGKILL, perhaps for want of memory, twice"
+TWICE = f"{DIED} of SIGKILL, possibly out of memory, twice"
 
 
 class Fragile(Processes):

@@ -87,11 +87,11 @@ def test_what_controls_have_nothing_against(finding, scheme, controls):
     ("controls", "words"),
     [
         (plans(negative=1.0), "the negative control bad is not refuted"),
-        (plans(positive=0.5), "control good, which has the order, is not verified"),
-        ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
+        (plans(positive=0.5), "the positive control good is not verified"),
+        ((ControlPlan(CONTROL, missing="the control good is missing"),), "the control good is missing"),
         (
             (replace(plans()[0], control=replace(CONTROL, order=0.5)),),
-            "no control of strong order 1.0 or more is declared by the problem, whose controls are of lower orders",
+            "the problem declares no control of strong order 1.0 or more, so that it can only verify lower orders",
         ),
     ],
 )
@@ -145,9 +145,9 @@ def sides(upper, lower):
         (sides((1.0, 0.5), (0.5, 0.0)), ""),
         (sides((1.0, 0.8), (0.5, 0.0)), ""),
         (sides((1.0, 0.8), (0.8, 0.0)), "none of the controls of lower order is refuted: bad 1.0, good 0.5"),
-        (sides((0.5, 0.0), (0.5, 0.0)), "control good 1.0, which has the order, is not verified"),
+        (sides((0.5, 0.0), (0.5, 0.0)), "the positive control good 1.0 is not verified"),
         (sides((1.0, 0.5), (0.5, 0.0))[:1], ""),
-        (sides((1.0, 0.5), (0.5, 0.0))[1:], "no control of strong order 0.75 or more is declared"),
+        (sides((1.0, 0.5), (0.5, 0.0))[1:], "the problem declares no control of strong order 0.75 or more"),
     ],
 )
 def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(controls, words):
@@ -179,7 +179,7 @@ def test_controls_without_evidence_confirm_nothing(lost, verdict):
     found = controlled(VERIFIED, TESTED, partly)
 
     assert found.verdict is verdict
-    assert f"its control {lost} was not measured: it died" in str(found.reason)
+    assert f"the control {lost} was not measured: it died" in str(found.reason)
     assert "is not refuted" not in str(found.reason)
     assert found.p_verified == 1.0
     assert controlled(REFUTED, TESTED, partly).p_refuted != 1.0
@@ -187,12 +187,12 @@ def test_controls_without_evidence_confirm_nothing(lost, verdict):
 
 def test_a_control_of_which_nobody_knows_whether_it_can_be_run():
     """Where asking whether a control can be run has failed, the claim is in error."""
-    failed = ControlPlan(CONTROL, missing="its control good cannot be run: it died", failed=True)
+    failed = ControlPlan(CONTROL, missing="the control good cannot be run: it died", failed=True)
 
     found = controlled(VERIFIED, TESTED, controls_of((failed,)))
 
     assert found.verdict is Verdict.ERROR
-    assert "its control good cannot be run: it died" in str(found.reason)
+    assert "the control good cannot be run: it died" in str(found.reason)
 
 
 @pytest.mark.parametrize("wrong", [{"order": 0.0}, {"negative": "good"}])

@@ -136,7 +136,7 @@ def test_claims_about_nonnegative_states_alone_are_not_put_to_others():
     """A scheme may say by the trait of its claims what it is for: T0 and members have no such problem."""
     scheme = Asking()
     assert violation(scheme, cir()) == ""
-    assert "another equation" in violation(Asking(noise_factor=0.9), cir())
+    assert "wrong equation" in violation(Asking(noise_factor=0.9), cir())
     assert member_classes(scheme, 1) == {}
 
 
@@ -169,7 +169,7 @@ def test_a_domain_of_more_components_has_trivial_equations_of_as_many():
 
 def test_a_scheme_with_a_domain_is_not_put_to_problems_without():
     """The reason says so, and members and order conditions, which are of all states, are not asked."""
-    reason = "is for states with x >= 0, and the problem declares no domain"
+    reason = "requires states with x >= 0, and the problem declares no domain"
     assert match(Reflected(), ou()).reason == reason
     assert match(Reflected(), gbm()).reason == ""
     assert member_classes(Reflected(), 1) == {}

@@ -133,7 +133,7 @@ def test_a_scheduler_that_is_gone_is_told_at_once():
 
 @pytest.mark.parametrize(
     ("executor", "why"),
-    [("dusk", "unknown executor 'dusk'; did you mean dask"), (3, "expects a name or something with a method submit")],
+    [("dusk", "unknown executor 'dusk'; did you mean dask"), (3, "expects a name or an object with a method submit")],
 )
 def test_no_executor(executor, why):
     """A name that is unknown, or a thing that takes no calls, is told in one line."""
@@ -154,7 +154,7 @@ def test_evidence_comes_home(tmp_path, capsys):
     words = ["matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "512", "--levels", "3"]
     words += ["--out", str(tmp_path), "--progress", "none", "--no-html", "--executor", "serial"]
     assert execute(words) == 0
-    assert "no limits of time and memory hold on executor serial" in capsys.readouterr().err
+    assert "executor serial does not apply limits of time and memory" in capsys.readouterr().err
 
     assert lanes_in(tmp_path)
     assert execute(words) == 0

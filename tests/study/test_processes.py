@@ -79,7 +79,7 @@ def test_who_dies_takes_its_own_call(tmp_path):
         found = [call.outcome() for call in calls]
 
     told = [each.why if isinstance(each, Lost) else each for each in found]
-    killed = [f"{DIED} of SIGSEGV", f"{DIED} of SIGKILL, perhaps for want of memory"]
+    killed = [f"{DIED} of SIGSEGV", f"{DIED} of SIGKILL, possibly out of memory"]
     assert told == [f"{DIED} with exit code 0", 1, *killed]
     assert {each.mark.scheme for each in found if isinstance(each, Lost)} == {3}
     assert not active_children()

@@ -443,7 +443,7 @@ class TestRules:
         reason = Reason("seen").then(Reason("open", Kind.LIMIT)).then(Reason("more paths", Kind.MORE_PATHS))
         open_ = replace(SURE, verdict=Verdict.INCONCLUSIVE, reason=reason)
         found = send(open_, Case(significant=frozenset({verdict})))
-        assert str(found.reason) == f"{left}; significant over all tests of this run"
+        assert str(found.reason) == f"{left}; significant after correction for all tests of this run"
 
     def test_a_wrong_limit_in_one_quantity_holds_for_the_cell(self):
         """What is verified is taken back, and nothing else."""

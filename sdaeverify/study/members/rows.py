@@ -122,7 +122,7 @@ def _judge(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answe
         only = f"; only with {' and '.join(needed)}" if needed else ""
         return Verdict.REFUTED, f"{refuting[0].reason}{only}"
     if refuting:
-        return Verdict.INCONCLUSIVE, f"1 of {asked} random members refutes it, which may be degenerate"
+        return Verdict.INCONCLUSIVE, f"1 of {asked} random members, possibly a degenerate one, refutes the claim"
     if answer.open is not None:
         return Verdict.INCONCLUSIVE, str(answer.open.reason)
     return Verdict.VERIFIED, f"{answer.held} of {asked} random members"
