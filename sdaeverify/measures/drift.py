@@ -261,7 +261,7 @@ class Drift(Measure):
     name: ClassVar[str] = "drift"
     truths: ClassVar[frozenset[str]] = frozenset()
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "class": "what the residual does as h tends to 0",
+        "class": "behaviour of the residual as h tends to 0",
         "std_error": "standard error of the order",
         "growth": "power of t with which the residual grows at the finest step size",
         "fitted_levels": "levels that the order is fitted to",
@@ -379,7 +379,7 @@ def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, reason: Re
 
 def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Finding:
     level = int(np.nanargmax(defect.worst / bound))
-    text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, round-off explains {bound[level]:.2g}"
+    text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, bound for round-off {bound[level]:.2g}"
     kind = _classify(defect.slope(np.arange(len(defect.h))).value, defect.worst[-1], defect.scale[-1])
     reason = Reason.of(text, CLASSES.get(kind, f"{kind} as h falls"))
     return _of_largest(defect, covered, Opinion(Verdict.REFUTED, reason), kind)
@@ -464,7 +464,7 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
     if heavy and tests.refuted > 0.0:
         # With heavy tails, the interval of a root mean square refutes no claim.
         tests = tests.held(growth=tests.growth)._replace(
-            reason=Reason(f"heavy tails ({share:.2g} of the paths count)").then(tests.reason)
+            reason=Reason(f"heavy tails (effective share of paths {share:.2g})").then(tests.reason)
         )
     return hold_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 

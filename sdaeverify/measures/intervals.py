@@ -44,7 +44,7 @@ GIVEN_PAST = "one step given its past"
 # Amount by which an order without sampling error may fall short of its claim.
 # Chosen: as that of strong orders.
 TOLERANCE = 0.1
-GIVEN = "at a fixed time, from single steps that are given the past of the solution"
+GIVEN = "at a fixed time, from single steps that start from the exact past"
 
 
 class Intervals(Measure):
@@ -59,7 +59,7 @@ class Intervals(Measure):
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Return why the measure does not apply: no delay, a single interval, or bounded increments."""
         if scheme.law.bounded:
-            return f"its {scheme.law.name} increments are not Brownian: no strong order"
+            return f"its {scheme.law.name} increments are not Brownian, hence no strong order"
         delayed = problem.capability(Delayed)
         if delayed is None:
             return "the problem has no delay"

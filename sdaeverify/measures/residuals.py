@@ -75,5 +75,5 @@ def judge_ratios(ratios: Ratios) -> Opinion:
     if fine > 1.0:
         return local_opinion(Verdict.REFUTED, text.format(fine))
     if coarse > 1.0:
-        return local_doubt(f"{text.format(coarse)} if it is long: too few iterations")
+        return local_doubt(f"{text.format(coarse)} if the step is long: too few iterations")
     return local_opinion(Verdict.VERIFIED, text.format(fine))

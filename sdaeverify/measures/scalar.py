@@ -194,10 +194,10 @@ def _tests(measure: ScalarMeasure, evidence: Evidence, means: ScaledMeans, claim
     below = np.where(means.most < bound, chernoff(means.most, bound, means.paths), 1.0)
     worst = int(means.most.argmax())
     told = {"value": _unscaled(measure, float(means.mean[worst])), "h": means.h[worst], "most": claimed.most}
-    reason = Reason(f"{measure.value_of} {{value:.3g}} at h = {{h:.3g}}, at most {{most:g}} claimed", numbers=told)
+    reason = Reason(f"{measure.value_of} {{value:.3g}} at h = {{h:.3g}}, claimed bound {{most:g}}", numbers=told)
     if means.lost.any():
         share = {"share": 100.0 * means.lost.max()}
-        reason = reason.then(Reason("{share:.2g} % of the paths are lost and count either way", numbers=share))
+        reason = reason.then(Reason("{share:.2g} % of the paths are lost, with unknown values", numbers=share))
     refuted = min(1.0, len(above) * float(above.min()))
     tests = PathTests(float(below.max()), refuted, reason, _growth(below, above, evidence.level))
     return tests.unless_vacuous(claimed.most, high)

@@ -23,6 +23,7 @@ from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinio
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
 from ..contracts.settings import Settings
+from ..contracts.spelling import counted
 from ..contracts.tally import Tally, packed, unpacked
 from ..errors import FAULTS, one_line
 from ..forms import Delayed, Problem
@@ -52,7 +53,7 @@ LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTI
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = Method("spectral radius", 2)
-UNSCANNED = "the step sizes of the run alone were looked at, as nothing was claimed then"
+UNSCANNED = "only the step sizes of the run were examined, because the scheme made no claim then"
 UNLIKE_RUNS = "the step cannot be probed: steps of a run differ from those that enter begins"
 
 
@@ -62,8 +63,8 @@ class Stability(Measure):
     name: ClassVar[str] = "stability"
     value_of: ClassVar[str] = "largest stable h"
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "windows": "step sizes at which second moments tend to 0; without a claim, of those of the run",
-        "undecided": "step sizes of the scan at which the spectral radius is not told from 1",
+        "windows": "step sizes at which second moments tend to 0; without a claim, only among those of the run",
+        "undecided": "step sizes of the scan at which the spectral radius is not distinguishable from 1",
         "growth_rate": "growth rate of second moments of the equation, negative where it is stable",
         "proved_below": "step size below which the scheme proves stability",
     }
@@ -128,7 +129,7 @@ def _unasked(scheme: Scheme, view: Problem) -> str:
     k = len(flatten(scheme.start(view, 1, view.horizon)))
     if k * (k + 1) // 2 <= DENSE:
         return ""
-    return f"no claim about second moments, whose matrix has {k * (k + 1) // 2} rows here"
+    return f"no claim about second moments, and their matrix with {k * (k + 1) // 2} rows is costly"
 
 
 def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
@@ -203,9 +204,7 @@ def _problem_doubt(record: StabilityRecord, evidence: Evidence) -> str:
     stable = bool(record.decays)
     truths = [truth for truth in evidence.problem.truths if isinstance(truth, MeanSquareStability)]
     if record.at_rest and any(truth.stable != stable for truth in truths):
-        return (
-            f"the coefficients give growth rate {float(record.abscissa):.3g}, the problem declares another stability"
-        )
+        return f"growth rate {float(record.abscissa):.3g} of the coefficients contradicts the declared stability"
     return ""
 
 
@@ -226,9 +225,9 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
         return ""
     first = open_[0]
     if np.isnan(scan.rho[first]):
-        return f"the spectral radius is not known at {len(open_)} step sizes, the first h = {scan.h[first]:.3g}"
+        return f"spectral radius not known at {counted(len(open_), 'step size')}, the first h = {scan.h[first]:.3g}"
     bounds = f"{scan.rho[first]:.12g}, known to {scan.error[first]:.1g}, at h = {scan.h[first]:.3g}"
-    return f"spectral radius not told from 1 at {len(open_)} step sizes: {bounds}"
+    return f"spectral radius not distinguishable from 1 at {counted(len(open_), 'step size')}: {bounds}"
 
 
 def _unstable(record: StabilityRecord, place: int) -> str:
@@ -241,6 +240,6 @@ def _unstable(record: StabilityRecord, place: int) -> str:
 def _stable(record: StabilityRecord) -> str:
     h, boundary = record.scan.h, smallest_boundary(record.windows)
     if boundary < np.inf:
-        return f"stable for h < {boundary:.6g}, tried down to {h[0]:.3g}"
+        return f"stable for h < {boundary:.6g}, tested down to {h[0]:.3g}"
     apart = 100.0 * float((h[1:] / h[:-1]).max() - 1.0)
     return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}, neighbours at most {apart:.2g} % apart"

@@ -206,7 +206,7 @@ def test_a_suspicion_that_cannot_refute_forbids_to_verify():
     found = guard(LOCAL, PathTests(1.0, 1.0, Reason("order 0.1"), suspected=1e-4), evidence())
 
     assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
-    assert "paths do not show what is claimed at these step sizes: order 0.1" in str(found.reason)
+    assert "paths do not agree with the claim at these step sizes: order 0.1" in str(found.reason)
 
 
 def test_paths_alone_do_not_verify_what_they_speak_against():

@@ -103,7 +103,7 @@ def test_without_a_truth_no_number_of_paths_is_asked_for(jitter):
     order = found(0.1 * H, seen=seen, jitter=jitter)
     reason = str(decide(order.tests, evidence(0.1 * H, seen=seen)).reason)
 
-    assert "attach a Moment of x or a Pathwise truth to the problem" in reason
+    assert "unless a Moment of x or a Pathwise truth is attached to the problem" in reason
     assert "would decide" not in reason
 
 

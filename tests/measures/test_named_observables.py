@@ -81,7 +81,7 @@ def test_other_functions_do_not_refute_where_moments_are_not_known():
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert not confirmed
-    assert "it is for other functions" in str(found.reason)
+    assert "for other functions; " in str(found.reason)
 
 
 def test_the_observable_itself_refutes_where_moments_do_not_close():

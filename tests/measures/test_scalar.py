@@ -180,7 +180,7 @@ def test_claims_without_a_bound_are_open():
     rows = verify(Vague(), "gbm", [Constant(), AtEnd()], paths=256, levels=3).verdicts
 
     assert [*rows.verdict] == ["inconclusive"] * 2
-    assert rows.reason.str.contains("has no test of the cl").all()
+    assert rows.reason.str.contains("has no test for the cl").all()
 
 
 @pytest.mark.parametrize("rate", [0.002, 0.05, 0.5])

@@ -127,7 +127,7 @@ def test_a_truth_that_contradicts_the_coefficients_is_noticed() -> None:
     wrong = replace(problem, truths=(MeanSquareStability(stable=False, source="wrong"),))
     found = finding(theta(0.5), wrong, A_STABLE)
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "the problem declares another stability" in str(found.reason)
+    assert "contradicts the declared stability" in str(found.reason)
 
 
 def test_a_curved_manifold_leaves_no_direction_out() -> None:
@@ -154,7 +154,7 @@ def turned(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     [
         (c.tamed, "not linear in the state"),
         (c.implicit_in_noise, "second moment infinite"),
-        (turned, "not told from 1 at"),
+        (turned, "not distinguishable from 1 at"),
     ],
 )
 def test_what_cannot_be_decided_is_inconclusive_with_a_reason(rule: Rule, reason: str) -> None:
@@ -204,7 +204,7 @@ def test_a_claim_is_not_judged_by_the_step_sizes_of_the_run() -> None:
         evidence = Evidence(c.Formula(rule, (claim,)), problem, problem, SETTINGS, tally, Tally())
         (found,) = Stability().judge(evidence).findings
         assert found.verdict is Verdict.INCONCLUSIVE
-        assert "step sizes of the run alone" in str(found.reason)
+        assert "only the step sizes of the run" in str(found.reason)
 
 
 @dataclass(frozen=True)
@@ -292,7 +292,7 @@ def test_a_scheme_with_a_reversible_memory_is_unstable_at_every_step_size(claims
 def test_dear_second_moments_are_measured_for_a_claim_alone() -> None:
     """Thirty components have a matrix of 465 rows: not one of the small ones that every cell is given."""
     problem = c.linear(-np.eye(30), [0.1 * np.eye(30)], np.ones(30))
-    for claims, reason in (((), "whose matrix has 465 rows here"), ((CONDITIONAL,), "")):
+    for claims, reason in (((), "their matrix with 465 rows is costly"), ((CONDITIONAL,), "")):
         assert Stability().refuses(c.Formula(c.euler, claims), problem).endswith(reason)
 
 

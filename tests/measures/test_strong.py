@@ -109,7 +109,12 @@ CASES = {
     ),
     "one that comes up by more with each halving": (off_by(COMES_UP), {}, OPEN, "take finer steps"),
     "one that stays off": (off_by(STAYS_OFF), {}, WRONG, ""),
-    "local orders on their way to the claim": (scattered(ON_THEIR_WAY, 800, 9), {}, OPEN, "the order rises"),
+    "local orders on their way to the claim": (
+        scattered(ON_THEIR_WAY, 800, 9),
+        {},
+        OPEN,
+        "the order still rises, to",
+    ),
     "local orders that are not": (scattered(0.1 * H**0.45, 800, 9), {}, WRONG, ""),
     "too few levels": (
         errors(1.0),
@@ -120,11 +125,21 @@ CASES = {
     "paths that are lost at every level": (errors(1.0), LOST, Verdict.DIVERGED, ""),
     "rounding": (errors(0.0, sizes=np.full(4000, 1e-15)), {}, RIGHT, "exact to round-off"),
     "nothing, of its own reference": (errors(0.0, sizes=np.zeros(4000)), {"problem": blind()}, OPEN, ""),
-    "a right order towards its own limit": (errors(1.0), {"problem": blind()}, OPEN, "attach a Pathwise truth"),
-    "one that noise hides": (scattered(H**1.05, 400, 6), {"problem": blind()}, OPEN, "attach a Pathwise truth"),
+    "a right order towards its own limit": (
+        errors(1.0),
+        {"problem": blind()},
+        OPEN,
+        "unless a Pathwise truth is attached",
+    ),
+    "one that noise hides": (
+        scattered(H**1.05, 400, 6),
+        {"problem": blind()},
+        OPEN,
+        "unless a Pathwise truth is attached",
+    ),
     "a low one that noise hides": (scattered(H**0.65, 200, 6), {"problem": blind()}, OPEN, "would decide (--paths)"),
     "a low order towards its own limit": (errors(0.5), {"problem": blind()}, WRONG, ""),
-    "a rough truth": (errors(1.0), ROUGH, OPEN, "an order of 1.5 at least to decide"),
+    "a rough truth": (errors(1.0), ROUGH, OPEN, "needs an order of at least 1.5"),
     "sixty paths": (errors(1.0, paths=60), {}, OPEN, "100 paths"),
 }
 

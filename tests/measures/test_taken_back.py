@@ -63,7 +63,7 @@ def test_the_weak_measure_hears_that_errors_are_taken_back(problem):
     """A right scheme is not refuted by one step, which says why it is silent; undeclared, it is refuted."""
     verdicts, reasons = found(InTurns(), problem)
     assert "refuted" not in verdicts
-    assert "the scheme says that later steps take errors of single steps back" in reasons
+    assert "the scheme declares that later steps cancel errors of single steps" in reasons
 
     assert found(Undeclared(), problem)[0] == {"refuted"}
 

@@ -82,7 +82,7 @@ def test_a_scheme_that_reports_no_iterations_has_not_been_tested():
 
     assert found.verdict is Verdict.ERROR
     assert found.claim is not None
-    assert str(found.reason) == "its steps report no iterations: nothing is known of the claim"
+    assert str(found.reason) == "its steps report no iterations, so that the claim cannot be tested"
 
 
 def test_a_bound_in_a_part_of_the_steps():

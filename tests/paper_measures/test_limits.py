@@ -51,7 +51,7 @@ def test_what_ignores_eps_is_in_its_limit():
     found = judged(MEASURE, Ignorant(), AFFINE)
 
     assert {name: finding.verdict for name, finding in found.items()} == KEPT
-    assert str(found["x"].reason) == "no distance beyond round-off at all 7 eps"
+    assert str(found["x"].reason) == "no distance beyond round-off at any of 7 eps"
 
 
 def test_distances_are_shown_for_every_eps():

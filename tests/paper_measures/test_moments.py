@@ -99,7 +99,7 @@ def test_moments_that_are_too_large_are_refuted(probed: Tally) -> None:
     found = finding(lambda level: SIZES * (3.0 if level == 1 else 1.0), probed)
 
     assert (found.verdict, found.tier) == (Verdict.REFUTED, 3)
-    assert "more paths are far out at h = 0.0625" in str(found.reason)
+    assert "more paths are large at h = 0.0625" in str(found.reason)
 
 
 @pytest.mark.parametrize("far", [1e6, np.inf, np.nan])

@@ -118,7 +118,7 @@ def test_an_eps_without_roots_decides_nothing_and_is_named(where):
     assert found.p_verified == 1.0
     assert found.estimate == pytest.approx(1.0, abs=0.1)
     named = f"eps = {EPS[where][0]:.3g}" if where.sum() == 1 else f"2 eps from {EPS[where][0]:.3g} to 10"
-    assert f"nothing is known for {named}" in str(found.reason)
+    assert f"no error is known for {named}" in str(found.reason)
     assert refuted.verdict is Verdict.REFUTED
     assert judged(record(lambda eps, h: np.where(where[:, None], 1.0, h)))["weak"].verdict is Verdict.REFUTED
 

@@ -96,7 +96,7 @@ def test_words_that_mean_nothing_decide_nothing() -> None:
     found = root(judged(InWords(), pendulum()))
 
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "no test of the claim 'mostly'" in str(found.reason)
+    assert "no test for the claimed value 'mostly'" in str(found.reason)
 
 
 def test_shares_are_shown_without_a_claim() -> None:

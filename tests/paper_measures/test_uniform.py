@@ -203,7 +203,7 @@ def test_an_unknown_claim_is_not_guessed():
     """A word that the measure does not know decides nothing."""
     found, _ = judge(lambda h: h, value="arrives")
 
-    assert "no test of the claim 'arrives'" in str(found[ON_GRID].reason)
+    assert "no test for the claimed value 'arrives'" in str(found[ON_GRID].reason)
 
 
 def test_slopes_of_higher_moments_stand_beside():
@@ -359,5 +359,5 @@ def test_components_that_the_truth_does_not_know_are_named():
 
     found = run(Holonomic("none"), silent, Settings(paths=160, levels=3, block=40), probed=False)
 
-    assert str(found["mu on the grid"].reason) == "the problem's truth does not know mu"
+    assert str(found["mu on the grid"].reason) == "the problem's truth does not provide mu"
     assert "mu in continuous time" not in found

@@ -61,7 +61,7 @@ def test_errors_that_change_sign_tell_no_order():
     """Resolved differences of both signs are no noise, and tell no order either: the measure's remark says so."""
     reading = read_finding(weak(resolved=7.0, reason=CHANGES_SIGN))
     assert not reading.path.known
-    assert reading.reason == "Its error changes sign between step sizes: no slope."
+    assert reading.reason == "The error changes sign between step sizes, hence no slope."
 
 
 def test_an_interval_without_end_is_no_order():

@@ -57,7 +57,7 @@ STIFF = 0.01
 # Allowed growth of the mean over all eps < STIFF h, and its excess in standard errors that refutes.
 GROWTH, ERRORS = 0.5, 4.0
 FAILED = 0.01
-UNREPORTED = "its steps report no iterations: nothing is known of the claim"
+UNREPORTED = "its steps report no iterations, so that the claim cannot be tested"
 
 
 class Effort(Measure):
@@ -71,7 +71,7 @@ class Effort(Measure):
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "eps": "stiffness parameter",
-        "most": "most iterations of a step",
+        "most": "largest number of iterations of a step",
         "without_root": "share of the steps without root",
     }
 
@@ -164,13 +164,13 @@ def _opinion(evidence: Evidence, claim: Bound, counted: _Counter) -> Opinion:
     if always and counted.most > claim.most:
         return Opinion(
             Verdict.REFUTED,
-            Reason.of(f"{counted.most:.0f} iterations in a step, at most {claim.most:g} are claimed", figures),
+            Reason.of(f"{counted.most:.0f} iterations in a step; claimed bound {claim.most:g}", figures),
         )
     failed = counted.failed
     if failed > FAILED or not np.isfinite(counted.mean).all():
         return Opinion(
             Verdict.INCONCLUSIVE,
-            Reason(f"{100.0 * failed:.3g} % of the steps have no root, at most {100.0 * FAILED:.2g} % are allowed"),
+            Reason(f"{100.0 * failed:.3g} % of the steps have no root; at most {100.0 * FAILED:.2g} % are allowed"),
         )
     if always:
         return Opinion(Verdict.VERIFIED, figures)

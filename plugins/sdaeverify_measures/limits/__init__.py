@@ -92,13 +92,15 @@ def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope
 
 def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Opinion:
     if record.failed > FAILED:
-        share = f"a step has no root on {100.0 * float(record.failed):.3g} % of the paths, {100.0 * FAILED:g} % may"
+        share = (
+            f"a step has no root on {100.0 * float(record.failed):.3g} % of the paths; {100.0 * FAILED:g} % allowed"
+        )
         return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
         return Opinion(Verdict.INCONCLUSIVE, Reason("no slope: distances are not finite, or round-off, for most eps"))
     if np.isinf(slope.estimate.value):
-        return Opinion(Verdict.VERIFIED, Reason(f"no distance beyond round-off at all {len(record.eps)} eps"))
-    tests = order_tests(claim, slope.estimate, evidence, of="in eps, of the distance to the limit,")
+        return Opinion(Verdict.VERIFIED, Reason(f"no distance beyond round-off at any of {len(record.eps)} eps"))
+    tests = order_tests(claim, slope.estimate, evidence, of="in eps of the distance to the limit")
     return decide(tests._replace(growth=np.inf), evidence)
 
 

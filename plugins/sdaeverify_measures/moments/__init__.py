@@ -127,14 +127,14 @@ class Moments(Measure):
     name: ClassVar[str] = "moments"
     value_of: ClassVar[str] = "ratio of moments"
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "class": "what the value is",
+        "class": "meaning of the value",
         "h_of_largest": "step size at which the ratio is largest",
-        "growth_rate": "by how much one step lets the moment grow, a unit of time",
+        "growth_rate": "growth rate of the moment in one step, per unit of time",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "ratio": "moment of the scheme over that of the solution",
         "hill": "tail index by Hill's estimator",
-        "largest_share": "share of the moment that the largest path has",
+        "largest_share": "share of the moment due to the largest path",
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
@@ -248,18 +248,18 @@ def judge_growth(found: Growth, horizon: float) -> Opinion:
     figures = f"at most exp({found.rate[worst]:.3g} h) at all {int(found.states)} states"
     if not np.isfinite(rate).all():
         text = f"one step has no root, or E[V] is infinite, at h = {found.h[worst]:.3g} where V = {size[worst]:.3g}^4"
-        return local_doubt(f"{text}: no sample shows what rare paths add")
+        return local_doubt(f"{text}: samples miss the contribution of rare paths")
     exponent = np.log(rate[-1] / rate[-2]) / np.log(found.h[-2] / found.h[-1])
     if exponent > GROWS:
         text = f"E[V] grows by exp(c h) in one step, c ~ h^-{exponent:.2f}, where V = {size[-1]:.3g}^4"
-        return local_doubt(f"{text}: no sample shows what rare paths add")
+        return local_doubt(f"{text}: samples miss the contribution of rare paths")
     return local_opinion(Verdict.VERIFIED, f"E[V] grows in one step by {figures}: bounded as h tends to 0")
 
 
 def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None) -> PathTests:
     truth = sample.moment(-1)
     if not np.isfinite(truth.se) or sample.tail(-1).heavy:
-        return PathTests.none("the moment of the exact solution is not known, or rests on few paths")
+        return PathTests.none("the moment of the exact solution is unknown, or dominated by few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
     # A statement for h -> 0 is not tested on steps that do not resolve the problem's fastest time.
     resolved = np.array([not why_not_resolved(evidence.view, h) for h in sample.h])
@@ -269,7 +269,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
     suspect = refuted <= 1.0 - evidence.settings.confidence
     verified, reason, growth = _from_below(evidence, sample, ratios, local)
     if suspect:
-        far = f"more paths are far out at h = {sample.h[level]:.3g} than {FACTOR:g} times the exact moment"
+        far = f"more paths are large at h = {sample.h[level]:.3g} than {FACTOR:g} times the exact moment"
         reason, growth = Reason.of(f"{far} allows", _size(ratios[level])), 1.0
     return with_sample(PathTests(verified, refuted, reason, growth), sample.paths, heavy=False)
 

@@ -47,7 +47,7 @@ class MultiplierExponents(Measure):
     name: ClassVar[str] = "multipliers"
     follows: ClassVar[str] = "paths"
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "next_order": "order to be expected at the next smaller step size",
+        "next_order": "extrapolated order at the next smaller step size",
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
@@ -119,20 +119,22 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
         return local_opinion(Verdict.VERIFIED, text)
     if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
         return local_opinion(Verdict.REFUTED, text)
-    return local_doubt(f"{text}; still changing, to {ahead:.2f}")
+    return local_doubt(f"{text}; still changing, towards {ahead:.2f}")
 
 
 def _rounding_opinion(record: Multipliers) -> Opinion:
     if record.truncated.any() or record.failed.any():
-        return local_doubt("no more than round-off at the step sizes that are not truncated")
-    return local_opinion(Verdict.VERIFIED, f"no more than round-off at {len(record.h)} step sizes: it vanishes here")
+        return local_doubt("only round-off at the step sizes that are not truncated")
+    return local_opinion(
+        Verdict.VERIFIED, f"only round-off at {len(record.h)} step sizes: it is zero on this problem"
+    )
 
 
 def _why_not_order(record: Multipliers) -> str:
     for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
         if share:
             return f"no order: the step {what} at {share:.0%} of the states even at h = {record.h[-1]:.2g}"
-    return "no order: the step is not finite, or a solver's tolerance hides it"
+    return "no order: the step is not finite, or a solver's tolerance hides its size"
 
 
 def _levels(record: Multipliers, index: int) -> Iterator[LevelFinding]:

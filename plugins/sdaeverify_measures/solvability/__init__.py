@@ -64,7 +64,7 @@ class Solvability(Measure):
     truths: ClassVar[frozenset[str]] = frozenset()
     value_of: ClassVar[str] = "share of paths without a root"
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "class": "what the value is",
+        "class": "meaning of the value",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "ci_low": "lower end of the interval of the share",
@@ -81,7 +81,7 @@ class Solvability(Measure):
         noise = view.add_past(h, Increment(zeros, zeros, K=zeros, A=areas))
         with np.errstate(all="ignore"):
             result = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, noise)
-        return "its steps cannot fail: they solve no equation" if result.failed is None else ""
+        return "its steps solve no equation, so that they cannot fail" if result.failed is None else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "PathCount":
         """Return an observer that counts paths, so that they are simulated; failures are counted with the steps."""
@@ -156,7 +156,7 @@ def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) ->
 def _by_scan(evidence: Evidence) -> Opinion:
     scan = unpacked(PROBED, RootScan, evidence.tally)
     if scan is None:
-        text = "one step cannot be probed, and no sample shows that all steps have a root"
+        text = "one step cannot be probed, and a sample cannot show that all steps have a root"
         return local_doubt(text)
     if found := where_no_root(evidence.view, scan):
         return local_opinion(Verdict.REFUTED, found)
@@ -203,9 +203,9 @@ def _of_shares(shares: Sequence[Share], gap: Reason) -> Finding:
 def _share_text(shares: Sequence[Share]) -> str:
     met = [f"{share.value:.3g} at h = {share.h:.3g}" for share in shares if share.value]
     return (
-        f"share of paths that meet a step without root {', '.join(met)}"
+        f"share of paths with a step without root {', '.join(met)}"
         if met
-        else f"no path without root at {len(shares)} step sizes"
+        else f"every step has a root on all paths at {len(shares)} step sizes"
     )
 
 

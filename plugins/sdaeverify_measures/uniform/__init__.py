@@ -169,8 +169,8 @@ class Uniform(Measure):
         "order_L2": "the same in the L2 norm",
         "order_L4": "the same in the L4 norm",
         "fitted_levels": "levels that the order is fitted to",
-        "bias_bound": "bound of what the error of the reference can do to the order",
-        "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
+        "bias_bound": "bound on the bias of the order due to the error of the reference",
+        "contrast": "order of the errors minus that of their differences; far below 0 if the limit is wrong",
         "contrast_low": "lower end of its interval",
         "contrast_high": "upper end of its interval",
     }
@@ -179,7 +179,7 @@ class Uniform(Measure):
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Return why the measure does not apply: bounded increments, or no claim, so that no paths are sampled."""
         if scheme.law.bounded:
-            return f"its {scheme.law.name} increments are not Brownian: it has no paths to converge along"
+            return f"its {scheme.law.name} increments are not Brownian, so that it does not converge along paths"
         return why_not_claimed(scheme, problem, self.name, "uniform convergence")
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> UniformObserver:

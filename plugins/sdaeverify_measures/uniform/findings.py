@@ -124,7 +124,7 @@ def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
         needed, why = grid.limit, "the right limit"
     if needed > evidence.level:
         growth = max(tests.growth, grid.tests.growth)
-        doubt = Reason("not shown: {why} (p = {p:.2g})", numbers={"why": why, "p": needed})
+        doubt = Reason("not verified: {why} (p = {p:.2g})", numbers={"why": why, "p": needed})
         tests = tests._replace(reason=doubt.then(tests.reason), growth=growth, remedy=grid.tests.remedy)
     return fitted.calibrate(tests._replace(verified=max(tests.verified, needed)))
 
@@ -181,14 +181,14 @@ def _with_plateau(fitted: Fit, tests: PathTests) -> PathTests:
         text = f"{Kind.WRONG_LIMIT}: errors fall less than half as fast as successive differences"
         reason = Reason(text, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
-        text = f"{Kind.LIMIT}: errors may level off, p = {right:.2g} is above the run's level"
+        text = f"{Kind.LIMIT}: errors may level off, p = {right:.2g} exceeds the level of the run"
         reason = Reason(text, Kind.LIMIT).then(reason)
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
 
 
 def _towards_its_own(fitted: Fit, tests: PathTests) -> PathTests:
-    reason = Reason("towards the scheme's own limit, as no exact solution is known").then(tests.reason)
+    reason = Reason("relative to the scheme's own limit because no exact solution is known").then(tests.reason)
     reached = fitted.slope.value >= FALLING
     return tests._replace(reason=reason).without_truth(fitted.evidence.level, "a Pathwise truth", reached=reached)
 
@@ -241,7 +241,7 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
     claim = covered.claim
     if claim is None or claim.quantities or not (isinstance(claim.value, Order) and claim.value.least > ROUGH):
         return covered
-    text = f"no claim about {quantity}: an order above {ROUGH} is claimed at grid points"
+    text = f"no claim about {quantity}: orders above {ROUGH} are claimed at grid points only"
     return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))
 
 
@@ -276,7 +276,7 @@ def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> J
     usable, remarks = _levels_for(subject)
     levels = usable[-FITTED:]
     if len(levels) < FEWEST:
-        return _without_fit(subject, remarks or Reason("there are too few"))
+        return _without_fit(subject, remarks or Reason("fewer than 3 step sizes can be fitted"))
     bias = finest_as_reference(quantity, levels, finest_error)
     fitted = fit(evidence, quantity, usable, remarks, bias)
     tests = continuous_tests(fitted, claim, grid) if claim else PathTests.none("")

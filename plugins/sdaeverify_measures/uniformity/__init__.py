@@ -96,13 +96,13 @@ class Uniformity(Measure):
     lengthy: ClassVar[bool] = True
     budgeted: ClassVar[bool] = True
     detail_columns: ClassVar[Mapping[str, str]] = {
-        "functional": "of which the supremum is taken",
-        "worst_eps": "eps at which it is taken, at the finest step size",
+        "functional": "function whose supremum over eps is taken",
+        "worst_eps": "eps of the supremum at the finest step size",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
-        "functional": "what the error is of",
-        "low": "least that the estimate can be",
-        "high": "most that the estimate can be",
+        "functional": "function whose error is given",
+        "low": "lower bound of the estimate",
+        "high": "upper bound of the estimate",
         "worst_eps": "eps at which the estimate is largest",
     }
 
@@ -186,8 +186,8 @@ def _inexact(scheme: Scheme, one: Problem) -> bool:
 
 def _why_not_paired(scheme: Scheme, one: Problem) -> str:
     if scheme.law.bounded:
-        return f"nothing is exact, and step sizes share no paths, as {scheme.law.name} increments are not Brownian"
-    return "" if one.observables else "nothing is exact, and the problem has no observables"
+        return f"no moment is exact, and step sizes share no paths: {scheme.law.name} increments are not Brownian"
+    return "" if one.observables else "no moment is exact, and the problem has no observables"
 
 
 def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
@@ -209,7 +209,7 @@ def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
 
 def _opinion(claim: Order, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
     if not record.applies:
-        reason = Reason("the step is not linear, has no root somewhere or leaves the chart")
+        reason = Reason("the step is not linear, has no root at some states or leaves the chart")
         return Opinion(Verdict.INCONCLUSIVE, reason)
     bound = claim.floor
     below = [each for each in named if each[1].resolved and each[1].most < bound]
@@ -225,7 +225,7 @@ def _opinion(claim: Order, record: UniformErrors, named: list[tuple[str, Supremu
     )
     reason = Reason.of(reason, *(_list_unresolved(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
-        return Opinion(Verdict.INCONCLUSIVE, reason.then("none is known for every eps"))
+        return Opinion(Verdict.INCONCLUSIVE, reason.then("no error is known for every eps"))
     if all(found.least >= bound for _, found in resolved):
         return Opinion(Verdict.VERIFIED, reason)
     return Opinion(

@@ -238,7 +238,7 @@ def _order(evidence: Evidence, claim: Order, sample: PairedMeans, paths: int) ->
 
 def _missing_eps(eps: Array) -> str:
     which = f"eps = {eps[0]:.3g}" if len(eps) == 1 else f"{len(eps)} eps from {eps[0]:.3g} to {eps[-1]:.3g}"
-    return f"nothing is known for {which}, where a step has no root on more than {100.0 * FAILED:g} % of the paths"
+    return f"no error is known for {which}, where a step has no root on more than {100.0 * FAILED:g} % of the paths"
 
 
 def _levels(evidence: Evidence, name: str, sample: PairedMeans) -> Iterator[LevelFinding]:

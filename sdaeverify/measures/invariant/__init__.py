@@ -191,12 +191,12 @@ class Invariant(Measure):
         "local_orders": "orders between consecutive step sizes",
         "bias": "bias at the smallest step size",
         "bias_std_error": "its standard error",
-        "resolved": "least mean difference in standard errors",
-        "chains": "chains that were run",
+        "resolved": "smallest mean difference in standard errors",
+        "chains": "number of chains",
         "chain_length": "length of a chain after burn-in",
         "burn_in": "length of the burn-in",
-        "contraction": "rate at which chains of one noise approach each other",
-        "looks": "looks at the chains",
+        "contraction": "rate at which chains driven by the same noise approach each other",
+        "looks": "number of interim analyses (looks) of the chains",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "error_floor": "error of the operator's own discretisation",
@@ -352,5 +352,5 @@ def _truths(view: Problem) -> list[InvariantMean]:
 
 def _without_chart(evidence: Evidence, truth: InvariantMean) -> Finding:
     covered = coverage(evidence, Invariant.name, truth.observable)
-    reason = "neither a chart that serves the scheme nor a relaxation time for chains is declared"
+    reason = "the problem declares neither a chart that the scheme can use nor a relaxation time for chains"
     return finding(covered, leave_open(covered, reason))

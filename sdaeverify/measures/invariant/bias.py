@@ -180,7 +180,7 @@ def _p_values(bound: float, errors: Array) -> tuple[float, float]:
 
 def _figures(bias: float, off: float, at: float, h: Array, bound: float) -> Reason:
     where = f"at h = {at:.3g}, one of {len(h)} step sizes from {h.min():.3g} to {h.max():.3g}"
-    text = "largest bias {bias:.2g} +- {off:.1g} {where}; claimed within {bound:g}"
+    text = "largest bias {bias:.2g} +- {off:.1g} {where}; claimed bound {bound:g}"
     return Reason(text, numbers={"bias": bias, "off": off, "where": where, "bound": bound})
 
 

@@ -190,7 +190,7 @@ def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
     sizes = _blown_up(record)
     if not sizes or opinion.verdict is Verdict.REFUTED:
         return opinion
-    text = "no stationary mean at h = {sizes}, where chains diverge; claimed is a bound at every step size"
+    text = "chains diverge at h = {sizes}, so that no stationary mean exists; the claim is a bound at every step size"
     reason = Reason(text, numbers={"sizes": ", ".join(f"{h:.3g}" for h in sizes)})
     return Opinion(Verdict.REFUTED, reason.then(opinion.reason), p_verified=1.0, p_refuted=0.0)
 
@@ -221,9 +221,9 @@ def _opinion(
     elif not one.resolved:
         least = np.abs(last.signals).min()
         text = Reason(
-            "bias below the noise ({standard_errors:.1f} standard errors)", numbers={"standard_errors": least}
+            "bias below sampling noise ({standard_errors:.1f} standard errors)", numbers={"standard_errors": least}
         )
-        needed = Reason("no number of chains can be predicted from less than one standard error")
+        needed = Reason("below one standard error, the number of chains needed cannot be predicted")
         if least >= 1.0:
             needed = _ask_for_chains(record, (RESOLVED / least) ** 2, "resolve it")
         verdict, reason = _uninformative(text, others, one, needed)
@@ -239,7 +239,7 @@ def _uninformative(
     shown = [other.name for other in others if other is not one and other.resolved]
     if not shown:
         return Verdict.INCONCLUSIVE, Reason.of(text, needed)
-    return Verdict.NOT_APPLICABLE, Reason(f"not informative: {text}, that of {', '.join(shown)} is resolved")
+    return Verdict.NOT_APPLICABLE, Reason(f"not informative: {text}, while that of {', '.join(shown)} is resolved")
 
 
 def _ask_for_chains(record: ChainRecord, growth: float, aim: str = "decide") -> Reason:
@@ -248,7 +248,7 @@ def _ask_for_chains(record: ChainRecord, growth: float, aim: str = "decide") -> 
     needed, (most, _) = growth * float(record.paired), chains_of(MOST_WIDE)
     figures = {"length": float(record.time[-1]), "most": most, "aim": aim}
     if needed > most:
-        text = "more than {most} chains, the most of --paths, would be needed up to t = {length:.3g}"
+        text = "more than {most} chains, the maximum of --paths, would be needed up to t = {length:.3g}"
         return Reason(text, Kind.MORE_PATHS, figures)
     figures |= {"chains": rounded_up(needed), "option": rounded_up(WIDE_OF_PAIRED * needed)}
     text = "about {chains} chains up to t = {length:.3g} would {aim} (--paths {option})"
@@ -286,7 +286,7 @@ def _too_dear(evidence: Evidence, record: ChainRecord) -> str:
     if len(record.time) or (steps := ChainPlan(h, relaxation, 0).first_look) <= MOST_FIRST:
         return ""
     taken = f"{steps} steps of h = {h:.2g} and below (relaxation time {relaxation:.3g})"
-    bound = f"at most {MOST_FIRST} are made, from h = {h * steps / MOST_FIRST:.2g} on"
+    bound = f"at most {MOST_FIRST} are allowed, which suffice from h = {h * steps / MOST_FIRST:.2g} on"
     return f"chains would take {taken}; {bound}"
 
 

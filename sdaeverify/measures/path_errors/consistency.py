@@ -65,12 +65,12 @@ def judge_consistency(record: Consistency, component: int | None = None) -> Opin
     known = ~(np.isnan(noise) | np.isnan(drift))
     first, later = wrong.mean(axis=1)
     if min(first, later) > 0.5:
-        figures = f"its error is RMS ~ h^{noise.min():.2f} (above 0.55 needed), mean ~ h^{drift.min():.2f} (1.05)"
+        figures = f"its error is RMS ~ h^{noise.min():.2f} (more than 0.55 needed), mean ~ h^{drift.min():.2f} (1.05)"
         text = f"one step does not follow the equation at {first:.0%} of the states: {figures}"
         return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
     if wrong.any():
         text = f"one step does not follow the equation at {first:.0%} of the states, a later one at {later:.0%}"
         return local_doubt(text, against=later > 0.0)
     if not known.all():
-        return local_doubt("whether one step follows the equation is not known at all states")
+        return local_doubt("whether one step follows the equation is not known at every state")
     return local_opinion(Verdict.VERIFIED, "one step follows the equation")

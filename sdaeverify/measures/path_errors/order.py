@@ -116,10 +116,10 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
 # A wrong limit shows as errors that stop falling while successive differences continue to fall.
 # Chosen.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off, p = {{p:.2g}} is above the run's level"
+NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off, p = {{p:.2g}} exceeds the level of the run"
 EXACT = "exact to round-off at all {levels} step sizes"
 # A scheme that does not move is exact on a solution that does not move.
-STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"
+STILL = "the solution changes by {moved:.1g} only, which is round-off: there is no error to measure"
 # If errors of order 1/2 fall, halving a step changes a solution by at least 2^(1/2) - 1 times the finer error.
 # Theorem: 2^(1/2) - 1 by the triangle inequality. Chosen: a quarter less for noise.
 FALLING = 0.75 * (2.0**0.5 - 1.0)
@@ -298,16 +298,14 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
         return PathTests.none(f"no finite interval of the order: the {bias.reference} is too coarse or not finite")
     claimed = claim.value
     if truth is not None and isinstance(claimed, Order) and not truth.order >= claimed.least + 0.5:
-        return PathTests.none(
-            f"the {bias.reference} should have an order of {claimed.least + 0.5:g} at least to decide"
-        )
+        return PathTests.none(f"to decide, the {bias.reference} needs an order of at least {claimed.least + 0.5:g}")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
         early = _above(fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
         tests = _with_limit(tests, fitted, early=early)
     else:
-        reason = tests.reason.then("towards the scheme's own limit, as no exact solution is known", ", but ")
+        reason = tests.reason.then("relative to the scheme's own limit because no exact solution is known", ", but ")
         tests = tests._replace(reason=reason)
         reached = isinstance(claimed, Order) and fitted.slope.value >= claimed.floor
         tests = tests.without_truth(evidence.level, "a Pathwise truth", reached=reached)
@@ -335,7 +333,7 @@ def _coarse(evidence: Evidence, finest: int) -> str:
         error, grows = each.means()[finest], each.local_orders[finest - 1].p_below(0.0) <= SUSPECT
         rising = changes[-1] > changes[0] and not grows
         if error > COARSE * each.motion and (changes[-1] > FALLING * error or rising):
-            off = f"the error of {each.name} is {error / each.motion:.0%} of what the solution moves"
+            off = f"the error of {each.name} is {error / each.motion:.0%} of the solution's displacement"
             halved = "still changes as h is halved: take finer steps"
             return f"{off} at h = {each.h[finest]:.3g} and {halved}"
     return ""
@@ -346,7 +344,7 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
     if not (isinstance(claim.value, Order) and rise > RISING and ahead >= claim.value.floor):
         return ""
-    return f"the order rises, to {ahead:.2f} at the next step size: take finer steps"
+    return f"the order still rises, to {ahead:.2f} at the next step size: take finer steps"
 
 
 def asymptotic_order(fitted: Fit) -> tuple[float, float]:

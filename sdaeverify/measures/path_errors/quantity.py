@@ -295,7 +295,7 @@ def unknown_components(evidence: Evidence, measure: str, suffix: str = "") -> It
     for name in evidence.scheme.parts(view, start):
         if name not in known:
             covered = coverage(evidence, measure, f"{name}{suffix}")
-            yield name, covered, leave_open(covered, f"the problem's truth does not know {name}")
+            yield name, covered, leave_open(covered, f"the problem's truth does not provide {name}")
 
 
 def _relative(quantity: Quantity, level: int) -> dict[str, float]:

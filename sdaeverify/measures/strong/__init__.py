@@ -48,7 +48,9 @@ class Strong(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Return why the measure does not apply: bounded increments."""
-        return f"its {scheme.law.name} increments are not Brownian: no strong order" if scheme.law.bounded else ""
+        return (
+            f"its {scheme.law.name} increments are not Brownian, hence no strong order" if scheme.law.bounded else ""
+        )
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:
         """Return the observer of one block."""

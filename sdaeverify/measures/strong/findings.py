@@ -74,16 +74,16 @@ STRONG_COLUMNS = {
     "order_L_half": "the same in the L1/2 norm",
     "order_L2": "the same in the L2 norm",
     "fitted_levels": "levels that the order is fitted to",
-    "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
+    "contrast": "order of the errors minus that of their differences; far below 0 if the limit is wrong",
     "contrast_low": "lower end of its interval",
     "contrast_high": "upper end of its interval",
-    "effective_share": "share of the paths that count in the mean error, at the worst of two levels",
-    "largest_share": "share of the mean error that the largest path has, at the worst of two levels",
-    "hill_index": "tail index of the errors by Hill's estimator, at the worst of two levels",
+    "effective_share": "effective share of the paths in the mean error; the smaller of two levels",
+    "largest_share": "share of the mean error due to the path with the largest error; the larger of two levels",
+    "hill_index": "tail index of the errors by Hill's estimator; the smaller of two levels",
     "heavy_tails": "whether the tails are too heavy for the interval of a mean",
     "asymptotic_order": "order as h tends to 0, with one further term of the expansion",
     "asymptotic_half_width": "half width of its interval",
-    "bias_bound": "bound of what the error of the reference can do to the order",
+    "bias_bound": "bound on the bias of the order due to the error of the reference",
 }
 
 
@@ -413,7 +413,7 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
         return _inconsistent(order, bound, sharp=sharp)
     if unknown or isnan(order.order):
         return local_doubt(
-            f"no order from one step: it is not finite, or a solver's tolerance hides its error{figures}"
+            f"no order from one step: the step is not finite, or a solver's tolerance hides its error{figures}"
         )
     text, asked = f"{_in_words(order.order)} from one step{figures}", bar(claim, bound)
     if order.order < bound:
@@ -423,7 +423,7 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
     if order.ahead < bound:
         falling = f"{text}, falling to {order.ahead:.2f} at the next step size; {asked}"
         return local_doubt(falling, _kind(order), against=True)
-    void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
+    void = f"; h below {order.plateau_h:.2g} left out because of a solver's tolerance" if order.plateau_h else ""
     if not order.means:
         text = f"{_in_words(order.order)} from the RMS error of one step, the mean error is not resolved"
         return local_doubt(f"{text}{void}")
@@ -438,7 +438,7 @@ def _inconsistent(order: StrongOrder, bound: float, *, sharp: bool) -> Opinion:
     if order.too_coarse:
         return too_coarse(order.too_coarse)
     text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states"
-    text = f"{text}: it is off Euler's by {_powers(order.q2, order.q1)}; h^0.9 and h^1.4 are due at least"
+    text = f"{text}: distance from Euler's step {_powers(order.q2, order.q1)}; at least h^0.9 and h^1.4 required"
     if order.inconsistent_share > 0.5 and not order.consistent:
         if not sharp and order.consistent_later:
             return local_doubt(f"{text}; later steps do")
@@ -463,13 +463,13 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
     bound = claim - TOLERANCE
     text = f"{text}; {bar(claim, bound)}"
     if not sharp:
-        return local_doubt(f"{text}; by the scheme's word, one step does not bound its order")
+        return local_doubt(f"{text}; the scheme declares that one step does not bound its order")
     if order.turns and order.p2 - 0.5 >= bound:
-        return local_doubt(f"{text}; the mean changes its sign")
+        return local_doubt(f"{text}; the mean error changes sign")
     low = [pair for pair in order.each or ((order.order, order.ahead),) if pair[0] < bound]
     if all(_is_changing(now, ahead, bound, typical=order.typical) for now, ahead in low):
         now, ahead = min(low)
-        return local_doubt(f"{text}; still changing, to {ahead:.2f}", _kind(order), against=ahead < now)
+        return local_doubt(f"{text}; still changing, towards {ahead:.2f}", _kind(order), against=ahead < now)
     return local_opinion(Verdict.REFUTED, text)
 
 

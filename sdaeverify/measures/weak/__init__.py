@@ -53,9 +53,9 @@ LOST = "{lost:.0f} paths are not finite at the finest step size"
 # Chosen.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
-TOO_FEW = "only {levels} sound step sizes, {fewest} needed: use smaller steps"
-ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
-CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
+TOO_FEW = "a slope needs {fewest} step sizes, got {levels}: use smaller steps"
+ROUNDING = "no error beyond round-off at {levels} step sizes, hence no slope"
+CHANGES_SIGN = Reason("the error changes sign between step sizes, hence no slope")
 # Bound of the error at the finest level for a h^p + b h^(p+1), as a multiple of the last difference over 2^p - 1.
 # Chosen.
 SLACK = 2.0
@@ -229,7 +229,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     wrong = _p_wrong(evidence, means, off, allowed)
     if means.heavy:
         # The limit may look wrong all the same.
-        return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
+        return PathTests.none("heavy tails: too few paths to confirm the limit")._replace(suspected=wrong)
     if _grows(means):
         # The distance from the limit cannot be extrapolated.
         return PathTests.none("mean differences do not fall yet: take finer steps")._replace(suspected=wrong)
@@ -305,16 +305,16 @@ class Weak(Measure):
     truths: ClassVar[frozenset[str]] = frozenset({"problem"})
     detail_columns: ClassVar[Mapping[str, str]] = {
         "moment_order": "weak order at T by moment equations",
-        "slope": "slope of mean differences, which is an order where it is informative",
+        "slope": "slope of the mean differences; an order only if they are informative",
         "slope_low": "lower end of its interval",
         "slope_high": "upper end of its interval",
-        "resolved": "least mean difference in standard errors",
-        "informative": "whether the mean differences tell an order",
+        "resolved": "smallest mean difference in standard errors",
+        "informative": "whether the mean differences are large enough to estimate an order",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "mean": "mean of the observable",
         "mean_std_error": "its standard error",
-        "coupled": "whether the error is of differences to the exact solution, rather than to the next level",
+        "coupled": "whether the error is the difference from the exact solution rather than from the next level",
     }
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MeanObserver:
@@ -351,7 +351,7 @@ def _of_named(scheme: Scheme, view: Any) -> Iterator[Finding]:
     for claim in scheme.promises:
         if claim.measure == Weak.name and claim.when <= view.traits and isinstance(claim.value, Order):
             named = " and ".join(claim.quantities)
-            reason = f"the claim is about the mean of {named} alone; members are asked about all smooth functions"
+            reason = f"the claim is about the mean of {named} only, but members are tested on all smooth functions"
             yield finding(Coverage(named, claim), local_doubt(reason))
 
 

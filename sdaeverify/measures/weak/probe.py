@@ -223,7 +223,7 @@ def _of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
     delayed = evidence.view.capability(Delayed)
     if delayed is None or not delayed.mesh(evidence.step_sizes[-1]).delta:
         return opinion
-    return up_to(INTERPOLATED, opinion, claim, "for delays of whole steps; lagged values are interpolated here")
+    return up_to(INTERPOLATED, opinion, claim, "for delays of whole steps, but here lagged values are interpolated")
 
 
 def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoothness) -> Opinion:
@@ -231,7 +231,7 @@ def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoot
 
     Errors on a lattice fluctuate, and may be small by accident, so small errors verify no claim.
     """
-    words = f"{observable} has {found} where solutions go: one step decides smooth observables alone"
+    words = f"{observable} has {found} on the range of solutions: one step decides only smooth observables"
     silent = local_doubt(words, Kind.NOT_SMOOTH)
     law = unpacked(POINTS, PointLaw, evidence.tally)
     if law is None:
@@ -268,7 +268,7 @@ def _judge_named(
         judged = _unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
         if judged.verdict is Verdict.REFUTED:
             return judged, False
-    return local_doubt(f"{opinion.reason}; it is for other functions, and {observable} may be better"), False
+    return local_doubt(f"{opinion.reason}, for other functions; {observable} may have a higher order"), False
 
 
 def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion | None:
@@ -310,7 +310,7 @@ def _unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
     """
     if sharp or not (opinion.verdict is Verdict.REFUTED or opinion.speaks_against):
         return opinion
-    return local_doubt(f"{opinion.reason}; the scheme says that later steps take errors of single steps back")
+    return local_doubt(f"{opinion.reason}; the scheme declares that later steps cancel errors of single steps")
 
 
 def _judge_in_runs(order: WeakOrder, claim: float, tolerance: float, memory: float) -> Opinion:
@@ -457,7 +457,7 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         h tends to 0, and its order is not settled: it is ignored if this happens at fewer states, for every phi,
         or at one of several.
     """
-    void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
+    void = f"; h below {order.plateau_h:.2g} left out because of a solver's tolerance" if order.plateau_h else ""
     asked = f"{bar(claim, claim - tolerance)}{void}"
     low = order.orders < claim - tolerance
     short = low & order.settled & (order.last < claim - tolerance)
@@ -472,21 +472,21 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)
     if share:
-        text = f"{order.least(short)} at {few} of {among} probed states: paths do not verify it{void}"
+        text = f"{order.least(short)} at {few} of {among} probed states, so that paths cannot verify the claim{void}"
         kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
     if order.at_many(moving, MANY):
         return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
-    left_out = f" ({moving.sum()} of {moving.size} moments: sign changes)" if moving.any() else ""
+    left_out = f" ({moving.sum()} of {moving.size} moments change sign)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")
 
 
 def _why_silent(order: WeakOrder, bound: float) -> str:
     """Return why one step does not determine a weak order, or an empty string."""
     if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
-        return "no weak order from one step: it is not finite, or a solver's tolerance hides its error"
+        return "no weak order from one step: the step is not finite, or a solver's tolerance hides its error"
     if order.differing_share(bound) >= MANY:
-        return f"two rules for the noise differ at the order {order.rules.min():.2f}: {SHAPED}"
+        return f"two quadrature rules for the noise differ at order {order.rules.min():.2f}: {SHAPED}"
     return ""
