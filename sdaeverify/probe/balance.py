@@ -109,9 +109,9 @@ def why_not_balanced(scheme: Scheme, view: Any) -> str:
         return "no invariant density is known from the drift"
     step = OneStep(scheme, view)
     if scheme.noise - {"dW", "H"} or scheme.law.bounded or view.records:
-        return "a step takes more than normal dW and H"
+        return "a step uses noise other than normal dW and H"
     if step.why_not_comparable() or view.noise_dim != step.equation.dimension:
-        return "the noise of the proposal has other components than the state"
+        return "the noise and the state of the proposal do not have the same components"
     if len(flatten(step.enter(step.equation.initial(1), 0.0, view.horizon))) > step.equation.dimension:
         return "the scheme has memory"
     return ""
@@ -281,10 +281,10 @@ class Weights(NamedTuple):
 MISTAKES = {
     Weights(1.0, 0.0, 0.0): "lacks the densities of the proposals",
     Weights(0.0, 1.0, 1.0): "lacks the invariant density",
-    Weights(1.0, -1.0, -1.0): "has the densities of the proposals forth and back exchanged",
-    Weights(-1.0, 1.0, 1.0): "has the invariant densities of both ends exchanged",
+    Weights(1.0, -1.0, -1.0): "has the densities of the forward and the reverse proposal exchanged",
+    Weights(-1.0, 1.0, 1.0): "has the invariant densities of the current and the proposed state exchanged",
     Weights(-1.0, -1.0, -1.0): "has its ratio upside down",
-    Weights(1.0, 1.0, -1.0): "takes the drift of each proposal's density at the wrong one of both ends",
+    Weights(1.0, 1.0, -1.0): "evaluates the drift in the density of each proposal at the wrong state",
 }
 POWER = "has the invariant density to the power {density:.3g}"
 OTHER = "has the density of another proposal, of {drift:.3g} times its drift and {variance:.3g} times its variance"

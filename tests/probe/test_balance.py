@@ -94,10 +94,10 @@ def test_detailed_balance_holds_to_rounding(dimension: int, flaw: str) -> None:
     [
         (Metropolis(1.0, 0.0, 0.0), "lacks the densities of the proposals"),
         (Metropolis(0.0, 1.0, 1.0), "lacks the invariant density"),
-        (Metropolis(1.0, -1.0, -1.0), "has the densities of the proposals forth and back exchanged"),
-        (Metropolis(-1.0, 1.0, 1.0), "has the invariant densities of both ends exchanged"),
+        (Metropolis(1.0, -1.0, -1.0), "has the densities of the forward and the reverse proposal exchanged"),
+        (Metropolis(-1.0, 1.0, 1.0), "has the invariant densities of the current and the proposed state exchanged"),
         (Metropolis(-1.0, -1.0, -1.0), "has its ratio upside down"),
-        (Metropolis(1.0, 1.0, -1.0), "takes the drift of each proposal's density at the wrong one of both ends"),
+        (Metropolis(1.0, 1.0, -1.0), "evaluates the drift in the density of each proposal at the wrong state"),
         (Metropolis(0.5, 1.0, 1.0), "has the invariant density to the power 0.5"),
         (Metropolis(1.0, 0.5, 1.0), "of 2 times its drift and 4 times its variance"),
         (Metropolis(flaw="all"), "each proposal is accepted"),

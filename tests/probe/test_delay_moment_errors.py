@@ -39,7 +39,7 @@ def test_additive_noise_leaves_the_trapezoidal_rule_its_order_two() -> None:
 def test_moments_are_known_by_their_values_and_needed() -> None:
     """Of x and x^2 in this order; on a nonlinear problem over several delays there are none."""
     assert known_moments(delay_test("I", horizon=0.5)) == pytest.approx(np.exp([-0.5, -0.5]), rel=1e-12)
-    assert "do not know" in why_not_delay_moments(StochasticTheta(), delay_test("IV"), STEPS)
+    assert "do not provide" in why_not_delay_moments(StochasticTheta(), delay_test("IV"), STEPS)
 
 
 def test_meshes_of_different_kinds_are_not_mixed() -> None:

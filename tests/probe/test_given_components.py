@@ -143,7 +143,7 @@ def test_weak_order_of_a_wrong_splitting_is_1(flaw: str) -> None:
 def test_a_wrong_friction_leaves_the_equation() -> None:
     """Steps with twice the friction follow another equation of r and v, and right ones do not."""
     assert departure(Rattle(), Rattle().view_of(SPHERE)) == ""
-    assert "another equation" in departure(Rattle("friction"), Rattle("friction").view_of(SPHERE))
+    assert "wrong equation" in departure(Rattle("friction"), Rattle("friction").view_of(SPHERE))
 
 
 def test_strong_orders_are_of_the_given_components() -> None:
@@ -167,7 +167,7 @@ def test_a_scheme_that_does_not_say_what_it_gives_is_told_how() -> None:
     scheme = Undeclared()
     assert departure(scheme, scheme.view_of(SPHERE)) == ""
     reason = OneStep(scheme, SPHERE).untold(scheme.start(SPHERE, 1, 0.5))
-    assert reason == "the state of the scheme has no mu; if it is to have none, say so by gives = ('r', 'v')"
+    assert reason == "the state of the scheme has no mu; if that is intended, declare gives = ('r', 'v')"
 
 
 def test_a_misspelt_component_is_an_error_with_the_name_that_may_be_meant() -> None:

@@ -196,7 +196,7 @@ def test_the_tolerance_of_a_solver_is_seen_and_left_out(tolerance: float) -> Non
     assert order.order == pytest.approx(1.0, abs=0.05)
     assert answer.verdict is Verdict.VERIFIED
     assert 4.0**-8 < order.plateau_h < 4.0**-2
-    assert "left out, where a solver's tolerance shows" in str(answer.reason)
+    assert "left out because of a solver's tolerance" in str(answer.reason)
 
 
 @pytest.mark.parametrize("exponent", np.linspace(-11.0, -6.0, 5))

@@ -42,7 +42,7 @@ def test_one_step_does_not_refute_noise_that_it_cannot_integrate(name, of, motio
     found = judge_weak(weak_order(local_weak(right, problem)), 1.0)
     assert found.verdict is not Verdict.REFUTED
     if found.verdict is Verdict.INCONCLUSIVE:
-        assert "declares it as its law" in str(found.reason)
+        assert "must declare a law" in str(found.reason)
         assert "discontinuous_in_noise" in str(found.reason)
     wrong = weak_order(local_weak(replace(right, size=WRONG), problem))
     assert judge_weak(wrong, 1.0).verdict is not Verdict.VERIFIED
@@ -79,7 +79,7 @@ def test_order_conditions_do_not_refute_noise_that_they_cannot_integrate(name, o
     assert "refuted" not in set(right.verdict)
     assert "verified" not in set(wrong.verdict)
     told = right[right.verdict == "inconclusive"]
-    assert all("declares it as its law" in premise for premise in told.premise)
+    assert all("must declare a law" in premise for premise in told.premise)
 
 
 @pytest.mark.parametrize("of", ["dW", "H"])

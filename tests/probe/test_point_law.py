@@ -100,7 +100,7 @@ def test_what_is_not_known_of_errors_lowers_no_order():
     [
         (EulerMaruyama(), gbm(), "gaussian increments"),
         (Coins(), seen(gbm()), "no observables"),
-        (Coins(), delay_ou(), "not of few values"),
+        (Coins(), delay_ou(), "is not discrete"),
         (Coins(), gbm(), ""),
     ],
 )

@@ -113,31 +113,31 @@ PLANTED = {
     "corrected twice": (WithoutItoCorrection(), SAYS["ito"]),
     "correction without half, added": (euler(c=2.0), "backward Ito"),
     "correction without half": (euler(c=-2.0), "the whole correction is subtracted"),
-    "one increment": (euler(noise=lambda B, dW, h: B.sum(axis=1) * dW[:1]), "all motions share one increment"),
-    "first motion": (euler(noise=lambda B, dW, h: B[:, 0] * dW[:1]), "the first motion alone acts"),
+    "one increment": (euler(noise=lambda B, dW, h: B.sum(axis=1) * dW[:1]), "motions share one increment"),
+    "first motion": (euler(noise=lambda B, dW, h: B[:, 0] * dW[:1]), "only the first Brownian motion acts"),
     "transposed": (euler(noise=lambda B, dW, h: np.einsum("jip,jp->ip", B, dW)), "transposed"),
     "covariance": (
         euler(noise=lambda B, dW, h: np.einsum("ikp,jkp,jp->ip", B, B, dW)),
-        "the covariance is taken for the diffusion",
+        "the covariance is used in place of the diffusion",
     ),
     "independent": (euler(noise=lambda B, dW, h: lengths(B) * dW), "their correlation is lost"),
     "all at 0": (
         Wrong(lambda p, t, x, h, dW: h * p.drift(0.0, x) + apply(p.diffusion(0.0, x), dW)),
-        "the coefficients are taken at t = 0",
+        "the coefficients are evaluated at t = 0",
     ),
     "drift at 0": (
         Wrong(lambda p, t, x, h, dW: h * p.drift(0.0, x) + apply(p.diffusion(t, x), dW)),
-        "the drift is taken at t = 0",
+        "the drift is evaluated at t = 0",
     ),
     "diffusion at 0": (
         Wrong(lambda p, t, x, h, dW: h * p.drift(t, x) + apply(p.diffusion(0.0, x), dW)),
-        "the diffusion is taken at t = 0",
+        "the diffusion is evaluated at t = 0",
     ),
     "h xi": (euler(noise=lambda B, dW, h: np.sqrt(h) * apply(B, dW)), "the noise is h xi"),
     "h dW": (euler(noise=lambda B, dW, h: h * apply(B, dW)), "the noise is h dW"),
     "xi": (euler(noise=lambda B, dW, h: apply(B, dW) / np.sqrt(h)), "the noise is xi"),
     "no drift": (euler(a=0.0), "the drift is left out"),
-    "still": (Wrong(lambda p, t, x, h, dW: 0.0 * x), "a step does not move, it returns its state unchanged"),
+    "still": (Wrong(lambda p, t, x, h, dW: 0.0 * x), "a step returns its state unchanged"),
     "all but still": (
         Wrong(lambda p, t, x, h, dW: h**2 * p.drift(t, x)),
         "the drift is left out, the noise is left out",
@@ -277,7 +277,7 @@ def test_classes_name_mistakes_of_stages():
     (kind,) = [each for each in tree_classes_of(wrong) if each.name == "general"]
     (row,) = [each for each in rows_of_classes(wrong, [kind], 2) if each.verdict == "refuted"]
 
-    assert row.mistake == "the drift is taken at t alone, where later stages need t + h"
+    assert row.mistake == "the drift is evaluated only at t, but later stages need t + h"
     assert row.why.startswith(row.mistake)
 
 

@@ -209,9 +209,9 @@ NOISY = replace(PLANE, diffusion=lambda t, x: np.ones((2, 5, 1)), noise_dim=5)
     [
         (Euler(), replace(OU, chart=None), "no chart"),
         (Euler(), replace(OU, drift=lambda t, x: np.sin(t) - x), "depend on time"),
-        (Euler(), replace(ANGLE, chart=WRAPPED), "not inverse"),
+        (Euler(), replace(ANGLE, chart=WRAPPED), "not inverses"),
         (Remembering(), OU, "memory"),
-        (Driven(), plane_pendulum(), "pure outputs"),
+        (Driven(), plane_pendulum(), "outputs only"),
         (Euler(), NOISY, "5 normals"),
     ],
     ids=["chart", "time", "wrapped", "memory", "outputs", "noises"],

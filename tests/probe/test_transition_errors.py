@@ -64,7 +64,7 @@ def test_a_step_that_does_not_move_is_called_that():
 
     still, slow = (functional_orders(invariant_errors(scheme, ou(), SIZES)) for scheme in (Still(), Slow()))
 
-    assert {found.note for found in still} == {"a step does not move, it returns its state unchanged"}
+    assert {found.note for found in still} == {"a step returns its state unchanged"}
     assert not any(found.informative for found in still)
     assert least_order(slow)[1] < 0.1
 

@@ -61,7 +61,7 @@ def test_a_tamed_step_in_small_units_is_too_coarse_and_not_wrong(problem: Proble
     for found in (weak_opinion(TamedEuler(), small, 1.0), strong_opinion(TamedEuler(), small, 0.5)):
         assert found.verdict is Verdict.INCONCLUSIVE
         assert found.final
-        assert "steps of a run are too long" in str(found.reason)
+        assert "the steps of the run are too long" in str(found.reason)
 
 
 def without_drift(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:

@@ -52,7 +52,7 @@ def test_a_defect_that_changes_sign_is_left_out():
     found, opinion = judged(2.0, STEEP, CROSSING, (1, slice(0, 2)))
     assert np.nanmin(found.orders) < 1.75
     assert opinion.verdict is Verdict.VERIFIED
-    assert "2 of 78 moments: sign changes" in str(opinion.reason)
+    assert "2 of 78 moments change sign" in str(opinion.reason)
 
 
 def test_defects_that_move_at_many_states_decide_nothing():

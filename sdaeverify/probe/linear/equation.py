@@ -90,7 +90,7 @@ def why_not_linear_equation(view: Problem) -> str:
         x = with_trials(cloud(view, ito))
         for name, (values, *later) in _coefficients(ito, x).items():
             if not np.isfinite(values).all():
-                return f"the {name} is not linear in the state: it is not finite everywhere"
+                return f"the {name} is not linear in the state: its values are not all finite"
             if (found := defect(x, values, at_corners(values[:, : ito.dimension + 1]))) > AFFINE:
                 return f"the {name} is not linear in the state (relative deviation {found:.1g})"
             if not all(np.array_equal(values, other) for other in later):

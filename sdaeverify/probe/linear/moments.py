@@ -216,11 +216,11 @@ def why_not_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -
     if len(aligned_steps(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
     if not is_scalar(view):
-        return "moments with a delay are propagated for scalar equations with scalar noise"
+        return "moments with a delay are computed only for scalar equations with scalar noise"
     if len(known_moments(view)) < len(POWERS):
-        return "the problem's truths do not know E x and E x^2"
+        return "the problem's truths do not provide E x and E x^2"
     if scheme.law.clip:
-        return "its clipped increments have no simple variance"
+        return "the variance of its clipped increments is not available"
     if not is_autonomous(view):
         return "its coefficients depend on time"
     h = view.delay / 4.0

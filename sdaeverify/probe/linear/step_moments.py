@@ -354,7 +354,7 @@ def why_not_linear_step(scheme: Scheme, view: Problem) -> str:
     """Return why a step cannot be probed for a linear map, or an empty string; its linearity is not tested here."""
     noise, memory = StepNoise.of(OneStep(scheme, view)), flatten(scheme.start(view, 1, view.horizon))
     if not noise.tractable:
-        return f"the atoms of {view.noise_dim} bounded variables are too many"
+        return f"{view.noise_dim} bounded variables have too many joint values"
     if memory.dtype.kind != "f":
         return "the scheme's memory is no array of real numbers"
     least = noise.rule(0) if noise.law.bounded else _trial_nodes(noise)

@@ -160,9 +160,9 @@ class DelayConsistency(NamedTuple):
 def why_not_delay_consistency(scheme: Scheme, view: Delayed) -> str:
     """Return why a step cannot be probed given its past, or an empty string."""
     if scheme.law.bounded or "H" in scheme.noise:
-        return "a step given its past is probed with Brownian increments alone"
+        return "a step that starts from the exact past is probed with Brownian increments only"
     nodes = half_steps(2 * view.noise_dim, DELAY_NODES, rule=product_rule)
-    return "" if nodes.whole.exact else "its noise has too many dimensions for a rule"
+    return "" if nodes.whole.exact else "its noise has too many dimensions for a quadrature rule"
 
 
 def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:

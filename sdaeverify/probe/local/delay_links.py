@@ -65,7 +65,7 @@ def why_not_algebraic(scheme: Scheme, view: Problem) -> str:
     if len(flatten(scheme.start(view, 1, view.horizon))) > form.dimension + form.constraints:
         return "the scheme has memory beyond x and y"
     solved = not form.constraints or keeps_constraint(scheme, view)
-    return "" if solved else "steps do not solve for y, which is memory then"
+    return "" if solved else "steps do not solve for y, which then is memory of the scheme"
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:

@@ -178,4 +178,4 @@ def _words(draws: Sequence[_Draw], sizes: list[Array], stays: list[Mask]) -> str
     draw, at = draws[place], int(seen[place].argmax())
     noise = f"noise of {far.min():.2g} to {far.max():.2g} standard deviations"
     where = f"from {state_words(draw.x[:, at])}, t = {draw.t:.3g}"
-    return f"one step {where} along {noise} is off by {seen[place][at]:.2g} of the noise at any h: another equation"
+    return f"one step {where} with {noise} is off by {seen[place][at]:.2g} of the noise at any h: wrong equation"

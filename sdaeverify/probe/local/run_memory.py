@@ -59,8 +59,8 @@ class Apart(NamedTuple):
         worst = np.where(self.stays, self.sizes[-1], 0.0)
         component, part = divmod(int(worst.argmax()), PARTS)
         where = f"from {part / PARTS:g} to {(part + 1) / PARTS:g} of the horizon"
-        off = f"{worst.max():.2g} of what {self.names[component]} moves {where}"
-        return f"a run and a start by enter(problem, state, t, h) differ by {off}, and no less as h falls"
+        off = f"{worst.max():.2g} of the displacement of {self.names[component]} {where}"
+        return f"a run and a restart by enter(problem, state, t, h) differ by {off}, whatever h"
 
 
 def remembers(scheme: Scheme, view: Any) -> bool:

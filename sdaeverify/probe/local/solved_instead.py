@@ -163,21 +163,21 @@ MISTAKES = (
     Mistake(
         lambda g: g.drift() + 2.0 * g.correction,
         None,
-        "dx = (f + sum DB_j B_j) dt + B dW: the noise is taken at the end of the step (backward Ito)",
+        "dx = (f + sum DB_j B_j) dt + B dW: the noise is evaluated at the end of the step (backward Ito)",
     ),
     Mistake(
         lambda g: g.drift() - 2.0 * g.correction,
         None,
         "dx = (f - sum DB_j B_j) dt + B dW: the whole correction is subtracted, and the noise is Ito's",
     ),
-    Mistake(None, _summed, "all motions share one increment"),
-    Mistake(None, _first, "the first motion alone acts"),
+    Mistake(None, _summed, "all Brownian motions share one increment"),
+    Mistake(None, _first, "only the first Brownian motion acts"),
     Mistake(None, _transposed, "the diffusion is transposed: B^T dW"),
-    Mistake(None, _squared, "the covariance is taken for the diffusion: B B^T dW"),
+    Mistake(None, _squared, "the covariance is used in place of the diffusion: B B^T dW"),
     Mistake(None, _own_sizes, "the noises of the components are independent, their correlation is lost"),
-    Mistake(lambda g: g.drift(0.0), lambda g: g.diffusion(0.0), "the coefficients are taken at t = 0"),
-    Mistake(lambda g: g.drift(0.0), None, "the drift is taken at t = 0"),
-    Mistake(None, lambda g: g.diffusion(0.0), "the diffusion is taken at t = 0"),
+    Mistake(lambda g: g.drift(0.0), lambda g: g.diffusion(0.0), "the coefficients are evaluated at t = 0"),
+    Mistake(lambda g: g.drift(0.0), None, "the drift is evaluated at t = 0"),
+    Mistake(None, lambda g: g.diffusion(0.0), "the diffusion is evaluated at t = 0"),
 )
 
 
@@ -386,7 +386,7 @@ STRENGTHS = {
     (0.5, -1, 0): "sqrt(kT) where sqrt(2 kT gamma) is meant",
     (0.5, -2, 0): "sqrt(kT/gamma) where sqrt(2 kT gamma) is meant",
     (1.0, 0, 2): "2 kT gamma where its square root is meant",
-    (1.0, 1, 0): "sigma sqrt(gamma) where sigma is meant: the strength has the friction already",
+    (1.0, 1, 0): "sigma sqrt(gamma) where sigma is meant: the strength already contains the friction",
     (1.0, 2, 0): "gamma sigma where sigma is meant: the variance is gamma^2 times too large",
 }
 

@@ -104,7 +104,7 @@ class StepLaw(NamedTuple):
         where = f"{state_words(self.x[:, point])}, t = {self.t[point]:.3g}"
         off = f"off by {worst.max():.2g} of the motion of {self.rows[component]} at any h"
         also = f"at {int(self.wrong.any(axis=(0, 1)).sum())} of {self.points} points"
-        return f"the {what} of one step from {where} is {off}, {also}: another equation{hint}"
+        return f"the {what} of one step from {where} is {off}, {also}: wrong equation{hint}"
 
 
 class LawResolution(NamedTuple):

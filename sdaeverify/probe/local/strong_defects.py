@@ -96,7 +96,7 @@ class LocalStrong(NamedTuple):
 def why_not_local_order(scheme: Scheme, view: Problem) -> str:
     """Return why a scheme has no local strong order on a problem, or an empty string."""
     if scheme.law.bounded:
-        return f"sums of {scheme.law.name} increments are no increments of a longer step"
+        return f"sums of {scheme.law.name} increments do not have the law of the increments of a longer step"
     shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     return (

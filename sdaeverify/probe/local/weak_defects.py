@@ -137,7 +137,7 @@ def why_not_nodes(scheme: Scheme, view: Problem) -> str:
     """Return why the noise of a step has no cubature rule that resolves means, or an empty string."""
     nodes = _nodes(scheme, view.noise_dim)
     few = nodes.exact and len(nodes.weights) <= LARGEST
-    return "" if few else f"noise in {view.noise_dim} dimensions has too many nodes"
+    return "" if few else f"noise in {view.noise_dim} dimensions needs too many quadrature nodes"
 
 
 def sizes(view: Problem, *, shortest: bool = False) -> Array:
@@ -175,7 +175,7 @@ def weak_reference(view: Problem, steps: Steps, *, further: bool = False) -> Sem
         x, trees = spread_states(view, ito, min(SPREAD, LEAVES // (2 * ito.noise_dim) ** SHALLOWEST)), SHALLOWEST
     found = _reference(ito, x, frame, steps, trees)
     if not (found.states.size or further):
-        raise ProblemError("the Ito equation is finite at none of the states it is probed at")
+        raise ProblemError("the Ito equation is not finite at any of the probed states")
     return found
 
 

@@ -200,7 +200,7 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     tuple of FunctionalOrder
     """
     columns = zip(record.errors.T, error_floors(record).T, mean_sizes(record), record.response, strict=True)
-    why = STILL if record.still else "a symmetry fixes its mean, which is right with too much noise as well"
+    why = STILL if record.still else "by symmetry its mean is correct even if the noise is too strong"
     return tuple(
         _responsive(
             order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]), why

@@ -54,9 +54,9 @@ class PointLaw(NamedTuple):
 def why_not_point_law(scheme: Scheme, view: Problem) -> str:
     """Return why a scheme has no law on few points, or an empty string."""
     if not scheme.law.bounded:
-        return f"{scheme.law.name} increments take more than a few values"
+        return f"{scheme.law.name} increments take too many values"
     if view.capability(Delayed) is not None or view.records or not scheme.noise <= {"dW", "H"}:
-        return "its noise has parts that are not of few values"
+        return "some of its noise is not discrete"
     return "" if view.observables else "there are no observables"
 
 

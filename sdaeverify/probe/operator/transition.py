@@ -42,7 +42,7 @@ ROUNDING = 64.0
 AFFINE = 1e-13
 # Rounding of embed and read plus a solver's tolerance, relative to the state.
 ON_CHART = 1e-9
-KINKS = "a step has a kink or a jump between states that runs reach, and the operator is blind between its nodes"
+KINKS = "a step has a kink or a jump that the nodes of the operator do not resolve"
 # Lines between reached states on which a step is evaluated, intervals of each, and the step size in units of time.
 LINES, CUTS, SHORT = 16, 32, 2.0**-4
 
@@ -87,7 +87,7 @@ def why_not_operator(scheme: Scheme, view: Problem) -> str:
     if len(flatten(one_step.enter(one_step.equation.initial(1), 0.0, view.horizon))) > one_step.equation.dimension:
         return "the scheme has memory beyond the problem's components"
     if not scheme.law.bounded and (normals := StepNoise.of(one_step).normals) not in NODES:
-        return f"{normals} normals a step are too many for a tensor rule"
+        return f"{normals} normals per step are too many for a tensor rule"
     return _dependence(one_step) or changing(one_step) or _kinks(one_step)
 
 
@@ -267,13 +267,13 @@ def _dependence(one_step: OneStep) -> str:
         return "the coefficients depend on time"
     outputs = output_rows(ito, chart, z)
     if np.max(_departure(chart, x, chart.read(x), ~outputs)) > ON_CHART:
-        return "embed and read of the problem's chart are not inverse to each other"
+        return "embed and read of the problem's chart are not inverses of each other"
     nodes = _nodes(one_step)
     x = np.repeat(x, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
         steps = [_step(one_step, x + shift * outputs[:, None], T / 64.0, nodes) for shift in (0.0, 1.0)]
         here, there = (chart.read(one_step.read(step.state)) for step in steps)
-    return "" if np.array_equal(here, there, equal_nan=True) else "a step depends on the pure outputs"
+    return "" if np.array_equal(here, there, equal_nan=True) else "a step depends on components that are outputs only"
 
 
 @lru_cache(maxsize=64)

@@ -235,7 +235,7 @@ def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
 def why_not_delay_stability(scheme: Scheme, view: Delayed) -> str:
     """Return why mean-square stability cannot be determined, or an empty string."""
     if scheme.law.clip:
-        return "its clipped increments have no simple variance"
+        return "the variance of its clipped increments is not available"
     if not is_autonomous(view):
         return "its coefficients depend on time"
     if not limits(scheme, view, view.delay / 4.0):

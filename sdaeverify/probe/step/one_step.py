@@ -24,9 +24,9 @@ RESOLVED = 64.0
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 # Bound of the nodes of a step in standard deviations: those of Gauss-Hermite rules of up to 9 points are within 4.52.
 OUTERMOST = 4.52
-TRUNCATED = "steps are truncated at every state, however short they are: the order is never seen"
-STILL = "a step does not move, it returns its state unchanged"
-FAILED = "every step fails, at every state and however short it is: the order is never seen"
+TRUNCATED = "steps of every size are truncated at every state, so that no order can be observed"
+STILL = "a step returns its state unchanged"
+FAILED = "steps of every size fail at every state, so that no order can be observed"
 
 
 def why_not_resolved(view: Problem, shortest: float) -> str:
@@ -41,7 +41,7 @@ def why_not_resolved(view: Problem, shortest: float) -> str:
             f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest_time:.2g}"
         )
     if not follows_coefficients(view, shortest):
-        return f"the shortest step probed, h = {shortest:.2g}, does not follow the coefficients in time"
+        return f"the shortest step probed, h = {shortest:.2g}, does not resolve how the coefficients vary in time"
     return ""
 
 
@@ -107,9 +107,9 @@ class OneStep:
             Whether the probe has nodes for Levy areas.
         """
         if self.scheme.discontinuous_in_noise:
-            return "a step jumps as a function of its noise: quadrature gives no expectations"
+            return "a step is discontinuous in its noise: quadrature does not give expectations"
         if self.view.records and not beside:
-            return "no quadrature is known for the noise beside Brownian motions"
+            return "no quadrature is known for noise other than Brownian motion"
         return self.why_not_at_nodes(levy=levy) or self.why_not_comparable() or self.why_not_entered(run=run)
 
     def why_not_at_nodes(self, *, levy: bool = False) -> str:
@@ -121,7 +121,7 @@ class OneStep:
             As for `why_not_probed`.
         """
         beyond = self.scheme.noise & {"K", "A"} - ({"A"} if levy or self.view.noise_dim == 1 else set())
-        return f"a step uses noise {', '.join(sorted(beyond))}; quadrature is for dW and H alone" if beyond else ""
+        return f"a step uses noise {', '.join(sorted(beyond))}; quadrature supports only dW and H" if beyond else ""
 
     def why_not_comparable(self) -> str:
         """Return why states cannot be compared with those of an Ito equation, or an empty string."""
@@ -129,7 +129,7 @@ class OneStep:
             return f"{article(type(self.view).__name__)} offers no Ito equation to compare one step with"
         rows = [row for part in self.names.values() for row in range(self.equation.dimension)[part]]
         if sorted(rows) != list(range(self.equation.dimension)):
-            return "the named components leave out rows of the state, or have some twice"
+            return "the named components omit rows of the state, or contain some twice"
         return ""
 
     def why_not_entered(self, *, run: bool = True) -> str:
@@ -188,9 +188,7 @@ class OneStep:
         if not lacking:
             return ""
         given = tuple(name for name in self.names if name not in lacking)
-        hint = (
-            f"; if it is to have none, say so by gives = {given}" if self.view.giving(given) is not self.view else ""
-        )
+        hint = f"; if that is intended, declare gives = {given}" if self.view.giving(given) is not self.view else ""
         return f"the state of the scheme has no {', '.join(lacking)}{hint}"
 
     def enter(self, x: Array, t: float, h: float) -> State:

@@ -37,7 +37,7 @@ ROW = 128
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time of up to this multiple of those of the equation are attributed to the equation.
 UNLIKE = 8.0
-DIFFERENT = "its steps are not the same at all times"
+DIFFERENT = "its steps depend on the time at which they are made"
 ALIKE = 0.9
 
 

@@ -17,7 +17,7 @@ from ...arrays import Array
 AGREEMENT = 0.36
 # Remedy for the author of a scheme whose step has means that depend on the rule.
 SHAPED = (
-    "a step is no polynomial of its noise; a scheme that shapes its own noise declares it as its law, or sets "
+    "a step is not a polynomial of its noise; a scheme that transforms its noise must declare a law or set "
     "discontinuous_in_noise"
 )
 # Number of orthogonal matrices from which one is selected, and the key of the first.
