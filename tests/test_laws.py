@@ -164,14 +164,14 @@ UNUSABLE = {
         "1",
     ),
     "atoms of mean 1": (Law("shifted", lambda x: np.where(x < 0, 0.0, 2.0), (0.0, 2.0), (0.5, 0.5)), "have mean 1"),
-    "weights of sum 2": (TWO_POINT._replace(weights=(1.0, 1.0)), "of sum 1"),
-    "a weight too few": (TWO_POINT._replace(weights=(1.0,)), "of sum 1"),
-    "another variable": (TWO_POINT._replace(couple=lambda x: x), "none of its atoms"),
+    "weights of sum 2": (TWO_POINT._replace(weights=(1.0, 1.0)), "with sum 1"),
+    "a weight too few": (TWO_POINT._replace(weights=(1.0,)), "with sum 1"),
+    "another variable": (TWO_POINT._replace(couple=lambda x: x), "not one of its atoms"),
     "another quantile": (
         THREE_POINT._replace(couple=lambda x: sqrt(3) * np.trunc(np.clip(x, -1, 1))),
         "probability 0.68",
     ),
-    "one number": (TWO_POINT._replace(couple=np.max), "as many numbers"),
+    "one number": (TWO_POINT._replace(couple=np.max), "an array of the shape it is given"),
     "raises": (TWO_POINT._replace(couple=lambda x: x[5]), "IndexError"),
     "no law": ("two-point", "expects a Law"),
 }

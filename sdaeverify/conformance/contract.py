@@ -124,7 +124,7 @@ def stays_finite(trial: Trial) -> str:
     before, after = all_finite(flatten(trial.state)), all_finite(flatten(trial.first.state))
     failed = np.zeros(trial.paths, dtype=bool) if trial.first.failed is None else trial.first.failed
     lost = int(np.count_nonzero(before & ~after & ~failed))
-    return f"a step is not finite on {lost} of {trial.paths} paths, which it does not mark as failed" if lost else ""
+    return f"a step is not finite on {lost} of {trial.paths} paths that it does not mark as failed" if lost else ""
 
 
 def repeats_itself(trial: Trial) -> str:
@@ -137,9 +137,9 @@ def repeats_itself(trial: Trial) -> str:
     trial.step(take_paths(trial.state, backwards), take_paths(trial.noise, backwards))
     again = trial.step(trial.state, trial.noise)
     if not same_step(first, again):
-        return "the same step made twice gives two results: it must depend on its arguments alone"
+        return "the same step made twice gives two results: it must depend only on its arguments"
     anew = trial.scheme.prepare(trial.view, trial.h)(trial.state, WHEN * trial.view.horizon, trial.noise)
-    return "" if same_step(again, anew) else "a step prepared anew gives other numbers"
+    return "" if same_step(again, anew) else "a step gives different numbers when it is prepared again"
 
 
 def repeats_itself_for_long(trial: Trial) -> str:
@@ -156,7 +156,7 @@ def _counts_calls(trial: Trial) -> str:
     first = trial.step(state, noise)
     for call in range(2, in_a_row(trial.view) + 1):
         if not same_step(first, trial.step(state, noise)):
-            return f"the same step gives another result at call {call}: it must depend on its arguments alone"
+            return f"the same step gives a different result at call {call}: it must depend only on its arguments"
     return ""
 
 
@@ -166,7 +166,7 @@ def follows_the_paths(trial: Trial) -> str:
     Make the step of the same paths in another order.
     """
     order = np.roll(np.arange(trial.paths)[::-1], 4)
-    return "paths in another order end elsewhere: each must be stepped by itself" if trial.apart(order) else ""
+    return "paths in another order give other results: each must be stepped by itself" if trial.apart(order) else ""
 
 
 def takes_paths_alone(trial: Trial) -> str:
@@ -183,7 +183,7 @@ def takes_many_paths(trial: Trial) -> str:
 
 
 def _depends_on_batch(apart: float) -> str:
-    text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
+    text = f"a path in a different batch gives a different result, by {apart:.2g} of the state's size"
     return f"{text}: each path must be stepped by itself, without memory" if apart > JOINT else ""
 
 
@@ -208,7 +208,7 @@ def ends_together(trial: Trial) -> str:
     converged. This changes them by the tolerance at most, which is too small to affect an interval or an order.
     """
     apart = apart_in_batches(trial)
-    text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
+    text = f"a path in a different batch gives a different result, by {apart:.2g} of the state's size"
     return f"{text}: let an iteration end for each path by itself" if 0.0 < apart <= JOINT else ""
 
 
@@ -237,7 +237,7 @@ def reads_only_the_equation(trial: Trial) -> str:
     """
     bare = replace(trial.view, source="a copy", units="", observables={}, truths=(), controls=())
     same = same_step(trial.first, replace(trial, view=bare, given=trial.state).first)
-    return "" if same else "the same equation with another source, observables and truths is stepped otherwise"
+    return "" if same else "a step depends on the source, the observables or the truths of the problem"
 
 
 def _nothing(part: Array) -> Array:
@@ -252,7 +252,7 @@ def same_step(a: Step, b: Step) -> bool:
 
 CHECKS: dict[str, Check] = {
     "made again": repeats_itself,
-    "of paths in another order": follows_the_paths,
+    "on paths in a different order": follows_the_paths,
     ALONE: takes_paths_alone,
     "without the noise it does not declare": uses_declared_noise,
 }
@@ -278,7 +278,7 @@ def hears_its_noise(trial: Trial) -> str:
     deaf = int(np.count_nonzero(listening & ~changed))
     if trial.scheme.discontinuous_in_noise and deaf < np.count_nonzero(listening):
         return ""
-    return f"noise of another sign or size changes nothing on {deaf} of {trial.paths} paths" if deaf else ""
+    return f"the step ignores the sign or size of the noise on {deaf} of {trial.paths} paths" if deaf else ""
 
 
 def keeps_no_noise(trial: Trial) -> str:
@@ -288,7 +288,7 @@ def keeps_no_noise(trial: Trial) -> str:
     """
     noise = list(arrays(trial.noise))
     shared = any(np.may_share_memory(a, b) for a in arrays(trial.first.state) for b in noise)
-    return "the new state is a view of the noise, into which the next noise is drawn" if shared else ""
+    return "the new state is a view of the noise, which the next draw overwrites" if shared else ""
 
 
 def _scale_noise(noise: Increment, s: float) -> Increment:
@@ -319,8 +319,8 @@ def carries_its_memory(trial: Trial) -> str:
         state, stepper = each(np.array, stops[begin].state), fresh.prepare(trial.view, trial.h)
         if not equal(_last(stepper, state, trial.h, begin, [stop.noise for stop in stops[begin:]]), stops[-1].end):
             when = f"after {begin} steps" if begin else "at its start"
-            text = f"a run that goes on from a copy of its state {when} ends elsewhere"
-            return f"{text}: the scheme remembers more than its state"
+            text = f"a run continued from a copy of its state {when} gives a different result"
+            return f"{text}: the scheme has memory outside its state"
     return ""
 
 

@@ -256,7 +256,7 @@ def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
     small = _is_small_start(scheme, trivial) if remembers(scheme, trivial.problem) else None
     if small:
         return ""
-    hint = "" if small is None else "; later steps are exact, so that it is what enter sets"
+    hint = "" if small is None else "; later steps are exact, so that enter sets a wrong memory"
     return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}{hint}"
 
 
@@ -264,7 +264,7 @@ def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
     coarse, fine = law_error(scheme, trivial, H), law_error(scheme, *trivial.short_run)
     if coarse is None or fine is None or fine.share <= max(fine.rounding, trivial.shorter**VANISHING * coarse.share):
         return ""
-    return f"{fine.quantity} after many steps is off by {fine.share:.2g} of what the exact one grows by"
+    return f"{fine.quantity} after many steps is off by {fine.share:.2g} of its exact growth"
 
 
 def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:

@@ -14,8 +14,8 @@ from .trial import Trial
 # rounding.
 ALIKE, STEPS, APART = 2, 64, 1e-9
 OWN_NUMBERS = (
-    "a step draws random numbers of its own, so that no two runs are on the same noise; have it take them from "
-    "noise.dW, and from noise.H or noise.uniform(h) for further ones"
+    "a step draws its own random numbers, so that no two runs share their noise; use the numbers of "
+    "noise.dW, and of noise.H or noise.uniform(h) for additional ones"
 )
 
 

@@ -32,7 +32,7 @@ ROUNDINGS = 1e4
 def why_not_counted(scheme: Scheme, view: Problem) -> str:
     """Return why steps of different sizes cannot be compared, or an empty string."""
     if scheme.discontinuous_in_noise:
-        return "a step jumps as a function of its noise, so that its size is no power series"
+        return "a step is discontinuous in its noise, so that its size is not a power series"
     step = OneStep(*remove_delay(scheme, view))
     return step.why_not_comparable() or step.why_not_entered(run=False)
 
@@ -50,7 +50,7 @@ def depends_on_count(scheme: Scheme, view: Problem) -> str:
     for count, others in COUNTS.items():
         off = unlike(step, count, others)
         if off > UNLIKE:
-            text = f"a step of T/{count} is unlike steps of T/{others[1]} and T/{others[2]}, off by {off:.2g} of the"
+            text = f"a step of T/{count} differs from steps of T/{others[1]} and T/{others[2]} by {off:.2g} of the"
             return f"{text} distance from Euler's step: its error depends on the number of steps"
     return ""
 

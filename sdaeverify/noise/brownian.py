@@ -347,7 +347,7 @@ def draw_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Arr
     """
     l = noise.dW.shape[-2]
     if noise.H is None:
-        raise SchemeError("areas are drawn around what dW and H tell of them, and H is not drawn")
+        raise SchemeError("areas are drawn conditionally on dW and H, and H is not drawn")
     K = np.sqrt(h / PARTS["K"]) * normals(l) if noise.K is None else noise.K
     areas: Array = known_part(noise.dW, noise.H, K) + np.sqrt(REST) * h * normals(l * (l - 1) // 2)
     return areas

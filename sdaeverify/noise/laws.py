@@ -92,13 +92,13 @@ def why_unusable(law: Law) -> str:
     x = scipy.special.ndtri((np.arange(QUANTILES) + 0.5) / QUANTILES)[None]
     coupled = np.asarray(law.couple(x.copy()))
     if coupled.shape != x.shape:
-        return f"its couple expects to return as many numbers as it is given, got shape {coupled.shape}"
+        return f"its couple must return an array of the shape it is given, got shape {coupled.shape}"
     if not law.bounded:
         if np.array_equal(coupled, x):
             return ""
         return (
-            "its couple is another variable than the normal one and it has no atoms: give their values and weights, "
-            "or shape dW in the step and set discontinuous_in_noise"
+            "its couple changes the normal variable, but it has no atoms: give their values and weights, "
+            "or transform dW in the step and set discontinuous_in_noise"
         )
     return "it is clipped and has atoms: leave one of them out" if law.clip else _why_unlike(law, coupled)
 
@@ -107,14 +107,14 @@ def _why_unlike(law: Law, coupled: Array) -> str:
     """Return why atoms have wrong moments or differ from `couple` at normal quantiles, or an empty string."""
     values, weights = np.array(law.values), np.array(law.weights)
     if values.shape != weights.shape or not (weights > 0.0).all() or abs(weights.sum() - 1.0) > SUMMED:
-        return "weights expects a positive number for each atom, of sum 1"
+        return "weights expects one positive number per atom, with sum 1"
     mean, variance = float(weights @ values), float(weights @ values**2)
     if max(abs(mean), abs(variance - 1.0)) > SUMMED:
         return f"its atoms have mean {mean:.4g} and second moment {variance:.4g}, expected 0 and 1"
     taken = np.isclose(coupled[0], values[:, None], rtol=SUMMED, atol=SUMMED)
     shares = taken.mean(axis=1)
     if not taken.any(axis=0).all():
-        return f"its couple returns {coupled[0][~taken.any(axis=0)][0]:.6g}, which is none of its atoms"
+        return f"its couple returns {coupled[0][~taken.any(axis=0)][0]:.6g}, which is not one of its atoms"
     off = int(np.argmax(np.abs(shares - weights)))
     if abs(shares[off] - weights[off]) > EDGES / QUANTILES:
         found = f"its couple takes the atom {values[off]:.4g} with probability {shares[off]:.4g}"

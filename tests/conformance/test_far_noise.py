@@ -155,7 +155,7 @@ def test_nodes_of_one_size_do_not_show_what_is_lost():
     assert law_departure(wrong, four_motions()) == ""
     found = verify(wrong, "four-motions", ["strong", "weak"]).verdicts
     assert set(found.verdict) == {"refuted"}
-    assert all("along noise of 2.5 to" in reason for reason in found.reason)
+    assert all("with noise of 2.5 to" in reason for reason in found.reason)
 
 
 def test_a_claim_of_the_law_alone_is_held_to_the_law():

@@ -1,4 +1,4 @@
-"""A solver with random numbers of its own does not apply: it is told what to do, and never refuted."""
+"""A solver with draws its own random numbers does not apply: it is told what to do, and never refuted."""
 
 from typing import ClassVar
 
@@ -60,7 +60,7 @@ def test_a_solver_with_numbers_of_its_own_does_not_apply(scheme):
     assert result.verdicts.empty
     assert not result.not_applicable.empty
     claimed = result.not_applicable[result.not_applicable.measure.isin(["weak", "invariant"])]
-    assert any("random numbers of its own" in reason for reason in claimed.reason)
+    assert any("draws its own random numbers" in reason for reason in claimed.reason)
     assert any("noise.dW" in reason for reason in claimed.reason)
     assert "refuted" not in set(result.classes.verdict)
 

@@ -82,7 +82,7 @@ def test_what_costs_an_order_or_lasts_is_refuted(scheme: Scheme, equation: str) 
     text = exactness_violation(scheme)
 
     assert text.startswith(f"not exact on {equation}")
-    assert ("so that it is what enter sets" in text) == (equation == "dx = 0")
+    assert ("so that enter sets a wrong memory" in text) == (equation == "dx = 0")
 
 
 def test_a_claim_above_the_order_of_the_start_is_not_verified() -> None:

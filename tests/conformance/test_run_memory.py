@@ -101,7 +101,7 @@ def seen(scheme: Scheme, problem: Any) -> Any:
 def test_memory_that_goes_wrong_in_a_run_is_told(name: str) -> None:
     """What `enter` would set right and a run does not is found where pilot paths go, at all times."""
     scheme, problem = WRONG[name]
-    assert "a run and a start by enter(problem, state, t, h) differ" in departure(scheme, seen(scheme, problem))
+    assert "a run and a restart by enter(problem, state, t, h) differ" in departure(scheme, seen(scheme, problem))
 
 
 @pytest.mark.long
