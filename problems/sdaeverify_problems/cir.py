@@ -58,7 +58,7 @@ def cir(kappa: float = 1.0, theta: float = 1.0, sigma: float = 0.5, x_0: float =
             InvariantMean(observable="x^2", value=theta**2 + spread, source=SOURCE),
         ),
         relaxation_time=1.0 / kappa,
-        units="x dimensionless, time in the unit of 1/kappa",
+        units="x dimensionless, time in units of 1/kappa",
         source=SOURCE,
     )
 

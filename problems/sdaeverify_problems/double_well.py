@@ -52,7 +52,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
         # The law falls off faster than a normal one: half its width keeps the expansion near the wells.
         chart=Chart(axes=(Line(0.0, 0.5 * means["x^2"] ** 0.5),), embed=lambda z: z, read=lambda x: x),
         relaxation_time=relaxation(sigma),
-        units="wells at -1 and 1, time in the unit of the growth time at the hill",
+        units="wells at -1 and 1, time in units of the growth time at the hill",
         source="Pavliotis 2014, chapter 4",
     )
 

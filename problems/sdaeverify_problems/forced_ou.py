@@ -63,7 +63,7 @@ def forced_ou(
             solution(1.0, advance, source, extra_normals=1),
             *normal.normal_moments(law, source),
         ),
-        units="x in units of its choice, time in the unit of 1/a",
+        units="x in arbitrary units, time in units of 1/a",
         source="Kloeden & Platen 1992, section 4.4",
     )
 

@@ -47,7 +47,7 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
             *powers(x_0, a, b),
             MeanSquareStability(stable=2 * a + b * b < 0, source=SOURCE),
         ),
-        units="x dimensionless, time in the unit of 1/a",
+        units="x dimensionless, time in units of 1/a",
         source=SOURCE,
     )
 

@@ -56,7 +56,7 @@ def gbm_algebraic(
             *powers(x_0, A, b),
             MeanSquareStability(stable=2.0 * A + b * b < 0.0, source=SOURCE),
         ),
-        units="x dimensionless, time in the unit of 1/|a|",
+        units="x dimensionless, time in units of 1/|a|",
         source=SOURCE,
     )
 

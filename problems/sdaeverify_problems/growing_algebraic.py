@@ -69,7 +69,7 @@ def growing_algebraic(
             solution(x_0, advance, SOURCE, parts=parts_of),
             *moments({"x": power(1), "x^2": power(2), "y": lambda t: volatility(t) * power(1)(t)}, SOURCE),
         ),
-        units="x dimensionless, time in the unit of 1/|a|",
+        units="x dimensionless, time in units of 1/|a|",
         source=SOURCE,
     )
 

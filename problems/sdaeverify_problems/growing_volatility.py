@@ -56,7 +56,7 @@ def growing_volatility(
         traits=frozenset({"diagonal-noise"}),
         observables=monomials("x", "x^2"),
         truths=(solution(x_0, advance, SOURCE), *moments({"x": power(1), "x^2": power(2)}, SOURCE)),
-        units="x dimensionless, time in the unit of 1/a",
+        units="x dimensionless, time in units of 1/a",
         source=SOURCE,
     )
 

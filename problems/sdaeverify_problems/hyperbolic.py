@@ -52,7 +52,7 @@ def hyperbolic(a: float = 0.5, b: float = 0.6, x_0: float = 0.5, horizon: float 
             solution(np.arcsinh(x_0), advance, SOURCE, parts=lambda t, y: {"x": np.sinh(y)}),
             *moments(values, SOURCE),
         ),
-        units="x dimensionless, time in the unit of 1/a",
+        units="x dimensionless, time in units of 1/a",
         source=SOURCE,
     )
 

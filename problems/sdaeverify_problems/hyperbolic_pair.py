@@ -65,7 +65,7 @@ def hyperbolic_pair(
             solution(start, advance, SOURCE, parts=lambda t, y: {"x": np.sinh(y)}),
             *moments(values(start, c, b_1, b_2), SOURCE),
         ),
-        units="x dimensionless, time in the unit of 1/c",
+        units="x dimensionless, time in units of 1/c",
         source=SOURCE,
     )
 

@@ -61,7 +61,7 @@ def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SD
             *moments(values, SOURCE),
             MeanSquareStability(stable=bool(np.linalg.eigvals(GENERATOR).real.max() < 0.0), source=SOURCE),
         ),
-        units="x dimensionless, time in the unit of the damping time",
+        units="x dimensionless, time in units of the damping time",
         source="Kloeden & Platen 1992, section 10.3",
     )
 

@@ -61,7 +61,7 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
             *(() if tau else (solution(1.0, exponential(a, b), SOURCE, parts=parts_of),)),
             *powers(1.0, a, b),
         ),
-        units="x and y dimensionless, time in the unit of 1/|a|",
+        units="x and y dimensionless, time in units of 1/|a|",
         source=SOURCE,
     )
 

@@ -56,7 +56,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
         ),
         chart=Chart(axes=(Line(0.0, width),), embed=lambda z: z, read=lambda x: x) if settles else None,
         relaxation_time=1.0 / a if settles else np.inf,
-        units="x in units of its choice, time in the unit of 1/a",
+        units="x in arbitrary units, time in units of 1/a",
         source=source,
     )
 

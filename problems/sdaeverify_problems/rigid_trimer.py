@@ -64,7 +64,7 @@ def rigid_trimer(
         observables=OBSERVABLES,
         truths=() if eps else truths(float(np.cos(angle)), sigma),
         relaxation_time=np.inf if eps else 1.0 / angle_diffusion(sigma).gap,
-        units="bond length 1, time in the unit in which sigma is given",
+        units="bond length 1, time in the units in which sigma is given",
         source="Laurent 2022, (1.2) and (1.4), on a chain of two rigid bonds",
     )
 

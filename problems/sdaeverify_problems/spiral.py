@@ -58,7 +58,7 @@ def spiral(
             *moments(values, SOURCE),
             MeanSquareStability(stable=growth < 0.0, source=SOURCE),
         ),
-        units="x dimensionless, time in its own unit",
+        units="x dimensionless, time in arbitrary units",
         source=SOURCE,
     )
 

@@ -41,7 +41,7 @@ class Order:
             )
         if self.margin >= HALF:
             raise SchemeError(
-                f"a margin must be less than 1/2, or the next lower order would do as well; got {self.margin!r}"
+                f"a margin must be less than 1/2, or the next lower order would be accepted; got {self.margin!r}"
             )
 
     @property
@@ -121,7 +121,7 @@ class Word:
         if not self.text:
             raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
         if self.text == UNBIASED:
-            raise SchemeError("a claim to be unbiased says within which bound")
+            raise SchemeError("a claim to be unbiased needs a bound")
 
     def __str__(self) -> str:
         return self.text
@@ -150,7 +150,7 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
         If `margin`, `bound` or `share` does not apply to the kind of value given.
     """
     if share is not None and bound is None:
-        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+        raise SchemeError(f"a share is the part of the steps in which a bound holds; got {share!r} without bound")
     if isinstance(given, str):
         if bound is not None:
             return Bound(given, bound, 1.0 if share is None else share)
@@ -158,9 +158,9 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
             raise SchemeError(f"a claimed order is a number, not a text; got {given!r}")
         return Exact() if given == ROUND_OFF else Word(given)
     if bound is not None:
-        raise SchemeError(f"a bound is of a claim in words; got {given!r}, {bound!r}")
+        raise SchemeError(f"a bound belongs to a claim in words; got {given!r}, {bound!r}")
     if not isinstance(given, Order | Exact | Bound | Word):
         return Order(given, MARGIN if margin is None else margin)
     if margin is not None:
-        raise SchemeError(f"a margin is of an order given as a number; got {given!r}, {margin!r}")
+        raise SchemeError(f"a margin belongs to an order given as a number; got {given!r}, {margin!r}")
     return given

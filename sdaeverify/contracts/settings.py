@@ -75,7 +75,7 @@ class Settings:
         require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
         for name in ("levels", "first_levels"):
             given = getattr(self, name)
-            require(given >= 3, name, "at least 3, or no slope can be told", given)
+            require(given >= 3, name, "at least 3, which a slope needs", given)
         require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
         require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)

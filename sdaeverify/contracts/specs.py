@@ -226,7 +226,7 @@ def check_scheme(scheme: object) -> None:
     check_parameters(owner, dataclass_parameters(kind))
     # Tables, controls and stored evidence identify schemes by their labels, so a label must not be overridden.
     if kind.label is not Scheme.label:
-        raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
+        raise UsageError(f"{owner}: its label is computed from its name and parameters; do not override label")
     _check_declarations(owner, kind)
     if kind.step is Scheme.step and kind.prepare is Scheme.prepare:
         raise UsageError(f"{owner}: the class {kind.__name__} has no step; write its method step, or prepare")

@@ -242,7 +242,7 @@ def _check_truth(problem: Problem, initial: Parts) -> None:
         return
     known = problem.pathwise.parts(0.0, problem.pathwise.start(PROBES))
     if not known.keys() & initial.keys():
-        raise ProblemError(f"the truth knows {sorted(known)}, the problem's components are {sorted(initial)}")
+        raise ProblemError(f"the truth provides {sorted(known)}, the problem's components are {sorted(initial)}")
     for name in known.keys() & initial.keys():
         if np.shape(known[name]) != initial[name].shape:
             given = f"shape {np.shape(known[name])}, expected {initial[name].shape}"

@@ -173,11 +173,11 @@ def why_not_within(problem: Any, domain: Domain | None) -> str:
     if domain is None:
         return ""
     if problem.domain is None:
-        return f"is for states with {domain}, and the problem declares no domain"
+        return f"requires states with {domain}, and the problem declares no domain"
     equation = problem.equation()
     d = 1 if equation is None else equation.dimension
     inside = problem.domain is domain or domain.contains(problem.domain.draw(d, STATES)).all()
-    return "" if inside else f"is for states with {domain}; those of the problem have {problem.domain}"
+    return "" if inside else f"requires states with {domain}; those of the problem have {problem.domain}"
 
 
 def _is_nonnegative(x: Array) -> Mask:

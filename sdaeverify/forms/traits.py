@@ -44,7 +44,7 @@ GENERAL: tuple[Trait, ...] = (
     Trait(
         "commutative-noise",
         "DB_j(x) B_k(x) = DB_k(x) B_j(x) for all columns of the diffusion of the SDE (of the inherent SDE, for a "
-        "constrained problem), so that no Levy area counts for strong order 1 (set by the form where the noise is "
+        "constrained problem), so that strong order 1 needs no Levy area (set by the form where the noise is "
         "scalar, diagonal or additive, or the Milstein term vanishes).",
     ),
     Trait(
@@ -60,12 +60,12 @@ GENERAL: tuple[Trait, ...] = (
     Trait(
         "normal-milstein-term",
         "DB_j(x) B_k(x) is orthogonal to the manifold g = 0 of an SDE's constraint, at points x of it, so that a "
-        "projection supplies what Euler-Maruyama lacks.",
+        "projection adds the Milstein term that Euler-Maruyama lacks.",
     ),
     Trait(
         "unconstrained",
         "No constraint was eliminated or left to the scheme (set by the form itself): what does not project cannot "
-        "leave a manifold in the long run.",
+        "drift off a manifold in the long run.",
     ),
     Trait("constrained", "It has constraints, eliminated or not (set by the form itself)."),
     Trait(
@@ -82,14 +82,14 @@ GENERAL: tuple[Trait, ...] = (
 INDEX_ONE: tuple[Trait, ...] = (
     Trait(
         "algebraic",
-        "Its constraint determines algebraic components that a step solves for: index 1 (set by the form itself).",
+        "Its constraint determines algebraic components, for which a step solves: index 1 (set by the form itself).",
     ),
     Trait(
         "dissipative",
-        "It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, as it is "
+        "It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, directly "
         "or with y eliminated (set by the form).",
     ),
-    Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
+    Trait("delayed-noise", "The diffusion of a delay equation depends only on time and the delayed state."),
 )
 # Traits that forms set themselves: declarations by authors do not add them.
 SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic", "nonnegative"})

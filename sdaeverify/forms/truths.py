@@ -44,7 +44,7 @@ class Pathwise:
             raise ProblemError(f"the order of a pathwise truth must be positive, got {self.order!r}")
         if self.extra_normals and not self.exact:
             raise ProblemError(
-                "a pathwise truth of finite order cannot use extra normals: two resolutions must agree"
+                "a pathwise truth of finite order cannot use extra normals, because two resolutions must agree"
             )
 
     @property

@@ -70,7 +70,7 @@ def test_energy_norm_leaves_the_clock_out():
     ("mass", "text"),
     [
         ([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, np.inf]], "mass must be a finite matrix"),
-        (np.diag([np.inf, np.inf, np.inf]), "finite in some direction"),
+        (np.diag([np.inf, np.inf, np.inf]), "finite in at least one direction"),
         (np.diag([1.0, -np.inf, 1.0]), "mass must be a finite matrix"),
     ],
 )

@@ -84,7 +84,7 @@ def test_a_start_outside_is_refused():
 def test_a_sampler_that_leaves_its_own_set_is_refused():
     """A predicate and its sampler agree."""
     wrong = Domain("x >= 0", lambda x: (x >= 0.0).all(axis=0), lambda rng, d, count: -np.ones((d, count)))
-    with pytest.raises(ProblemError, match="sample returns states that contains says are not in it"):
+    with pytest.raises(ProblemError, match="sample returns states that contains rejects"):
         SDE(**GIVEN, start=[1.0], domain=wrong)
 
 
@@ -115,9 +115,9 @@ def test_a_domain_lies_in_another_one():
     inside, around = (SDE(**GIVEN, start=[0.5], domain=Domain.box(low, 1.0)) for low in (0.0, -1.0))
     orthant = Domain.orthant()
     assert why_not_within(inside, orthant) == ""
-    assert why_not_within(around, orthant) == "is for states with x >= 0; those of the problem have -1 <= x <= 1"
+    assert why_not_within(around, orthant) == "requires states with x >= 0; those of the problem have -1 <= x <= 1"
     plain = SDE(**GIVEN, start=[0.5])
-    assert why_not_within(plain, orthant) == "is for states with x >= 0, and the problem declares no domain"
+    assert why_not_within(plain, orthant) == "requires states with x >= 0, and the problem declares no domain"
     assert why_not_within(plain, None) == ""
 
 

@@ -110,7 +110,7 @@ REFUSED = [
     ({"diffusion_product": lambda t, r, v, w: 1.1 * w}, "diffusion_product disagrees"),
     ({"diffusion_product": lambda t, r, v, w: w[:1]}, "diffusion_product returned shape"),
     ({"linearisation": lambda r: DenseJacobian(1.1 * jacobian(r))}, "disagrees with the derivative"),
-    ({"linearisation": lambda r: DenseJacobian(jacobian(r)), "mass": MASS}, "without mass matrix"),
+    ({"linearisation": lambda r: DenseJacobian(jacobian(r)), "mass": MASS}, "with a mass matrix"),
 ]
 
 

@@ -88,16 +88,16 @@ REFUSED = [
     ({"names": {"x": 0}}, "names['x'] must be a slice of the 2 components, got 0"),
     ({"observables": {"phi": lambda t, s: s["y"][0]}}, "'phi' asks for 'y'; the problem's components are x"),
     ({"observables": {"phi": lambda t, s: s["x"]}}, "'phi' returned shape (2, 3), expected (3,)"),
-    ({"truths": (known(lambda t, z: {"y": z}),)}, "the truth knows ['y'], the problem's components are ['x']"),
+    ({"truths": (known(lambda t, z: {"y": z}),)}, "the truth provides ['y'], the problem's components are ['x']"),
     ({"truths": (known(lambda t, z: {"x": z[:1]}),)}, "paths last"),
     ({"truths": (known(lambda t, z: {"x": z + 1.0}),)}, "the truth starts with x at"),
     ({"traits": {"additive-noise"}, "diffusion": uneven}, "trait additive-noise: the diffusion"),
     ({"traits": {"diagonal-noise"}, "diffusion": uneven}, "trait diagonal-noise: the diffusion"),
     ({"traits": {"commutative-noise"}}, "trait commutative-noise: DB_j B_k and DB_k B_j differ"),
-    ({**GRADIENT, "diffusion": lambda t, x: np.diag([1.0, 2.0])[..., None]}, "the diffusion is no multiple of Id"),
+    ({**GRADIENT, "diffusion": lambda t, x: np.diag([1.0, 2.0])[..., None]}, "the diffusion is not a multiple of Id"),
     ({**GRADIENT, "drift": lambda t, x: (1.0 + t) * x}, "trait overdamped-gradient: the drift depends on time"),
     ({**GRADIENT, "drift": lambda t, x: x[::-1] * [[1.0], [2.0]]}, "trait overdamped-gradient: Df is not symmetric"),
-    ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
+    ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is given without constraint"),
 ]
 OFF_THE_ELLIPSE = [
     ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
@@ -208,7 +208,7 @@ def test_the_pathwise_truth_is_found_among_the_truths():
 
 def test_a_state_with_further_memory_is_not_split():
     """A bare array of another length is no state of the problem."""
-    with pytest.raises(SchemeError, match="further memory"):
+    with pytest.raises(SchemeError, match="additional memory"):
         make().parts(np.ones((3, 4)))
 
 

@@ -43,7 +43,11 @@ PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
     ("orthogonal-group", {"stiffness": 1e9}, "stiffness must be at most 1e4"),
     ("penalised-sphere", {"eps": -0.1}, f"{NOT_NEGATIVE} -0.1"),
     ("penalised-sphere", {"damping": -1.0}, "damping must be finite and not negative, got -1.0"),
-    ("penalised-sphere", {"pull": 1.0, "spin": 1.0}, "no closed form is known with pull and damping or spin"),
+    (
+        "penalised-sphere",
+        {"pull": 1.0, "spin": 1.0},
+        "no closed form is known for pull combined with damping or spin",
+    ),
     ("rigid-trimer", {"sigma": 0.0}, "sigma must be positive and finite, got 0.0"),
     ("sphere-langevin", {"m_2": -1.0}, "m_2 must be positive and finite, got -1.0"),
     ("sphere-product", {"spheres": 1}, "spheres must be at least 2, got 1"),
@@ -138,7 +142,7 @@ MESSAGES: list[tuple[Callable[[], object], str]] = [
     ),
     (
         lambda: constrained_langevin(lambda r: r, bath()),
-        "^constrained Langevin dynamics need the position they start",
+        "^constrained Langevin dynamics need an initial position",
     ),
     (
         lambda: constrained_langevin(lambda r: r[0], bath(), position=[1.0, 0.0, 0.0]),

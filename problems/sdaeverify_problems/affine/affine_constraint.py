@@ -60,7 +60,7 @@ def affine_constraint(
         truths=truths(given, start),
         chart=chart,
         relaxation_time=1.0 / law.slowest(),
-        units="x in units of its choice, time so that the drift without coupling has rate 1",
+        units="x in arbitrary units, time scaled so that the drift without coupling has rate 1",
         source="Laurent 2022, (1.2) and (1.4), with an affine constraint",
     )
 

@@ -58,7 +58,7 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
         ),
         chart=Chart(axes=(Angle(),), embed=direction, read=lambda x: np.arctan2(x[1], x[0])[None]),
         relaxation_time=2.0,
-        units="radius 1, time so that the noise has unit strength",
+        units="radius 1, time scaled so that the noise has unit strength",
         source="Oksendal 2003, chapter 5",
     )
 

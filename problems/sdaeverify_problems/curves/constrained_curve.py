@@ -62,7 +62,7 @@ def constrained_curve(
         truths=() if eps else truths(curve, theta_0),
         chart=None if eps else Chart((Angle(),), gamma, lambda x: np.arctan2(x[1], x[0] / radius)[None]),
         relaxation_time=np.inf if eps else curve.relaxation,
-        units="small half axis 1, time in the unit in which sigma is given",
+        units="small half axis 1, time in the units in which sigma is given",
         source="Laurent 2022, (1.2) and (1.4), on a closed curve",
     )
 

@@ -63,7 +63,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
         chart=Chart(axes=(Angle(),), embed=embed, read=lambda x: np.arctan2(x[1], 0.5 * x[0])[None]),
         # By arc length it is that of a circle.
         relaxation_time=1.0 / RATE if fixman else 2.0 * (circumference() / (2 * np.pi)) ** 2,
-        units="small half axis 1, time so that the noise has unit strength",
+        units="small half axis 1, time scaled so that the noise has unit strength",
         source="Ciccotti, Lelievre & Vanden-Eijnden 2008, on x^2/4 + y^2 = 1",
     )
 

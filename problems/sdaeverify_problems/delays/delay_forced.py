@@ -81,7 +81,7 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
         traits=frozenset({"additive-noise"}),
         observables=monomials("x", "x^2", "x^3", "y"),
         truths=_moments(free, horizon, periodic, lambda t, x, v: q * x + B * v + force(t)),
-        units="x in units of its choice, time in the unit of 1/|B|",
+        units="x in arbitrary units, time in units of 1/|B|",
         source=SOURCE,
     )
 

@@ -72,7 +72,7 @@ def delay_growing(
             },
             SOURCE,
         ),
-        units="x dimensionless, time in the unit of the delay",
+        units="x dimensionless, time in units of the delay",
         source=SOURCE,
     )
 

@@ -49,7 +49,7 @@ def delay_linear(
         truths=(MeanSquareStability(stable=stable, source="E x^2 as a renewal equation"),),
         traits=frozenset({"delayed-noise"} if c == 0.0 else set()),
         dissipation=Coefficients(A, B, c, d, 0.0, 0.0).dissipation,
-        units="x dimensionless, time in the unit of 1/|A|",
+        units="x dimensionless, time in units of 1/|A|",
         source="Qu, Huang & Liu 2010, (5.1) without the sine",
     )
 

@@ -35,7 +35,7 @@ def delay_martingale(d: float = 0.8, tau: float = 1.0, horizon: float = 2.0) -> 
         ScalarDelay(0.0, 0.0, 0.0, d, 0.0, tau, 1.0, 0.0),
         horizon=horizon,
         traits=frozenset({"delayed-noise"}),
-        units="x dimensionless, time in the unit of 1/d^2",
+        units="x dimensionless, time in units of 1/d^2",
         source="Ito's isometry",
     )
 

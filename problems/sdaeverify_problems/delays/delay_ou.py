@@ -50,7 +50,7 @@ def delay_ou(
         truths=limits(means, source),
         traits=frozenset({"additive-noise"}),
         relaxation_time=1.0 / decay if means else float("inf"),
-        units="x in units of its choice, time in the unit of 1/|B|",
+        units="x in arbitrary units, time in units of 1/|B|",
         source=source,
     )
 

@@ -59,7 +59,7 @@ def delay_pair(sigma: float = 0.5, tau: float = 0.37, omega: float = 3.0, horizo
         noise_dim=2,
         horizon=horizon,
         observables=monomials("x_1", "x_2^2", "y_1"),
-        units="x dimensionless, time in the unit of the rates",
+        units="x dimensionless, time in units of the rates",
         source="Qu, Huang & Liu 2010, (2.1), for two components",
     )
 

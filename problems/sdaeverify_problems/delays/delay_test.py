@@ -79,7 +79,7 @@ def problem(at: Coefficients, horizon: float) -> DelaySDAE:
         truths=moments(at, horizon),
         dissipation=at.dissipation,
         dissipation_without_y=at.dissipation_without_y,
-        units="x dimensionless, time in the unit of the delay",
+        units="x dimensionless, time in units of the delay",
         source=SOURCE,
     )
 

@@ -70,7 +70,7 @@ def fibre_problem(
         noise_dim=len(r),
         traits=noise.traits,
         observables=observables(fibre),
-        units="length of the fibre 1, time in the unit in which alpha, Fr and Dr are given",
+        units="length of the fibre 1, time in the units in which alpha, Fr and Dr are given",
         source="Lindner et al. 2018, (2.8)",
     )
     return with_inherent_truth(problem) if fibre.D is None and is_resolved(fibre, horizon) else problem

@@ -64,7 +64,7 @@ def fibre_linear(
             "speed^2": lambda t, s: s["p"][-1] ** 2,
         },
         truths=(_exact(fibre), *_moments(fibre)),
-        units="length of the fibre 1, time in the unit in which alpha, Fr and Dr are given",
+        units="length of the fibre 1, time in the units in which alpha, Fr and Dr are given",
         source="Lindner et al. 2018, (2.8), linearised at the straight fibre",
     )
 

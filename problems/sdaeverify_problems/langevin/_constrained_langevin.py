@@ -41,7 +41,7 @@ def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mecha
     function("gradient", gradient)
     instance("bath", bath, Bath)
     if "position" not in mechanics:
-        raise ProblemError("constrained Langevin dynamics need the position they start from")
+        raise ProblemError("constrained Langevin dynamics need an initial position")
     r = np.asarray(mechanics["position"], dtype=float)[:, None]
     if np.shape(gradient(r)) != r.shape:
         raise ProblemError(f"grad V returned shape {np.shape(gradient(r))} for positions of shape {r.shape}")

@@ -80,7 +80,7 @@ def harmonic_langevin(
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),
         relaxation_time=float(-1.0 / np.linalg.eigvals(M).real.max()),
-        units="mass 1, time in its own unit",
+        units="mass 1, time in arbitrary units",
         source="Pavliotis 2014, section 6.3",
     )
 

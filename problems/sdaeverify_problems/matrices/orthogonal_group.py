@@ -57,7 +57,7 @@ def orthogonal_group(
         truths=known,
         chart=rotations() if m == 2 and eps == 0.0 else None,
         relaxation_time=1.0 / max(stiffness, SIGMA**2 * (m - 1) / 4.0) if known else np.inf,
-        units="entries of the identity 1, time so that the noise has strength sqrt(2)",
+        units="entries of the identity 1, time scaled so that the noise has strength sqrt(2)",
         source="Laurent 2022, section 4.2",
     )
 

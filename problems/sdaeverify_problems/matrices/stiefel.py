@@ -61,7 +61,7 @@ def stiefel(
         observables=ENTRIES | SQUARES if eps else ENTRIES,
         truths=(*limits({"x_11": 0.0, "x_11^2": law.level / d}, SYMMETRY), *(radial(law, p) if eps else decay)),
         relaxation_time=law.level / rate,
-        units="columns of length 1, time so that the noise has strength 1",
+        units="columns of length 1, time scaled so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on orthonormal frames",
     )
 

@@ -90,7 +90,7 @@ def linear_system(l: int, horizon: float, noise: frozenset[str], known: tuple[Co
         horizon=horizon,
         observables=monomials(*values),
         truths=moments(values, SOURCE),
-        units="x dimensionless, time in the unit of the damping time",
+        units="x dimensionless, time in units of the damping time",
         source="Kloeden & Platen 1992, section 10.3",
     )
 

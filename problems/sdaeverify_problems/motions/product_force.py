@@ -72,7 +72,7 @@ def product_force(
         traits=frozenset({"additive-noise"}),
         observables=monomials(*NAMES),
         truths=moments({name: value(row) for row, name in enumerate(NAMES, 1)}, SOURCE),
-        units="x dimensionless, time in the unit of 1/a",
+        units="x dimensionless, time in units of 1/a",
         source=SOURCE,
     )
 

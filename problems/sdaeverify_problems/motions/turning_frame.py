@@ -68,7 +68,7 @@ def turning_frame(omega: float = 1.0, x_1: float = 1.0, x_2: float = 0.5, horizo
         horizon=horizon,
         observables=monomials(*values),
         truths=moments(values, SOURCE),
-        units="x dimensionless, time in the unit of the damping time",
+        units="x dimensionless, time in units of the damping time",
         source=f"{SOURCE}, in a turning frame",
     )
 

@@ -68,7 +68,7 @@ def angle_pendulum(
         ),
         chart=Chart(axes=(Angle(), Line(0.0, np.sqrt(rotor.kT))), embed=lambda z: z, read=lambda x: x),
         relaxation_time=rotor.relaxation,
-        units="mass and length 1, time in the unit of 1/sqrt(c)",
+        units="mass and length 1, time in units of 1/sqrt(c)",
         source="Pavliotis 2014, section 6.1",
     )
 

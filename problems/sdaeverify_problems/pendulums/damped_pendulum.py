@@ -78,7 +78,7 @@ def damped_pendulum(
         # The law of omega is widest where <t, M t> is least.
         chart=circle.chart(0.0, np.sqrt(kT / min(1.0, mass))),
         relaxation_time=rotor.relaxation + 2.0 * (max(1.0, mass) - 1.0) / gamma,
-        units="length of the pendulum 1, time in the unit of 1/gamma",
+        units="length of the pendulum 1, time in units of 1/gamma",
         source="Lindner & Stroot 2017, section 5.1, a = -gamma v - c_g e_2, B = sqrt(2 gamma kT) Id",
     )
     return problem if mass == 1.0 else with_inherent_truth(problem)

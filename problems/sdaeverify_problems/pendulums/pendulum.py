@@ -59,7 +59,7 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
         truths=(pathwise, balance, *(free_moments(theta_0, omega_0, 1.0) if c_g == 0.0 else ())),
         # Without gravity, omega - omega_0 is Brownian motion.
         chart=circle.chart(omega_0, np.sqrt(horizon)),
-        units="length of the pendulum 1, time so that the noise has unit strength",
+        units="length of the pendulum 1, time scaled so that the noise has unit strength",
         source=SHEET,
     )
 

@@ -56,7 +56,7 @@ def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: flo
         truths=(truth, energy, *free_moments(theta_0, omega_0, 0.0)),
         # omega - omega_0 is Brownian motion.
         chart=circle.chart(omega_0, np.sqrt(horizon)),
-        units="length of the pendulum 1, time so that the noise has unit strength",
+        units="length of the pendulum 1, time scaled so that the noise has unit strength",
         source="Lindner & Stroot 2017, section 5.1, B(r) = J r",
     )
 

@@ -69,7 +69,7 @@ def pendulum_velocity_noise(
             *moments(values, source),
             MeanSquareStability(stable=sigma**2 < 2 * gamma, source=source),
         ),
-        units="length of the pendulum 1, time in the unit of omega_0",
+        units="length of the pendulum 1, time in units of omega_0",
         source="Lindner & Stroot 2017, section 5.1, B(r, v) = sigma v",
     )
 

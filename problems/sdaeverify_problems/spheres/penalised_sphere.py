@@ -67,7 +67,7 @@ def penalised_sphere(
         truths=truths(known, source),
         chart=polar_chart(law, square) if d == 2 else None,
         relaxation_time=law.relaxation,
-        units="radius 1, time so that the noise has strength 1",
+        units="radius 1, time scaled so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on the sphere",
     )
 
@@ -94,7 +94,7 @@ def check_parameters(eps: float, d: int, pull: float, damping: float, spin: floa
     check_not_negative(eps=eps, damping=damping)
     check_least(2, d=d)
     if pull and (damping or spin):
-        raise ParameterError("no closed form is known with pull and damping or spin: leave one of them 0")
+        raise ParameterError("no closed form is known for pull combined with damping or spin: set one of them to 0")
 
 
 @hookimpl

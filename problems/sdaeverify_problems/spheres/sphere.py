@@ -54,7 +54,7 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
             *limits({"x_1": 0.0, "x_2": 0.0, "x_3": 0.0, "x_3^2": 1 / 3, "x_1 x_3": 0.0}, "uniform law"),
         ),
         relaxation_time=RELAXATION,
-        units="radius 1, time so that the noise has unit strength",
+        units="radius 1, time scaled so that the noise has unit strength",
         source="Hsu 2002, chapter 3",
     )
 

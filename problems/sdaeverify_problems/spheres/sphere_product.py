@@ -62,7 +62,7 @@ def sphere_product(
         controls=controls.ADDITIVE if eps else controls.GENERAL,
         observables={name: lambda t, s, of=each.value: of(s["x"]) for name, each in known.items()},
         truths=moments({name: each.moment for name, each in known.items()}, SOURCE),
-        units="radii 1, time so that the noise has strength 1",
+        units="radii 1, time scaled so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on products of spheres",
     )
 
@@ -72,7 +72,7 @@ def mixture(q: int, mixing: float) -> Array:
     i, j = np.indices((q, q))
     A = np.eye(q) + mixing * np.sin(1.0 + i + 3.0 * j)
     if not (np.isfinite(mixing) and np.linalg.cond(A) < 1e3):
-        raise ParameterError(f"A must be regular, which it is hardly or not for mixing = {mixing!r}")
+        raise ParameterError(f"A must be regular, but it is singular or nearly so for mixing = {mixing!r}")
     return np.asarray(A)
 
 

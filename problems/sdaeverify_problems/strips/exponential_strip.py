@@ -63,7 +63,7 @@ def exponential_strip(
         chart=chart,
         traits=frozenset() if eps else frozenset({"normal-milstein-term"}),
         relaxation_time=1.0 / kappa,
-        units="length and time so that alpha and kappa are what they are and the noise has strength 1",
+        units="length and time scaled so that the noise has strength 1 and alpha and kappa are as given",
         source="Laurent 2022, (1.2) and (1.4), on a strip around a line",
     )
 

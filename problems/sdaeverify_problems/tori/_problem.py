@@ -55,7 +55,7 @@ def torus_problem(
         truths=limits({name: means[name] for name in observed if name in means}, source),
         chart=None if eps else surface_chart(),
         relaxation_time=1.0 / stiffness if means else np.inf,
-        units="radius of the tube 1, time so that the noise has strength sqrt(2)",
+        units="radius of the tube 1, time scaled so that the noise has strength sqrt(2)",
         source="Laurent 2022, section 4.1",
     )
 

@@ -27,7 +27,7 @@ def delay_features() -> tuple[Feature, ...]:
     return (
         *undelayed_features(),
         Feature("noise that depends on the past", lambda problem: bool(problem.delay) and _noise_varies(problem, 1)),
-        Feature("a delay that is no multiple of the step", _is_off_the_mesh),
+        Feature("a delay that is not a multiple of the step", _is_off_the_mesh),
     )
 
 

@@ -40,7 +40,7 @@ from .trivial_delays import trivial_delays
 
 # Number of times at which a history is checked.
 HISTORY = 17
-NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)"
+NO_Y = "the equation has no algebraic component y; refuse such problems in refuses(problem)"
 # Arguments: t, x, the lagged x, and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
 K = TypeVar("K")

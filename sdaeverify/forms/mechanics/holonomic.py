@@ -352,7 +352,7 @@ class HolonomicSDAE(Mechanics):
         self._check_derivatives(r)
         check_product(self, r, v)
         if self.linearisation is not None and self.mass is not None:
-            raise ProblemError("linearisation is for problems without mass matrix; leave one of the two out")
+            raise ProblemError("linearisation cannot be combined with a mass matrix; leave one of the two out")
         if self.linearisation is not None:
             check_linearisation(self.linearisation(r), DenseJacobian(self.dg(r)), n, m)
         check_structure(self.blocks, self, r, v)
@@ -393,7 +393,7 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _is_uncoupled(M, ~moved):
         raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {format_value(mass)}")
     if not moved.any():
-        raise ProblemError(f"mass must be finite in some direction, got {M.tolist()}")
+        raise ProblemError(f"mass must be finite in at least one direction, got {M.tolist()}")
     M = M[moved][:, moved]
     if not np.allclose(M, M.T, rtol=0.0, atol=1e-14 * np.abs(M).max()):
         raise ProblemError(f"mass must be symmetric, got {M.tolist()}")

@@ -51,7 +51,7 @@ class Structure:
     def __post_init__(self) -> None:
         ordered = self.owners == tuple(sorted(self.owners)) and {*self.owners} <= set(range(self.nodes))
         if self.nodes < 1 or not self.owners or not ordered or min(self.width, self.reach) < 0:
-            expected = "owners must be nodes that do not decrease, width and reach not negative"
+            expected = "owners must be node numbers in non-decreasing order, width and reach must not be negative"
             raise ProblemError(f"structure: {expected}, got {self}")
 
     @cached_property
@@ -299,7 +299,7 @@ def _check_mass(structure: Structure, problem: Mechanics) -> None:
     blocks = structure.inverse_mass_blocks(problem)
     assert blocks is not None
     if not np.allclose(blocks.times(structure.by_node(y)).reshape(y.shape), problem.inverse_mass(y), rtol=1e-12):
-        raise ProblemError("structure: the mass couples nodes, which it must not; leave structure out")
+        raise ProblemError("structure: the mass matrix couples nodes; leave structure out")
 
 
 def _check_force(structure: Structure, problem: Mechanics, x: Array) -> None:

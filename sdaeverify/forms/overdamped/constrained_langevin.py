@@ -285,7 +285,7 @@ class ConstrainedLangevin(StiffnessFamily):
     def why_not(self, kind: type[Any]) -> str:
         """Return why the problem does not have a capability, or an empty string."""
         if kind is StiffnessFamily and self.family is None:
-            return "the problem comes with one stiffness parameter only"
+            return "the problem is defined for one stiffness parameter only"
         return super().why_not(kind)
 
     def member(self, eps: float) -> "ConstrainedLangevin":

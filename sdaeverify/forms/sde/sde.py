@@ -138,7 +138,7 @@ class SDE(Problem):
         """
         if np.ndim(x) < 2 or len(x) != self.dimension:
             text = f"a state of shape {np.shape(x)}, expected ({self.dimension}, P) with the paths last"
-            raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
+            raise SchemeError(f"{text}; a scheme with additional memory must override parts(problem, state)")
         return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
 
     @classmethod
@@ -271,7 +271,7 @@ class SDE(Problem):
     @property
     def _invariant(self) -> Callable[[Array], Array]:
         if self.constraint is None:
-            raise ProblemError("the equation has no invariant, so that there is no Dg; refuse it in refuses(problem)")
+            raise ProblemError("the equation has no constraint, hence no Dg; refuse it in refuses(problem)")
         return self.constraint
 
     def _check_traits(self, x: Array) -> None:
@@ -295,14 +295,14 @@ class SDE(Problem):
     def _why_not_gradient(self, x: Array) -> str:
         B, d = self.diffusion(0.0, x), self.dimension
         if B.shape[1] != d or not np.allclose(B, B[0, 0] * np.eye(d)[..., None], rtol=1e-12, atol=0.0):
-            return "the diffusion is no multiple of Id"
+            return "the diffusion is not a multiple of Id"
         if not np.array_equal(self.drift(0.0, x), self.drift(0.5 * self.horizon, x)):
             return "the drift depends on time"
         if self.why_not_derivative_of_drift():
             return ""
         J = np.asarray(self.derivative_of_drift(0.0, x))
         symmetric = np.allclose(J, J.swapaxes(0, 1), rtol=0.0, atol=1e-10 * np.abs(J).max())
-        return "" if symmetric else "Df is not symmetric: the drift is no gradient"
+        return "" if symmetric else "Df is not symmetric, so that the drift is not a gradient"
 
     def _commutes(self, t: float, x: Array) -> bool:
         B = np.broadcast_to(self.diffusion(t, x), (self.dimension, self.noise_dim, x.shape[-1]))
@@ -315,12 +315,12 @@ class SDE(Problem):
         if not self.domain.contains(x).all():
             raise ProblemError(f"the start {x[:, 0].tolist()} is not in the domain, {self.domain}")
         if not self.domain.contains(self.domain.draw(self.dimension, PROBES)).all():
-            raise ProblemError(f"domain {self.domain}: sample returns states that contains says are not in it")
+            raise ProblemError(f"domain {self.domain}: sample returns states that contains rejects")
 
     def _check_constraint(self, x: Array) -> None:
         if self.constraint is None:
             if self.jacobian is not None:
-                raise ProblemError("jacobian is that of constraint, which is not given")
+                raise ProblemError("jacobian is given without constraint")
             return
         value = self.constraint(x)
         m = len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else 1
