@@ -62,7 +62,7 @@ class EquationClass:
         """Further requirements on equations and scheme, in words."""
         if not self.overdamped:
             return ""
-        return "drift -grad V, noise sigma dW, both equation and scheme ergodic (nothing of Langevin dynamics)"
+        return "drift -grad V, noise sigma dW, both equation and scheme ergodic (Langevin dynamics not included)"
 
     def trees(self, motions: int, top: int) -> list[Tree]:
         """Return the trees up to a weight, without those whose elementary differential vanishes identically."""

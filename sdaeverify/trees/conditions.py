@@ -109,7 +109,7 @@ class Condition(NamedTuple):
         if not self.on_paths:
             return number_text(self.found, self.tolerance), str(self.wanted)
         if not self.known:
-            return "no function of the record", "I"
+            return "not a function of the record", "I"
         factor = f"{self.found:.4g} I" if abs(self.found) > self.tolerance else "0"
         return (factor if self.rest <= self.tolerance else f"{factor} and {self.rest:.2g} else"), "I"
 

@@ -19,7 +19,7 @@ from .weights import H
 HALF = 0.25
 # Tolerance below a claim for the order of the effect of memory, the same as for orders of single steps.
 MARGINS = {STRONG: 0.1, WEAK: 0.25, INVARIANT: 0.25}
-MEMORY = "memory changes runs by errors of order {:.2f}, which steps without a history do not show"
+MEMORY = "memory adds errors of order {:.2f} to a run, which steps without a history do not show"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Examined:
             forms = " or ".join(form.__name__ for form in scheme.forms)
             return f"solves the form {forms}"
         if scheme.discontinuous_in_noise:
-            return "a step jumps as a function of its noise: it has no expansion"
+            return "a step is discontinuous in its noise, so that it has no expansion"
         return scheme.why_not(problem)
 
     @cached_property
@@ -142,7 +142,7 @@ class Examined:
             found, other = (self._mean_at(condition, rule) for rule in rules)
             defect, rounding = abs(found - float(condition.wanted)), condition.tolerance * (1.0 + abs(found))
             if abs(found - other) > max(AGREEMENT * defect, rounding):
-                return f"two rules give {found:.3g} and {other:.3g} for {condition.name}: {SHAPED}"
+                return f"two quadrature rules give {found:.3g} and {other:.3g} for {condition.name}: {SHAPED}"
         return ""
 
     def _means_of(self, measure: str, p: float) -> list[Condition]:

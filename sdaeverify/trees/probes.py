@@ -195,7 +195,7 @@ class Probe:
     def why_not_far_out(self) -> str:
         """Why the conditions do not cover equations far out, late or with more motions, or an empty text."""
         found = self.unlike_far_out
-        return f"a step is another one far out, late or with further motions ({found:.2g})" if found > SAME else ""
+        return f"a step differs far out, at late times or with more motions ({found:.2g})" if found > SAME else ""
 
     @property
     def far_premise(self) -> str:
@@ -414,9 +414,9 @@ class DiagonalProbe(SDEProbe):
     def why_not_every(self) -> str:
         """Why a step has no weights, or an empty text."""
         if self.series.no_series > SERIES:
-            return f"a step is no power series in sqrt(h) ({self.series.no_series:.2g})"
+            return f"a step is not a power series in sqrt(h) ({self.series.no_series:.2g})"
         if self.series.no_trees > TAYLOR:
-            return f"a step is no sum over trees ({self.series.no_trees:.2g})"
+            return f"a step is not a sum over trees ({self.series.no_trees:.2g})"
         return self.why_not_far_out
 
     @property

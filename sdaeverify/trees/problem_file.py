@@ -101,8 +101,8 @@ def problem_file(condition: Condition, scheme: Scheme, kind: EquationClass | Tre
         written = kind.written(grove_of(trees, kind.nodes, Grove((), motions, NUMBER, 0.0)))
     if written is None:
         raise UsageError(
-            f"no file is written of conditions of {kind.name}; sdaeverify hunt {scheme.label} looks for a problem "
-            "that shows it"
+            f"conditions of {kind.name} have no problem file; sdaeverify hunt {scheme.label} searches for a problem "
+            "on which the claim fails"
         )
     found, wanted = condition.texts
     lines = [f"    {place}  {each}" for place, each in zip(written.components, trees, strict=True)]
@@ -152,7 +152,7 @@ def _written(condition: Condition, trees: Sequence[Tree], motions: int, traits: 
     """
     if traits - {"additive-noise"} and not all(map(_vanishes, trees)):
         raise UsageError(
-            f"the condition {condition.name} is one modulo relations, and the closure of no tree shows it"
+            f"the condition {condition.name} holds modulo relations only, so that the closure of no tree isolates it"
         )
     constant, last = "additive-noise" in traits, len(trees)
     functions = OF_SDE.format(

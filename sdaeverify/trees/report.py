@@ -33,7 +33,7 @@ FEW, MANY, QUICK, QUICK_TREES = 2, 3, 4, 200
 # Weight of the term by which a tamed drift f/(1 + h |f|) deviates from the drift.
 TAMED = 4
 MEASURES = (STRONG, WEAK, INVARIANT)
-ALONE = "the claim is about the mean of {} alone; the order of all smooth functions is {:g}"
+ALONE = "the claim is about the mean of {} only; the order of all smooth functions is {:g}"
 
 
 def every_equation(of: str = "general") -> SDE:
@@ -51,7 +51,7 @@ def every_equation(of: str = "general") -> SDE:
     """
     kind = next((each for each in OF_SDES if each.name == of), None)
     if kind is None:
-        raise UsageError(f"{of!r:.200} is no class of SDEs; known are {', '.join(each.name for each in OF_SDES)}")
+        raise UsageError(f"{of!r:.200} is not a class of SDEs; known are {', '.join(each.name for each in OF_SDES)}")
     motions = _motions_of(kind, FEW)
     return Universal(kind.trees(motions, LEAST), max(1, motions), kind.traits).sde
 
@@ -150,7 +150,7 @@ def named_means(claim: Claim | None) -> str:
 def _of_others(probe: Probe, measure: str) -> str:
     """Return that an order is claimed only for means of functions without a condition, or an empty text."""
     names = [named for each in _in_scope(probe, measure) if (named := named_means(each))]
-    return f"claimed of {' and '.join(names)} alone, and not of all smooth functions" if names else ""
+    return f"claimed only for {' and '.join(names)}, not for all smooth functions" if names else ""
 
 
 def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[str]:
@@ -182,7 +182,7 @@ def _rows(of: Examined) -> Iterator[ClassRow]:
 
 def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
-    unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
+    unasked = "" if row.measure in of.measures else "a bounded law has no paths"
     if why := of.probe.fault or of.probe.why_not_weighed or unasked:
         verdict = Verdict.ERROR if of.probe.fault else _open(claim)
         return replace(row, claim=least, premise=why, verdict=verdict)
@@ -259,8 +259,8 @@ def _impossible(of: Examined, measure: str, claim: Order | None) -> str:
     if claim is None or beyond is None:
         return ""
     given = " and ".join(sorted(of.probe.noise))
-    text = f"no scheme that is given {given} alone can have {measure} order {claim.least:g}"
-    return f"{text} ({beyond.name} is beyond it)"
+    text = f"no scheme that uses only {given} can have {measure} order {claim.least:g}"
+    return f"{text} ({beyond.name} requires more noise)"
 
 
 def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> Verdict:
@@ -286,4 +286,4 @@ def _why_not_enough(of: Examined, claim: Order | None) -> str:
     """Return why the examined trees are too few for the claim, or an empty text."""
     if claim is None or of.probe.top >= needed(claim):
         return ""
-    return f"the order claimed needs trees up to the weight {needed(claim)}"
+    return f"the claimed order needs trees up to the weight {needed(claim)}"

@@ -18,7 +18,7 @@ from .sdes.universal import TIME_0, Universal
 LARGEST, IMPLICIT = 4_000_000, 60
 # Step sizes at which weights in units of h^(w/2) are compared; one ratio is odd.
 H, OTHERS = 0.25, (0.0625, 0.25 / 3.0)
-NOT_SEEN = ": the order is never seen"
+NOT_SEEN = ": no order can be observed"
 
 
 class NoStepError(Exception):

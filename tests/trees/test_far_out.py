@@ -22,7 +22,7 @@ from sdaeverify_schemes.sra1 import SRA1
 pytestmark = pytest.mark.long
 
 BY_NAME = {kind.name: kind for kind in CLASSES}
-REASON = "a step is another one far out, late or with further motions"
+REASON = "a step differs far out, at late times or with more motions"
 # What a step is given in the place of problem and noise.
 Change = Callable[[Any, Any], tuple[Any, Any]]
 

@@ -192,7 +192,7 @@ def test_k_that_is_too_small_is_told_by_the_force_at_a_position_moved_by_noise()
 
 @pytest.mark.parametrize(
     ("scheme", "words"),
-    [(Traced(), "a step does not commute with affine maps"), (RootFriction(), "weights are no power series")],
+    [(Traced(), "a step does not commute with affine maps"), (RootFriction(), "weights are not a power series")],
 )
 def test_what_trees_cannot_tell_fails_a_premise(scheme, words):
     """A trace vanishes on all trees, and where there is no series a condition says nothing of each friction."""
@@ -227,7 +227,7 @@ def test_where_forces_have_a_potential_no_file_is_written():
     """One line says what to do instead."""
     report = orders(ScaledK(), "langevin-gradient", 1)
 
-    with pytest.raises(UsageError, match=r"no file .* langevin-gradient; sdaeverify hunt wrong-scaled-k"):
+    with pytest.raises(UsageError, match=r"langevin-gradient have no problem file; sdaeverify hunt wrong-scaled-k"):
         report.to_problem(report.failing[0])
 
 

@@ -51,14 +51,14 @@ def shifted(scheme: Scheme, part: str, shift: float) -> Scheme:
 
 
 PLANTED = {
-    "the drift is taken at t alone": (shifted(PLATEN, "drift", 0.0), "general"),
-    "the drift is taken at t + h alone": (shifted(PLATEN, "drift", 1.0), "general"),
-    "the diffusion is taken at t alone": (shifted(PLATEN, "diffusion", 0.0), "general"),
-    "the diffusion is taken at t + h alone": (shifted(PLATEN, "diffusion", 1.0), "general"),
-    "time stands still": (shifted(shifted(PLATEN, "drift", 0.0), "diffusion", 0.0), "general"),
-    "all stages are at t + h": (shifted(shifted(PLATEN, "drift", 1.0), "diffusion", 1.0), "general"),
-    "no stage of the drift is moved by the drift": (Stage(a=0.0), "additive"),
-    "no stage of the drift is moved by the noise": (Stage(d=0.0), "additive"),
+    "the drift is evaluated only at t": (shifted(PLATEN, "drift", 0.0), "general"),
+    "the drift is evaluated only at t + h": (shifted(PLATEN, "drift", 1.0), "general"),
+    "the diffusion is evaluated only at t": (shifted(PLATEN, "diffusion", 0.0), "general"),
+    "the diffusion is evaluated only at t + h": (shifted(PLATEN, "diffusion", 1.0), "general"),
+    "all stages are evaluated at t": (shifted(shifted(PLATEN, "drift", 0.0), "diffusion", 0.0), "general"),
+    "all stages are evaluated at t + h": (shifted(shifted(PLATEN, "drift", 1.0), "diffusion", 1.0), "general"),
+    "no stage of the drift uses the drift": (Stage(a=0.0), "additive"),
+    "no stage of the drift uses the noise": (Stage(d=0.0), "additive"),
     "at the midpoint": (Stage(w=1.0, c=0.5, a=0.5, d=0.5), "additive"),
 }
 

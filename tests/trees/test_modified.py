@@ -255,7 +255,7 @@ def test_schemes_without_weights_have_none():
     tamed, mala = found(TamedEuler(), "additive"), found(MALA(), "additive")
 
     assert "weights depend on h" in tamed.why_not
-    assert "jumps" in mala.why_not
+    assert "discontinuous" in mala.why_not
 
 
 def test_from_python():

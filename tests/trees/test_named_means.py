@@ -44,7 +44,7 @@ def test_products_of_trees_do_not_refute_a_claim_about_the_mean_of_x():
     row = weak_row(MeanTrapezoidal, "x")
 
     assert row.verdict == "inconclusive"
-    assert "the claim is about the mean of x alone; the order of all smooth functions is 1" in row.why
+    assert "the claim is about the mean of x only; the order of all smooth functions is 1" in row.why
 
 
 def test_a_tree_by_itself_refutes_a_claim_about_the_mean_of_x():
@@ -66,4 +66,4 @@ def test_a_claim_about_another_function_is_not_asked_and_the_row_says_so():
     row = weak_row(MeanTrapezoidal, "x^2", "cos x")
 
     assert row.verdict == "out_of_scope"
-    assert row.premise.startswith("claimed of x^2 and cos x alone, and not of all smooth functions")
+    assert row.premise.startswith("claimed only for x^2 and cos x, not for all smooth functions")

@@ -38,7 +38,7 @@ def test_formulas_that_only_numpy_runs_are_found():
         return moved
 
     object.__setattr__(sde, "drift", drift)
-    assert "its drift runs on NumPy's arrays alone" in why_not_bridged(sde)
+    assert "its drift works on NumPy arrays only" in why_not_bridged(sde)
 
 
 def test_sdeint_with_areas_holds_its_order_for_three_motions():

@@ -54,5 +54,5 @@ def test_the_file_says_what_it_is_about(tmp_path):
 
 def test_a_condition_of_another_report_has_no_problem():
     """A condition belongs to the report that found it."""
-    with pytest.raises(UsageError, match="is none of this report"):
+    with pytest.raises(UsageError, match="is not in this report"):
         orders("milstein", "scalar").to_problem(orders(SIX[1], "general", 2).failing[0])

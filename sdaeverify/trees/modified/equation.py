@@ -187,12 +187,12 @@ def _term(condition: Condition) -> GeneratorTerm:
 def _why_unknown(probe: Probe, failing: Sequence[Condition]) -> str:
     """Return why the defects of means are not the terms of an equation, or an empty text."""
     if not probe.scheme.local_order_is_global:
-        return "errors of single steps are taken back by later ones"
+        return "later steps cancel errors of single steps"
     if why := probe.why_not_every:
         return why
     weight = failing[0].weight
     if probe.memory_order(WEAK) < 0.5 * weight:
-        return "a step depends on those before it by as much as the terms that are looked for"
+        return "a step depends on earlier steps by as much as the terms of the modified equation"
     return _why_inexact(probe, failing)
 
 
@@ -204,5 +204,5 @@ def _why_inexact(probe: Probe, failing: Sequence[Condition]) -> str:
     again = {each.forest: each.found for each in means(probe.conditions, other, probe.top)}
     for each in failing:
         if abs(again[each.forest] - each.found) > AGREEMENT * abs(each.found - float(each.wanted)):
-            return f"two rules give {each.found:.3g} and {again[each.forest]:.3g} for {each.name}"
+            return f"two quadrature rules give {each.found:.3g} and {again[each.forest]:.3g} for {each.name}"
     return ""

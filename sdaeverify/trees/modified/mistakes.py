@@ -22,16 +22,16 @@ WEIGHT, STAGES = 4, 1.0
 OLD, HALF, NEW = Fraction(-1, 2), Fraction(0), Fraction(1, 2)
 # Terms (forest with motions as indices, coefficient) that a single mistake causes, and its description.
 STAGE_MISTAKES: dict[frozenset[tuple[str, Fraction]], str] = {
-    frozenset({("f(t)", OLD)}): "the drift is taken at t alone, where later stages need t + h",
-    frozenset({("f(t)", NEW)}): "the drift is taken at t + h alone, where the first stage needs t",
-    frozenset({("b1 . b1(t)", OLD)}): "the diffusion is taken at t alone, where later stages need t + h",
-    frozenset({("b1 . b1(t)", NEW)}): "the diffusion is taken at t + h alone, where the first stage needs t",
-    frozenset({("f(t)", OLD), ("b1 . b1(t)", OLD)}): "time stands still within a step: all stages are at t",
-    frozenset({("f(t)", NEW), ("b1 . b1(t)", NEW)}): "all stages are at t + h",
-    frozenset({("f(f)", OLD)}): "no stage of the drift is moved by the drift",
-    frozenset({("f(b1) . b1", OLD), ("f(b1,b1)", Fraction(-1, 4))}): "no stage of the drift is moved by the noise",
+    frozenset({("f(t)", OLD)}): "the drift is evaluated only at t, but later stages need t + h",
+    frozenset({("f(t)", NEW)}): "the drift is evaluated only at t + h, but the first stage needs t",
+    frozenset({("b1 . b1(t)", OLD)}): "the diffusion is evaluated only at t, but later stages need t + h",
+    frozenset({("b1 . b1(t)", NEW)}): "the diffusion is evaluated only at t + h, but the first stage needs t",
+    frozenset({("f(t)", OLD), ("b1 . b1(t)", OLD)}): "all stages are evaluated at t",
+    frozenset({("f(t)", NEW), ("b1 . b1(t)", NEW)}): "all stages are evaluated at t + h",
+    frozenset({("f(f)", OLD)}): "no stage of the drift uses the drift",
+    frozenset({("f(b1) . b1", OLD), ("f(b1,b1)", Fraction(-1, 4))}): "no stage of the drift uses the noise",
     frozenset({("f(b1,b1)", Fraction(-1, 8))}): (
-        "the drift is taken once, at the midpoint: the noise in its argument has half the variance that is needed"
+        "the drift is evaluated once, at the midpoint: its noise has half the required variance"
     ),
 }
 

@@ -134,7 +134,7 @@ class PosedProbe(AffineProbe):
     @property
     def why_not_every(self) -> str:
         """Why the conditions do not cover every equation of the class, or an empty text."""
-        series = "" if self.remainder <= SAME else f"weights are no power series ({self.remainder:.2g})"
+        series = "" if self.remainder <= SAME else f"weights are not a power series ({self.remainder:.2g})"
         return ", ".join(filter(None, (super().why_not_every, series)))
 
     @property
