@@ -84,7 +84,7 @@ class StepTiming:
         """Euler step of the equation as an SDE, at its start on all paths."""
         sde = as_sde(self.cell.problem)
         if sde is None:
-            raise UsageError(f"{self.cell.label} is not seen as an SDE, so that Euler's step is not defined on it")
+            raise UsageError(f"{self.cell.label} has no view as an SDE, so that Euler's step is not defined on it")
         x, h, dW = sde.initial(self.paths), self._trial.h, self._trial.noise.dW
         return lambda: x + h * sde.drift(0.0, x) + sde.diffused(0.0, x, dW)
 

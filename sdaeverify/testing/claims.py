@@ -205,7 +205,7 @@ def _skip_or_xfail(found: Sequence[Outcome]) -> None:
     import pytest  # noqa: PLC0415
 
     if not found:
-        raise pytest.skip.Exception("none of its claims is in scope here", _use_item_location=True)
+        raise pytest.skip.Exception("none of its claims applies to these problems", _use_item_location=True)
     if found[0].status is Status.UNDECIDED:
         raise pytest.skip.Exception(describe_undecided(found), _use_item_location=True)
     if found[0].status is Status.XFAILED:
@@ -225,6 +225,6 @@ def _sequence(given: Any) -> tuple[Any, ...]:
 
 def _require_cells(claimed: Sequence[Cell], expected: Iterable[FailingClaim]) -> None:
     if not claimed:
-        raise UsageError("none of these schemes claims anything of these measures on these problems")
+        raise UsageError("these schemes have no claims of these measures on these problems")
     cells = [key_in(cell, "")._asdict() for cell in claimed]
     require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

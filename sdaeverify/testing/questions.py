@@ -29,7 +29,7 @@ Row = dict[str, object]
 
 # Checks of a problem that are made even if it cannot be built.
 FIRST = ("declaration", "builds", "docstring")
-NEWER = "the check came with level {since} of the kit, and level {level} is asked for"
+NEWER = "the check belongs to level {since} of the kit, and level {level} is requested"
 
 
 @dataclass(frozen=True)

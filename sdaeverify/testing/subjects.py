@@ -156,7 +156,7 @@ def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> l
 def _cell(scheme: Scheme, spec: ProblemSpec) -> CellSubject:
     found = _match(scheme, spec.build(), spec.label)
     if found.problem is None:
-        raise UsageError(f"scheme {scheme.label!r} cannot be put to problem {spec.label!r}: {found.reason}")
+        raise UsageError(f"scheme {scheme.label!r} cannot solve problem {spec.label!r}: {found.reason}")
     return CellSubject(scheme, found.problem, spec.label)
 
 
@@ -182,7 +182,7 @@ def _match(scheme: Scheme, problem: Problem, label: str) -> Match:
         with np.errstate(all="ignore"):
             return match(scheme, problem)
     except FAULTS as error:
-        text = f"scheme {scheme.label!r} cannot be put to problem {label!r}: it raises {one_line(error)}"
+        text = f"scheme {scheme.label!r} cannot solve problem {label!r}: it raises {one_line(error)}"
         raise UsageError(text) from error
 
 

@@ -46,7 +46,7 @@ def test_nothing_is_found_of_a_right_scheme():
     assert report.found == ()
     assert attack.looked_at == 8
     assert "nothing found in 8 examples" in attack.outcome
-    assert "lower than claimed by 0.1" in attack.outcome
+    assert "below the claim by 0.1" in attack.outcome
     assert "SDE" in repr(report)
 
 
@@ -157,7 +157,7 @@ def test_examples_have_the_traits_that_are_asked_for():
         ({"examples": 0}, "examples must be at least 1"),
         ({"minutes": -1.0}, "minutes must be positive"),
         ({"nonsense": 1}, "unknown option nonsense"),
-        ({"measures": "uniform"}, "nothing is hunted"),
+        ({"measures": "uniform"}, "nothing to search"),
     ],
 )
 def test_wrong_options_are_told(options, message):

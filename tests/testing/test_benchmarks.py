@@ -71,7 +71,7 @@ def test_a_ratio_is_that_of_two_steps():
         (([],), "schemes is empty"),
         ((["nobody"],), "unknown scheme 'nobody'"),
         ((["milstein"], ["gbm"], [0]), "paths expects positive numbers, got 0"),
-        ((["milstein"], ["pendulum"]), "cannot be put to problem"),
+        ((["milstein"], ["pendulum"]), "cannot solve problem"),
     ],
 )
 def test_what_cannot_be_timed_is_told(arguments, message):

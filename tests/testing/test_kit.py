@@ -51,7 +51,7 @@ def test_a_failing_check_raises_nothing(rows):
     (failed,) = [row for row in rows if row["status"] == "failed"]
 
     assert failed["check"] == "source"
-    assert failed["reason"] == "its class variable source is empty, and it claims nothing that would have one"
+    assert failed["reason"] == "its class variable source is empty, and it has no claim with a source"
     assert statuses(rows)["claims"] == "skipped"
 
 
@@ -122,7 +122,7 @@ def test_a_check_of_a_later_level_is_skipped(monkeypatch):
         (lambda: check_scheme("*"), "means"),
         (lambda: check_scheme(Nameless(), ["pendulem"]), "did you mean pendulum"),
         (lambda: check_scheme(Nameless(), []), "problems is empty"),
-        (lambda: check_scheme("baoab", ["ou"]), "cannot be put to problem 'ou'"),
+        (lambda: check_scheme("baoab", ["ou"]), "cannot solve problem 'ou'"),
         (lambda: check_problem(ou()), "uncalled"),
         (lambda: check_problem("no-such-problem"), "unknown problem"),
         (lambda: checks("measure"), "scheme and problem"),

@@ -60,7 +60,7 @@ def test_parameters_are_made_without_asking_anything():
 
 
 def test_what_has_nothing_to_ask_is_skipped():
-    """A check that cannot be put to its subject skips the test with the reason."""
+    """A check that cannot solve its subject skips the test with the reason."""
     (check,) = [p.values[1] for p in parametrize_with_checks(["gbm"]).args[1] if p.id == "gbm-constraints-kept"]
 
     with pytest.raises(pytest.skip.Exception, match="no constraint"):

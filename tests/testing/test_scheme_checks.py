@@ -226,7 +226,7 @@ def wrong_for_fifty(problem, x, h, noise):
 FAULTS = {
     "declaration": [(NoDataclass(), "put @dataclass")],
     "label": [(Doubled(), "makes another scheme")],
-    "pickle": [(Forgetful(), "another value")],
+    "pickle": [(Forgetful(), "not equal to it")],
     "frozen": [(Loose(), "can be set")],
     "docstring": [(Wordless(), "no docstring")],
     "source": [(Anonymous(), "source is empty")],
@@ -250,32 +250,32 @@ FAULTS = {
         (ruled(wrong_in_large_batches), "each path must be stepped by itself"),
     ],
     "any-number-of-steps": [
-        (ruled(right_for_powers_of_two), "unlike steps of T/8 and T/16"),
-        (ruled(wrong_for_fifty), "a step of T/50 is unlike"),
+        (ruled(right_for_powers_of_two), "differs from steps of T/8 and T/16"),
+        (ruled(wrong_for_fifty), "a step of T/50 differs from"),
     ],
     "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
     "equation-alone": [
-        (ruled(lambda p, x, h, n: euler(p, x, h, n) if "Kloeden" in p.source else x), "another source"),
-        (ruled(lambda p, x, h, n: euler(p, x, h if p.truths else 2.0 * h, n)), "stepped otherwise"),
+        (ruled(lambda p, x, h, n: euler(p, x, h, n) if "Kloeden" in p.source else x), "depends on the source"),
+        (ruled(lambda p, x, h, n: euler(p, x, h if p.truths else 2.0 * h, n)), "observables or the truths"),
     ],
     "noise-is-used": [
-        (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "changes nothing on"),
+        (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "ignores the sign or size of the noise on"),
         (
             ruled(lambda p, x, h, n: euler(p, x, h, n._replace(dW=n.dW * (x > x.min())))),
-            "nothing on 1 of",
+            "the step ignores the sign or size of the noise on 1 of",
         ),
-        (Silent(), "changes nothing on"),
-        (Rejecting(strength=0.0), "changes nothing on"),
+        (Silent(), "ignores the sign or size of the noise on"),
+        (Rejecting(strength=0.0), "ignores the sign or size of the noise on"),
     ],
     "own-memory": [(ruled(lambda p, x, h, n: n.dW), "view of the noise")],
     "state-is-whole": [
         (prepared(two_steps), "from a copy of its state after 3 steps"),
         (prepared(counting), "from a copy"),
-        (Clocked(), "the scheme remembers more than its state"),
+        (Clocked(), "the scheme has memory outside its state"),
     ],
     "claims-tested": [
         (Vague(), "no result is about 'X'"),
-        (Nowhere(), "holds on no registered problem with delayed-noise, no-delay"),
+        (Nowhere(), "applies to no registered problem with delayed-noise, no-delay"),
     ],
 }
 

@@ -78,7 +78,7 @@ NO_GRADIENTS = {
     "right": (lambda t, x: -x * (x * x).sum(axis=0), lambda t, x: 0.3 * np.eye(2)[..., None], ""),
     "turns": (lambda t, x: -x + 1e-3 * x[::-1] * [[1.0], [-1.0]], lambda t, x: np.eye(2)[..., None], "Df less"),
     "later": (lambda t, x: -x * (1.0 + 1e-9 * t), lambda t, x: np.eye(2)[..., None], "depends on time"),
-    "uneven": (lambda t, x: -x, lambda t, x: np.diag([1.0, 1.001])[..., None], "no multiple of Id"),
+    "uneven": (lambda t, x: -x, lambda t, x: np.diag([1.0, 1.001])[..., None], "not a multiple of Id"),
 }
 
 

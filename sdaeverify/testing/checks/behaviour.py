@@ -30,7 +30,7 @@ def check_any_number(subject: CellSubject) -> str:
         trial = subject.of_paths(paths, steps)
         start = subject.scheme.start(subject.problem, paths, trial.h)
         if flatten(start).shape[-1] != paths:
-            return f"it starts with {flatten(start).shape[-1]} paths where {paths} are wanted"
+            return f"it starts with {flatten(start).shape[-1]} paths where {paths} are expected"
         if text := contract.returns_its_kind(replace(trial, given=start)):
             return f"on {paths} paths: {text}"
     return ""

@@ -46,7 +46,7 @@ def check_pickling(subject: SchemeSubject) -> str:
     scheme = subject.scheme
     copy = pickle.loads(pickle.dumps(scheme))
     if copy != scheme or hash(copy) != hash(scheme):
-        return "its pickled copy is another value: compare and hash its parameters alone"
+        return "its pickled copy is not equal to it: compare and hash its parameters only"
     return "" if copy.label == scheme.label else f"its pickled copy has the label {copy.label}"
 
 
@@ -73,14 +73,14 @@ def check_docstring(subject: SchemeSubject) -> str:
 def check_source(subject: SchemeSubject) -> str:
     """Expect a source of the scheme, or a claim, which always has one."""
     known = is_text(subject.scheme.source) or subject.scheme.promises
-    return "" if known else "its class variable source is empty, and it claims nothing that would have one"
+    return "" if known else "its class variable source is empty, and it has no claim with a source"
 
 
 def check_claims(subject: SchemeSubject) -> str:
     """Expect claims that can be verified: each names a known measure and known traits."""
     scheme, measures = subject.scheme, subject.registry.measures
     if not scheme.promises:
-        raise Inapplicable("it claims nothing")
+        raise Inapplicable("it makes no claims")
     for claim in scheme.promises:
         if claim.measure not in measures:
             return f"a claim is about measure {claim.measure!r}, unknown{did_you_mean(claim.measure, measures)}"
@@ -91,7 +91,7 @@ def check_claims_tested(subject: SchemeSubject) -> str:
     """Expect each claim to apply to a registered problem, and its quantities to be measured there."""
     known = [claim for claim in subject.scheme.promises if claim.measure in subject.registry.measures]
     if not known:
-        raise Inapplicable("it claims nothing of a known measure")
+        raise Inapplicable("it has no claim of a known measure")
     return "; ".join(text for claim in known for text in _why_not_tested(subject, claim))
 
 
@@ -100,7 +100,7 @@ def _why_not_tested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
     specs = _in_scope(subject, claim)
     if not specs:
         where = f" with {', '.join(sorted(claim.when))}" if claim.when else ""
-        yield f"{what} holds on no registered problem{where}"
+        yield f"{what} applies to no registered problem{where}"
     elif not subject.registry.measures[claim.measure].thing.lengthy:
         found, word = set[str](), isinstance(claim.value, Word)
         for spec in specs[:FEW]:

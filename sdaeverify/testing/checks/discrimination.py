@@ -60,7 +60,7 @@ def _find_contradiction(control: Control, positive: CellResult, negative: CellRe
     if found := _first_words(positive, {Verdict.REFUTED, *wrong}):
         return f"the positive control {control.positive} of {what} is not verified: {found}"
     if _absent(positive) != _absent(negative):
-        return f"one of the controls {control.positive} and {control.negative} of {what} cannot be put to it"
+        return f"one of the controls {control.positive} and {control.negative} of {what} cannot solve it"
     if (found := _first_words(negative, wrong)) or (found := _all_verified(negative)):
         return f"the negative control {control.negative} of {what} is not refuted: {found}"
     return ""

@@ -35,7 +35,7 @@ def moments(subject: ProblemSubject) -> list[Moment]:
     """
     known = [truth for truth in subject.problem.truths if isinstance(truth, Moment)]
     if not known:
-        raise Inapplicable("it knows no moment")
+        raise Inapplicable("it has no moment")
     return known
 
 
@@ -76,7 +76,7 @@ def check_limit(subject: ProblemSubject) -> str:
     problem = subject.problem
     pairs = list(_pairs(subject))
     if not pairs:
-        raise Inapplicable("it knows no observable both as a moment and as an invariant mean")
+        raise Inapplicable("it has no observable with both a moment and an invariant mean")
     for moment, mean in pairs:
         late = moment.value(RELAXED * problem.relaxation_time)
         if not abs(late - mean.value) <= CLOSE * max(1.0, abs(mean.value)):
@@ -152,7 +152,7 @@ def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
         return _delay_flow(problem)
     view = problem.ito()
     if view is None:
-        raise Inapplicable(f"{article(type(problem).__name__)} has no Ito equation whose rate could be taken")
+        raise Inapplicable(f"{article(type(problem).__name__)} has no Ito equation that gives a rate")
     return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
 
 

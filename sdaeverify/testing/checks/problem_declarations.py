@@ -49,7 +49,7 @@ def check_label(subject: ProblemSubject) -> str:
 def check_pickling(subject: ProblemSubject) -> str:
     """Expect the function to be pickled by name, because worker processes receive it that way."""
     spec = subject.spec
-    return "" if pickle.loads(pickle.dumps(spec)) == spec else "its pickled copy is another recipe"
+    return "" if pickle.loads(pickle.dumps(spec)) == spec else "its pickled copy is not equal to it"
 
 
 def check_docstring(subject: ProblemSubject) -> str:
@@ -85,9 +85,9 @@ def check_relaxation(subject: ProblemSubject) -> str:
     if not problem.relaxation_time > 0.0:
         return f"its relaxation time is {problem.relaxation_time!r}, expected a positive time"
     if known and not np.isfinite(problem.relaxation_time):
-        return "it knows invariant means or moment equations, but no relaxation time"
+        return "it has invariant means or moment equations, but no relaxation time"
     if not known and np.isfinite(problem.relaxation_time):
-        return "it has a relaxation time, but knows no invariant mean and no moment equation"
+        return "it has a relaxation time, but neither an invariant mean nor a moment equation"
     return ""
 
 
@@ -128,12 +128,12 @@ def _additive(subject: ProblemSubject) -> str:
 def _diagonal(subject: ProblemSubject) -> str:
     x, B = subject.x, subject.B
     if B.shape[0] != B.shape[1] or B[~np.eye(len(x), dtype=bool)].any():
-        return "the diffusion is no diagonal matrix"
+        return "the diffusion is not a diagonal matrix"
     for k in range(len(x)):
         unit = np.broadcast_to(np.eye(len(x))[:, k : k + 1], x.shape)
         change = np.einsum("jjp->jp", _slope(subject, unit) + 0.0 * B)
         if text := excess(np.delete(change, k, axis=0), FIRST_ERROR, B):
-            return f"an entry of the diffusion depends on component {k + 1}, which is another one's: {text}"
+            return f"an entry of the diffusion depends on component {k + 1}, which belongs to another entry: {text}"
     return ""
 
 
@@ -161,7 +161,7 @@ def _normal_milstein_term(subject: ProblemSubject) -> str:
         change = first(lambda z: view.diffusion(WHEN, z), x, B[:, k])
         rest = np.einsum("pij,jlp->ilp", flat, np.broadcast_to(change, B.shape))
         if text := excess(rest, 4 * FIRST_ERROR, B):
-            return f"a part of DB_j B_k beside normals is {text}"
+            return f"the tangential part of DB_j B_k is {text}"
     return ""
 
 
@@ -170,7 +170,7 @@ def _gradient(subject: ProblemSubject) -> str:
     x, B, f = subject.x, subject.B, subject.equation.drift
     unit = np.eye(len(x))[..., None]
     if B.shape[1] != len(x) or not np.array_equal(B, B[0, 0] * unit + 0.0 * B):
-        return "the diffusion is no multiple of Id"
+        return "the diffusion is not a multiple of Id"
     values = [f(t, x) + 0.0 * x for t in TIMES]
     if not all(np.array_equal(value, values[0]) for value in values):
         return "the drift depends on time"
@@ -231,11 +231,11 @@ def _find_overstated(problem: IndexOne, k: Dissipation) -> str:
     lipschitz = k.al0 * _size(x - 2.0 * v) + k.al1 * _size(v - x) + k.al2 * _size(y - change)
     growth = k.be0 * _size(x) ** 2 + k.be1 * _size(v) ** 2 + k.be2 * _size(y) ** 2
     if np.any(alone > -k.abar * _size(x) ** 2 + 64 * EPS * _size(x) ** 2):
-        return "the drift damps less than abar says"
+        return "the drift damps less than the constant abar requires"
     if np.any(moved > slack * lipschitz):
-        return "the drift changes more than al0, al1 and al2 say"
+        return "the drift changes more than the constants al0, al1 and al2 allow"
     large = np.any(_size(problem.diffusion(0.0, x, v, y)) ** 2 > slack * growth)
-    return "the diffusion is larger than be0, be1 and be2 say" if large else ""
+    return "the diffusion is larger than the constants be0, be1 and be2 allow" if large else ""
 
 
 def _slope(subject: ProblemSubject, y: Array) -> Array:

@@ -235,11 +235,11 @@ def check_algebraic_solution(subject: ProblemSubject) -> str:
     y = problem.eliminated(WHEN, x, v)
     solved = np.isfinite(y).all(axis=0)
     if not solved.any():
-        return "0 = u is solved nowhere beside the start"
+        return "0 = u has no solution near the start"
     u, sizes = problem.constraint(WHEN, x, v, y)[:, solved], problem.linearised_constraint(WHEN, x, v, y)
     terms = [np.einsum("ijp,jp->ip", np.abs(A), np.abs(part)) for A, part in zip(sizes, (x, v, y), strict=True)]
     text = excess(u, 64 * EPS, *(term[:, solved] for term in terms))
-    return text and f"u at the y that solves it is {text}"
+    return text and f"u at its solution y is {text}"
 
 
 def delay_arguments(problem: IndexOne) -> tuple[Array, Array, Array]:

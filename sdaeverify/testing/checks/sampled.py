@@ -194,7 +194,7 @@ def check_solution_simulated(subject: ProblemSubject) -> str:
             squares[name] += [np.mean((run.parts(t)[name] - exact[name]) ** 2) for run in runs]
             sizes[name] = max(sizes[name], float(np.abs(exact[name]).max()))
     if not squares:
-        raise Inapplicable("no component of the solution is one of the simulated equation")
+        raise Inapplicable("no component of the solution belongs to the simulated equation")
     return next((text for name in sorted(squares) if (text := _no_limit(name, squares[name], sizes[name]))), "")
 
 
@@ -213,7 +213,7 @@ def _no_limit(name: str, squares: Array, size: float) -> str:
         return ""
     shown = ", ".join(f"{distance:.3g}" for distance in distances)
     text = f"the distance of {name} from Euler's scheme with 16, 64 and 256 steps is {shown}"
-    return f"{text}: it falls like h^{slope:.2f}, so that the truth solves another equation than the coefficients"
+    return f"{text}: it falls like h^{slope:.2f}, so that truth and coefficients belong to different equations"
 
 
 def check_solution_averaged(subject: ProblemSubject) -> str:
@@ -230,7 +230,7 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
                 if interval := _gap(values, quantile, 0.0, moment.value(t)):
                     return _describe_gap("the solution's", moment, interval, t)
     if not compared:
-        raise Inapplicable("no moment is one of known components with light tails")
+        raise Inapplicable("no moment belongs to known components with light tails")
     return ""
 
 

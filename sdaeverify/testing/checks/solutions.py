@@ -19,7 +19,7 @@ def solution(subject: ProblemSubject) -> Pathwise:
     """
     truth = subject.problem.pathwise
     if truth is None:
-        raise Inapplicable("it knows no solution on a path")
+        raise Inapplicable("it has no solution along paths")
     assert isinstance(truth, Pathwise)
     return truth
 
@@ -29,7 +29,7 @@ def check_start(subject: ProblemSubject) -> str:
     truth, problem = solution(subject), subject.problem
     known, start = truth.parts(0.0, truth.start(3)), problem.parts(problem.initial(3))
     if not known or not known.keys() <= start.keys():
-        return f"the solution knows {sorted(known)}, the problem's components are {sorted(start)}"
+        return f"the solution provides {sorted(known)}, the problem's components are {sorted(start)}"
     for name, value in known.items():
         if value.shape != start[name].shape:
             return f"the solution gives {name} in shape {value.shape}, the problem in {start[name].shape}"

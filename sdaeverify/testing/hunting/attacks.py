@@ -41,7 +41,7 @@ def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
     _require_traits(asked)
     targets = list(_targets(registry, schemes, asked))
     if not targets:
-        raise UsageError("nothing is hunted: the schemes claim nothing of these measures on problems of these forms")
+        raise UsageError("nothing to search: the schemes make no claims of these measures on problems of these forms")
     quarries = [_quarry(registry, target, asked, len(targets)) for target in targets]
     with crew_of(asked.jobs, None, registry, asked.executor) as crew:
         met = search_all(quarries, crew, asked.tell)

@@ -12,7 +12,7 @@ from ...contracts.tally import Tally
 from ..strategies.example import NAME, Example
 
 # Tier of the contract of a step, and the text about paths if the contract is broken.
-CONTRACT_TIER, BROKEN = "T0", "not asked, since the check of the contract refutes the step"
+CONTRACT_TIER, BROKEN = "T0", "not sampled, because the check of the contract refutes the step"
 # Probability of a false alarm, shared by all confirmations of a hunt.
 CHANCE = 0.01
 

@@ -10,9 +10,9 @@ from ...report.files import write_text
 from ..strategies.example import NAME, Example
 
 # Defect of an order that one step can detect, by the tolerance with which claims are judged.
-RESOLUTION = "an order that is lower than claimed by {tolerance:g} or more at some of the states that were looked at"
-UNSEEN = "Nothing is claimed of those that were drawn, or the scheme raises on them, which sdaeverify check tells."
-TEST = '''"""Claims that a hunt refuted: they fail until the scheme is mended."""
+RESOLUTION = "an order below the claim by {tolerance:g} or more at some of the examined states"
+UNSEEN = "The scheme claims nothing on the drawn problems, or it raises on them (see sdaeverify check)."
+TEST = '''"""Claims that a hunt refuted: they fail until the scheme is corrected."""
 
 from pathlib import Path
 
@@ -88,25 +88,25 @@ class Attack:
         """Result in a sentence."""
         what = f"{self.scheme}, {self.measure}, {self.form}"
         if not self.tried:
-            return f"{what}: no example was looked at. {UNSEEN}"
+            return f"{what}: no example was examined. {UNSEEN}"
         if self.example is None:
             return f"{what}: nothing found in {counted(self.looked_at, 'example')}. {self._worth()}"
         size = f"a dimension of {self.example.dimension} and a number of terms of {self.example.terms}"
         sure = (
             f"confirmed (paths alone: {self.by_paths})"
             if self.confirmed
-            else "not confirmed by a run, so that it counts for nothing"
+            else "not confirmed by a run, and therefore not counted"
         )
         begun = f"refuted by example {self.found_after} after {self.seconds:.1f} s"
         return f"{what}: {self.claim} is {begun}, shrunk to {size}, {sure}. {self.reason}"
 
     def _worth(self) -> str:
         left = self.looked_at - self.verified
-        doubt = f", {self.doubtful} of which refuted the claim once and not again" if self.doubtful else ""
-        told = f"On {self.verified} all that is claimed is verified, on {left} it is left open{doubt}"
+        doubt = f", {self.doubtful} of which refuted the claim once but not on repetition" if self.doubtful else ""
+        told = f"All claims are verified on {self.verified}, undecided on {left}{doubt}"
         if self.tolerance != self.tolerance:
             return f"{told}."
-        return f"{told}. What would have been seen: {RESOLUTION.format(tolerance=self.tolerance)}."
+        return f"{told}. Detectable: {RESOLUTION.format(tolerance=self.tolerance)}."
 
     @property
     def claimed(self) -> str:
