@@ -220,7 +220,7 @@ def _with_asked_controls(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
     kept = [plan for plan in made.controls if plan.control.measure in measures]
     asked = {(claim.measure, order) for claim in claims for order in _deciding(kept, claim)}
     plans = (
-        p if (p.control.measure, p.control.order) in asked else ControlPlan(p.control, missing="no claim asks for it")
+        p if (p.control.measure, p.control.order) in asked else ControlPlan(p.control, missing="no claim requires it")
         for p in kept
     )
     return replace(made, controls=tuple(plans))

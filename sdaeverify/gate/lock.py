@@ -29,7 +29,7 @@ from .outcomes import Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2
-WRITE = "if it is meant to be one, remove it and write it anew with gate --write-lock"
+WRITE = "if it should be one, remove it and write a new one with gate --write-lock"
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
 

@@ -124,11 +124,11 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
             read_memory("memory", self.memory)
         fits = self.level is None or self.level >= 1
         require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
-        require(self.resolution > 0.0, "resolution", "a positive part of a quantity's size", self.resolution)
+        require(self.resolution > 0.0, "resolution", "a positive fraction of a quantity's size", self.resolution)
         require(not self.hunt or self.hunt_seconds > 0.0, "hunt", "a time such as '30 s' or '5 min'", repr(self.hunt))
         # Checked before the run, because only a lock file may be overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
-        require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
+        require(fits, "lock", f"a separate file, such as {LOCK}", repr(self.lock))
 
     @property
     def budget(self) -> Tier:

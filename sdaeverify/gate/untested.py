@@ -79,7 +79,7 @@ def unknown_words(claim: Claim, results: Iterable[CellResult]) -> str:
     """Return the message that the measure has no test of the claimed value, or an empty string."""
     told = (f.claim for each in results for f in each.findings if f.reason.has(Kind.UNKNOWN_VALUE))
     unknown = any(other is not None and other.value == claim.value for other in told)
-    return f"measure {claim.measure} has no test of the claim {str(claim)!r}" if unknown else ""
+    return f"measure {claim.measure} has no test for the claim {str(claim)!r}" if unknown else ""
 
 
 def _why_not_tested(
@@ -106,8 +106,8 @@ def _without_cell(registry: Registry, policy: Policy, scheme: Scheme, claim: Cla
     if claim.measure not in {measure.name for measure in select_measures(registry, policy.measures)}:
         return Untested(scheme, claim, "the policy does not select the measure", chosen=True)
     if not policy.problems and (label := _on_request(registry, scheme, claim)):
-        return Untested(scheme, claim, f"only problems that are run on request do, such as {label}", chosen=True)
-    return Untested(scheme, claim, "it holds for no selected problem")
+        return Untested(scheme, claim, f"it applies only to problems run on request, such as {label}", chosen=True)
+    return Untested(scheme, claim, "it applies to no selected problem")
 
 
 def _on_request(registry: Registry, scheme: Scheme, claim: Claim) -> str:

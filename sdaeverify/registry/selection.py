@@ -49,7 +49,7 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
         entry = registry.schemes.get(scheme.name)
         if entry is not None and not registry.names(scheme):
             raise UsageError(
-                f"a scheme that is given is named {scheme.name!r}, which is registered by {entry.origin}; "
+                f"the given scheme is named {scheme.name!r}, like one registered by {entry.origin}; "
                 "give it a name of its own"
             )
         return scheme

@@ -116,7 +116,7 @@ def read_rows(file: Path) -> list[dict[str, str]]:
     with file.open(newline="", encoding="utf-8") as opened:
         text = opened.read()
     if not text.endswith("\n"):
-        raise ValueError("the file is cut: its last line has no end" if text else "the file is empty")
+        raise ValueError("the file is truncated: its last line is incomplete" if text else "the file is empty")
     heading, *lines = csv.reader(StringIO(text, newline=""), strict=True)
     for number, cells in enumerate(lines, 2):
         if len(cells) != len(heading):

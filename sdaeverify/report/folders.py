@@ -154,7 +154,7 @@ def require_run_folder(folder: Path, option: str = "--out") -> None:
     file = folder / RUN
     # Unlike Path.is_file, this does not raise for names that no file can have.
     if os.path.isfile(file) and not {"schema_version", "settings"} <= run_of(folder).keys():
-        raise UsageError(f"{file} is not that of a run of this program and is left as it is; choose another {option}")
+        raise UsageError(f"{file} belongs to no run of this program and is left as it is; choose another {option}")
     require_writable(folder, option)
 
 
@@ -188,7 +188,7 @@ def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}; {MAKE}") from error
     if rows and (lacking := {*names} - {*rows[0]}):
-        raise UsageError(f"{file} is no table of this program: it lacks {', '.join(sorted(lacking))}")
+        raise UsageError(f"{file} is not a table of this program: it lacks {', '.join(sorted(lacking))}")
     return rows
 
 
@@ -207,7 +207,7 @@ def run_of(folder: Path) -> dict[str, Any]:
         why = error.strerror or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}; {MAKE}") from error
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file} is no JSON: {error}") from error
+        raise UsageError(f"{file} is not valid JSON: {error}") from error
     if not isinstance(run, dict):
-        raise UsageError(f"{file} does not tell of a run as this program writes it: {type(run).__name__}")
+        raise UsageError(f"{file} does not describe a run in the format of this program: {type(run).__name__}")
     return run

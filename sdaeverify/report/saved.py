@@ -159,4 +159,4 @@ def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
 
 def _unlike(file: object, error: Exception) -> UsageError:
     why = str(error) if isinstance(error, msgspec.ValidationError) else f"{type(error).__name__}: {error}"
-    return UsageError(f"{file} does not tell of a run as this program writes it: {why}")
+    return UsageError(f"{file} does not describe a run in the format of this program: {why}")

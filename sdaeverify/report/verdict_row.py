@@ -60,31 +60,33 @@ class VerdictRow:
     scheme: str = _text("label of the scheme, with the parameters that are not the defaults")
     problem: str = _text("label of the problem, with the parameters that are not the defaults; or every-equation")
     measure: str = _text("name of the measure")
-    quantity: str = _text("what is measured: a component, an observable, a constraint; @T at the final time only")
-    view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
+    quantity: str = _text("measured quantity: a component, an observable, a constraint; @T at the final time only")
+    view: str = _text("form in which the scheme receives the problem; empty for the problem's own form")
     verdict: str = _text("verified, refuted, inconclusive, out_of_scope (no claim), diverged, error or not_run")
-    claim: str = _text("what is claimed of the quantity; empty where nothing is")
-    claimed_order: float = _number("least order that is claimed; empty where none is")
-    margin: float = _number("by which an order may be below the claim")
+    claim: str = _text("claimed value of the quantity; empty without a claim")
+    claimed_order: float = _number("least claimed order; empty without one")
+    margin: float = _number("amount by which an order may be below the claim")
     local_order: float = _number("order of one step, without sampling error; inf where one step is exact")
-    path_order: float = _number("order of the errors along paths, where they tell one")
+    path_order: float = _number("order of the errors along paths, if it can be estimated")
     path_low: float = _number("lower end of its interval at the confidence of the run")
     path_high: float = _number("upper end of its interval")
-    value: float = _number("what the measure estimates beside or instead of an order along paths", "see value_of")
-    value_low: float = _number("lower end of its interval, or of what can be proved", "see value_of")
-    value_high: float = _number("upper end of its interval, or of what can be proved", "see value_of")
-    value_of: str = _text("what the value is")
+    value: float = _number("quantity estimated in addition to or instead of an order along paths", "see value_of")
+    value_low: float = _number("lower end of its interval, or a proved lower bound", "see value_of")
+    value_high: float = _number("upper end of its interval, or a proved upper bound", "see value_of")
+    value_of: str = _text("meaning of the value")
     decided_by: str = _text(
         "tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths, TA whole classes"
     )
-    guarded_by: str = _text("what would have shown that the tier errs", label="guarded by")
-    resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
+    guarded_by: str = _text("evidence that would have shown a wrong verdict of the tier", label="guarded by")
+    resolution: float = _number(
+        "largest error of the limit that could be undetected; inf if unknown", "the quantity's size"
+    )
     order_resolution: float = _number(
-        "a term of half an order less may have this part of the error at the finest step, where paths alone decide",
+        "largest share of a term of half an order less in the error at the finest step if only paths decide",
         "the error",
         label="order resolution",
     )
-    reason: str = _text("why the verdict is what it is, and why paths tell no order")
+    reason: str = _text("why the verdict was given, and why paths show no order")
     reason_kind: str = _text(
         "kinds of the parts of the reason: rows of a kind say the same with other numbers", **OFF_PAGE
     )

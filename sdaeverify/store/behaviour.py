@@ -35,7 +35,7 @@ BITS, OFFSET = 30.0, 0.382
 SMALL = 1e-3
 
 # Appended to the names of schemes or problems whose results have changed.
-CHANGED = "changed during the run, which is about neither version; run it again"
+CHANGED = "changed during the run, so that the results belong to neither version; run it again"
 # A number, an array or a text.
 Result = Any
 
@@ -125,7 +125,7 @@ def problem_digest(problem: Any) -> str:
 def differing(*given: Behaviour | None) -> str:
     """Return an error text that names scheme or problem if their behaviour has changed; empty if it has not."""
     names = changed_parts(*given)
-    return f"what the {' and the '.join(names)} does has {CHANGED}" if names else ""
+    return f"the behaviour of the {' and the '.join(names)} has {CHANGED}" if names else ""
 
 
 def changed_parts(*given: Behaviour | None) -> list[str]:

@@ -112,7 +112,7 @@ def unpack_lane(content: bytes) -> StoredLane | None:
     try:
         with ZipFile(BytesIO(content)) as packed:
             if sum(part.file_size for part in packed.infolist()) > LARGEST:
-                raise ValueError("more than any evidence")
+                raise ValueError("larger than any evidence")
         with np.load(BytesIO(content), allow_pickle=False) as arrays:
             return _lane(arrays["header"].tobytes(), arrays["numbers"])
     except (*FAULTS, BadZipFile, zlib.error):
@@ -134,7 +134,7 @@ def _lane(header: bytes, numbers: Array) -> StoredLane:
 
     written, lane = msgspec.json.decode(header, type=tuple[int, StoredLane], dec_hook=take)
     if written != FORMAT or taken != len(numbers):
-        raise ValueError("another format, or other numbers than were told of")
+        raise ValueError("another format, or other numbers than the header announces")
     return lane
 
 

@@ -23,7 +23,7 @@ Value = TypeVar("Value")
 Function = Callable[[Any, Marker], Value]
 ELSE = "define it at the top level of a module, or use one job"
 DIED = "its worker process died"
-GONE = "the executor takes no more work"
+GONE = "the executor accepts no more work"
 # Seconds between two readings of the marks of workers.
 PERIOD = 0.1
 
@@ -182,7 +182,7 @@ def _describe_end(code: int) -> str:
     if code >= 0:
         return f" with exit code {code % ENDED}"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-    return f" of {name}{', perhaps for want of memory' if name == 'SIGKILL' else ''}"
+    return f" of {name}{', possibly out of memory' if name == 'SIGKILL' else ''}"
 
 
 def pickle_argument(argument: object, what: str) -> bytes:

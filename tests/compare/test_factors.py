@@ -123,7 +123,7 @@ def test_an_order_that_is_known_without_errors():
     [
         (lambda e: sizes(e[:, :200]), "256 paths in one run, 200 in the other"),
         (lambda e: known(np.sqrt(H)), "sampled in one run only"),
-        (lambda e: sizes(e, h=3.0 * H), "no step size at which both errors can be told"),
+        (lambda e: sizes(e, h=3.0 * H), "no step size at which both errors exceed their noise"),
         (lambda e: untold(sizes(e)), "no step size"),
     ],
 )

@@ -185,9 +185,9 @@ def test_controls():
     (made,) = gate_plan(registry, Policy(schemes=("plain",))).problems
 
     assert [(plan.control.order, plan.missing) for plan in made.controls] == [
-        (0.5, "no claim asks for it"),
+        (0.5, "no claim requires it"),
         (1.0, ""),
-        (1.5, "no claim asks for it"),
+        (1.5, "no claim requires it"),
     ]
 
 
@@ -201,7 +201,7 @@ def test_controls_of_claims_between():
     registry = registered((Plain(), Weak(), Between()), (told,))
     (made,) = gate_plan(registry, Policy(schemes=("between",))).problems
 
-    assert [plan.missing for plan in made.controls] == ["", "", "no claim asks for it"]
+    assert [plan.missing for plan in made.controls] == ["", "", "no claim requires it"]
 
 
 def test_no_controls_at_the_smallest_tier():

@@ -110,7 +110,7 @@ def test_undecided(tier, text, fails):
         ("[tool.sdaeverify]\ntier = 'night'", r"tier must be one of smoke, ci, nightly, got 'night'; did you mean"),
         ("[tool.sdaeverify]\nseed = -1", r"seed must be between 0 and 2\^63 - 1, got -1"),
         ("[tool.sdaeverify]\ninconclusive = 'warn'", r"inconclusive must be pass or fail, got 'warn'"),
-        ("[tool.sdaeverify]\nlock = 'pyproject.toml'", r"lock must be a file of its own, such as sdaeverify.lock"),
+        ("[tool.sdaeverify]\nlock = 'pyproject.toml'", r"lock must be a separate file, such as sdaeverify.lock"),
         ("[tool.sdaeverify]\nlevel = 0", r"level must be a level of the conformance kit, from 1 on, got 0"),
         ("[tool.sdaeverify]\ntimeout = -1", r"timeout must be a number of seconds, or 0 for no limit, got -1.0"),
         ("[tool.sdaeverify]\nmemory = '2 apples'", r"memory expects an amount of memory such as 500M or 2G"),

@@ -53,7 +53,7 @@ def test_a_quantity_at_the_end_is_tested_there(claimed):
     [
         (replace(SHARP, measure="sharpp"), "measure 'sharpp' is not registered; did you mean sharp?"),
         (replace(SHARP, quantities=("x", "energy")), "no result is about 'energy'; did you mean y-energy?"),
-        (replace(SHARP, when=frozenset({"algebraic"})), "it holds for no selected problem"),
+        (replace(SHARP, when=frozenset({"algebraic"})), "it applies to no selected problem"),
     ],
 )
 def test_what_counts(claim, why):
@@ -72,10 +72,10 @@ def test_what_the_policy_leaves_out():
         ("the policy does not select the measure", True)
     ]
     assert told([SHARP, added_only], families=(line, rare)) == [
-        ("only problems that are run on request do, such as rare", True)
+        ("it applies only to problems run on request, such as rare", True)
     ]
     assert told([SHARP, added_only], families=(line, rare), problems=("line",)) == [
-        ("it holds for no selected problem", False)
+        ("it applies to no selected problem", False)
     ]
 
 

@@ -106,7 +106,7 @@ def test_a_verdict_that_is_none(made, tmp_path):
     file = tmp_path / "verdicts.csv"
     file.write_text(file.read_text().replace(",verified,", ",true,").replace(",inconclusive,", ",true,"))
 
-    with pytest.raises(UsageError, match="has a verdict that is none: 'true'"):
+    with pytest.raises(UsageError, match="has an unknown verdict: 'true'"):
         load(tmp_path)
 
 

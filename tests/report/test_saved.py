@@ -69,8 +69,8 @@ def test_no_run(tmp_path):
     ids=["", "cut", "0", "deep", "digits"],
 )
 def test_no_json(folder, text):
-    """Text that is no JSON, or too deep for any, is told in one line."""
-    with pytest.raises(UsageError, match="is no JSON") as error:
+    """Text that is not valid JSON, or too deep for any, is told in one line."""
+    with pytest.raises(UsageError, match="is not valid JSON") as error:
         read(folder, text)
     assert "\n" not in str(error.value)
 
@@ -79,7 +79,7 @@ def test_no_text(folder):
     """Bytes that are no text are told in one line."""
     (folder / RUN).write_bytes(b"\xff\xfe\x00")
 
-    with pytest.raises(UsageError, match="is no JSON"):
+    with pytest.raises(UsageError, match="is not valid JSON"):
         read_run(folder)
 
 
@@ -108,7 +108,7 @@ BAD = {
 @pytest.mark.parametrize("saved", BAD.values(), ids=BAD)
 def test_what_no_run_writes(folder, saved):
     """Wrong types and numbers out of range are refused in one line."""
-    with pytest.raises(UsageError, match="does not tell of a run as this program writes it") as error:
+    with pytest.raises(UsageError, match="does not describe a run in the format of this program") as error:
         read(folder, saved)
     assert "\n" not in str(error.value)
 

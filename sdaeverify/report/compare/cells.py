@@ -92,15 +92,15 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> list[Comparis
 def _compare_cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]) -> Iterator[Comparison]:
     if key not in old.lanes or key not in new.lanes:
         one, other = (old, new) if key in old.lanes else (new, old)
-        absent = f"{other.folder} has none, as where a scheme is refuted before any path"
-        yield Comparison.without(f"only {one.folder} has paths of it; {absent}", *key)
+        absent = f"{other.folder} has none, for example because the scheme was refuted before sampling"
+        yield Comparison.without(f"only {one.folder} has paths of this cell; {absent}", *key)
     elif _sources(old.lanes[key]) != _sources(new.lanes[key]):
-        yield Comparison.without("the problem has changed: it does something else", *key)
+        yield Comparison.without("the problem has changed its behaviour", *key)
     else:
         try:
             cell = _cell(old, new, registry, key)
         except FAULTS as error:
-            yield Comparison.without(f"it cannot be made here: {one_line(error)}", *key)
+            yield Comparison.without(f"it cannot be built here: {one_line(error)}", *key)
             return
         for name in sorted({*_measures(old.lanes[key]), *_measures(new.lanes[key])}):
             yield from _of_measure(cell, registry, name)
@@ -110,7 +110,7 @@ def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, st
     scheme, problem = key
     for label, known in ((scheme, registry.schemes), (problem, registry.problems)):
         if label.partition("[")[0] not in known:
-            raise SdaeverifyError(f"{label} is not registered here, and --plugin loads the file that it is in")
+            raise SdaeverifyError(f"{label} is not registered here; load its file with --plugin")
     (made,), (spec,) = select_schemes(registry, scheme), select_problems(registry, problem)
     with np.errstate(all="ignore"):
         built = spec.build()
@@ -132,7 +132,7 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
     elif 0 not in blocks:
         yield Comparison.without("the first block of paths is not in both runs on as many levels", *cell.key, name)
     elif what := registry.measures[name].thing.value_of:
-        yield Comparison.without(f"measure {name} finds no error and no order, but a {what}", *cell.key, name)
+        yield Comparison.without(f"measure {name} estimates a {what}, not an error or an order", *cell.key, name)
     else:
         measure = registry.measures[name].thing
         try:
@@ -147,7 +147,7 @@ def _of_quantities(
     cell: _Cell, measure: str, old: Mapping[str, LevelErrors], new: Mapping[str, LevelErrors]
 ) -> Iterator[Comparison]:
     if not (old or new):
-        yield Comparison.without(f"measure {measure} tells no error of a level here", *cell.key, measure)
+        yield Comparison.without(f"measure {measure} has no errors per level here", *cell.key, measure)
     for quantity in dict.fromkeys((*old, *new)):
         where = Key(*cell.key, measure, quantity)
         if quantity not in old or quantity not in new:

@@ -210,7 +210,7 @@ def counts(pair: RunPair) -> str:
 def advice(pair: RunPair) -> Iterator[str]:
     """Yield how to decide undecided quantities."""
     if any(changed.change is Change.UNDECIDED for _, changed in pair.rows):
-        yield "undecided: more paths tell; run both with --paths N --max-looks 1, which uses all N"
+        yield "undecided: more paths would decide; run both with --paths N --max-looks 1, which uses all N"
 
 
 def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:

@@ -22,8 +22,8 @@ from ...verdicts.fitted_levels import FITTED
 from ...verdicts.path_tests import CALIBRATED_PATHS
 from .level_errors import LevelErrors
 
-WAS_EXACT, IS_EXACT, ORDER_ALONE = "it was exact", "it is exact now", "its order alone is known"
-UNTOLD = "no step size at which both errors can be told"
+WAS_EXACT, IS_EXACT, ORDER_ALONE = "it was exact", "it is exact now", "only its order is known"
+UNTOLD = "no step size at which both errors exceed their noise"
 # Relative tolerance for equal step sizes of two runs, for rounding.
 SAME = 1e-9
 # log2 of the ratio of two errors below which the smaller one is rounding.

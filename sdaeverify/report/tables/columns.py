@@ -18,10 +18,10 @@ NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"))
 LEVELS = (
     *NAMES,
     number_column("h", "step size", TIME),
-    number_column("estimate", "size of what is measured at this step size: error, residual, radius, share, count"),
+    number_column("estimate", "measured size at this step size: error, residual, radius, share, count"),
     number_column("std_error", "its standard error; 0 without sampling error"),
     Column("paths", "paths that were sampled", WHOLE),
-    Column("failed_paths", "paths that a step without root or a value that is not finite ended", WHOLE),
+    Column("failed_paths", "paths ended by a step without root or by a value that is not finite", WHOLE),
     number_column("truncated_share", "share of the steps that the scheme truncated"),
     Column("steps", "steps on a path", WHOLE),
     Column("lost_paths", "paths on which the solution itself ended", WHOLE),
@@ -29,16 +29,16 @@ LEVELS = (
 DETAILS = (
     *NAMES,
     Column("method", "how the quantity was measured"),
-    Column("claim_source", "who claims it, and where"),
+    Column("claim_source", "source of the claim"),
     number_column("seconds", "time of the scheme on the problem, all its measures together", "s"),
-    Column("traceback", "the calls of what raised an error; empty where nothing did"),
-    number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
+    Column("traceback", "traceback of the error; empty without an error"),
+    number_column("step_seconds", "mean time of a step on a path, including the recording of results", "s"),
 )
 # The name of the details of what is said of classes of equations.
 CLASSES = "classes"
 CLASS_FURTHER = (
-    Column("motions", "largest number of Brownian motions that was looked at", WHOLE),
-    number_column("order", "largest order whose conditions hold, as far as they were looked at"),
+    Column("motions", "largest number of Brownian motions examined", WHOLE),
+    number_column("order", "largest order whose conditions hold, as far as they were examined"),
     Column(
         "held",
         "order conditions or random members on which the claim holds; without a claim of all conditions",
@@ -46,19 +46,17 @@ CLASS_FURTHER = (
     ),
     Column("of", "number of these conditions", WHOLE),
     Column("first", "first condition that does not hold, as a formula of trees"),
-    Column("found", "what the scheme has in the place of the integral or mean of the condition"),
-    Column("wanted", "what the exact solution has there; I is the integral itself"),
-    Column(
-        "premise", "what a refuted scheme did instead, if known, and premises of the conditions, or why one fails"
-    ),
+    Column("found", "value of the scheme for the integral or mean of the condition"),
+    Column("wanted", "value of the exact solution; I is the integral itself"),
+    Column("premise", "what a refuted scheme solves instead, if known; premises of the conditions, or why one fails"),
 )
 CLASS_DETAILS = (*NAMES, *CLASS_FURTHER)
 # Of a result, which tells what a row of the verdicts and one of the details have together.
 CLASS_COLUMNS = (
     NAMES[0],
-    Column("class", "class of equations: what is said holds for every smooth one of it"),
+    Column("class", "class of equations; the verdict holds for every smooth equation of the class"),
     NAMES[2],
-    number_column("claim", "least order that is claimed for the class; empty where none is"),
+    number_column("claim", "least order claimed for the class; empty without a claim"),
     VERDICTS[5],
     *CLASS_FURTHER,
 )

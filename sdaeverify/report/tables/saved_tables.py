@@ -31,7 +31,7 @@ def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, 
     verdicts, classes = ([VerdictRow.from_row(row) for row in some] for some in (found.verdicts, found.classes))
     rows = Rows(verdicts, _typed(found.absent, NOT_APPLICABLE), {}, classes)
     if unknown := {row.verdict for row in rows.every} - {*SYMBOLS}:
-        raise UsageError(f"{folder / folders.VERDICTS} has a verdict that is none: {min(unknown)!r:.200}")
+        raise UsageError(f"{folder / folders.VERDICTS} has an unknown verdict: {min(unknown)!r:.200}")
     tables = {
         folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
