@@ -147,7 +147,7 @@ class Result(ForPapers):
         """
         found = self._asked.rows.of_classes
         if found is None:
-            raise UsageError("the result was kept without its classes; sdaeverify.orders asks a scheme for them")
+            raise UsageError("the result was saved without its classes; sdaeverify.orders computes them")
         return classes_table(found)
 
     @property
@@ -320,7 +320,7 @@ def verify(
     for kind, given in (("schemes", schemes), ("problems", problems), ("measures", measures)):
         if isinstance(given, list) and not given:
             # An empty list is likely a program's failed search and must not select everything.
-            raise UsageError(f"an empty list of {kind}; leave {kind} out to have all of them")
+            raise UsageError(f"an empty list of {kind}; leave {kind} out to select all of them")
     numbers: dict[str, Any] = dict(options)
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
     limits, settings = _check_options(**asked), settings_from(**numbers)
@@ -369,12 +369,12 @@ def _check_options(
     if memory is not None and not isinstance(memory, str):
         raise UsageError(f"memory must be a size such as '2G', got {memory!r:.200}")
     if not (executor is None or isinstance(executor, str) or callable(getattr(executor, "submit", None))):
-        raise UsageError(f"executor expects a name or something with a method submit, got {executor!r:.200}")
+        raise UsageError(f"executor expects a name or an object with a method submit, got {executor!r:.200}")
     limited = timeout is not None or memory is not None
     if not (executor is None or executor == PROCESSES):
         if limited:
             raise UsageError(
-                "timeout and memory hold on worker processes alone; leave them out with another executor"
+                "timeout and memory apply to worker processes only; leave them out with another executor"
             )
         return None
     seconds = None if timeout is None else number("timeout", timeout)

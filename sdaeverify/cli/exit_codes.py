@@ -13,7 +13,7 @@ class ExitCode(IntEnum):
     USAGE = 2, "the command line is wrong"
     NOT_MEASURED = 3, "something could not be measured"
     UNDECIDED = 4, "a claim is undecided, and must not be"
-    NOTHING = 5, "nothing was there to be measured, or less than is claimed or locked"
+    NOTHING = 5, "nothing to measure, or less than is claimed or locked"
     PLUGIN = 6, "a requested plugin failed to load"
     UNEXPECTED = 7, "a claim is verified that was expected to fail"
     INTERRUPTED = 130, "interrupted; what was finished is saved"

@@ -241,9 +241,9 @@ def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *,
 def _why_not_locked(policy: Policy, tiers: dict[str, Claims] | None) -> Iterator[str]:
     file, tier = policy.lock_file, policy.tier
     if tiers is None:
-        yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
+        yield f"without a lock file, a dropped claim goes unnoticed; gate --write-lock writes {file}"
     elif tier not in tiers:
-        yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
+        yield f"{file} has no claims of tier {tier}; gate --tier {tier} --write-lock adds it"
 
 
 def _left_out(policy: Policy, registry: Registry) -> Iterator[str]:

@@ -130,7 +130,7 @@ def execute(arguments: Sequence[str]) -> int:
 
 def _invoke(arguments: Sequence[str]) -> int:
     if any("\0" in word for word in arguments):
-        return _fail("an argument holds the character NUL, which no name and no path has", ExitCode.USAGE)
+        return _fail("an argument contains the character NUL, which no name or path has", ExitCode.USAGE)
     try:
         with sdaeverify.make_context(PROGRAM, list(arguments), obj=[PROGRAM, *arguments]) as context:
             return sdaeverify.invoke(context) or ExitCode.OK

@@ -173,7 +173,7 @@ def halt_of(error: BaseException) -> Halt:
     if isinstance(error, LostExecutorError | NoWorkersError):
         return Halt(one_line(error), ExitCode.NOT_MEASURED)
     memory = isinstance(error, MemoryError)
-    why = "out of memory" if memory else "a worker process died, perhaps for want of memory"
+    why = "out of memory" if memory else "a worker process died, possibly out of memory"
     return Halt(why, ExitCode.NOT_MEASURED, "; try fewer --jobs or a smaller --block")
 
 
@@ -190,7 +190,7 @@ def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str 
     """
     with crew_of(jobs, limits, registry, executor) as crew:
         if executor != PROCESSES and limits is not None:
-            complain("warning", f"no limits of time and memory hold on executor {executor}")
+            complain("warning", f"executor {executor} does not apply limits of time and memory")
         yield crew
 
 
@@ -211,7 +211,7 @@ def advance(run: Run, crew: Workers, kind: str) -> Result:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if run.first_only and isinstance(event, Finished) and _has_refuted(event):
-                run.study.stopped = "the run ended with the first claim that was refuted (-x)"
+                run.study.stopped = "the run ended at the first refuted claim (-x)"
                 break
             if isinstance(event, Finished) and begun >= due:
                 run.save()
@@ -240,7 +240,7 @@ def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -
             for event in work.run(crew.executor, BLOCKS_A_WORKER * processes):
                 show(event)
     except BrokenExecutor:
-        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
+        complain("error", "a worker process died, possibly out of memory; try fewer --jobs")
         return ExitCode.NOT_MEASURED
     return ExitCode.OK
 

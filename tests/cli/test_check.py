@@ -100,11 +100,11 @@ def test_one_fault_is_told_once(call, write, monkeypatch):
         ),
         (
             'value=0.5, measure="strong", when=frozenset({"delayed-noise", "no-delay"})',
-            "its claim of strong order >= 0.5 holds on no registered problem with delayed-noise, no-delay",
+            "its claim of strong order >= 0.5 applies to no registered problem with delayed-noise, no-delay",
         ),
         (
             'measure="weak", value="half"',
-            "its claim of weak half is not tested: measure weak has no test of the claim 'half'",
+            "its claim of weak half is not tested: measure weak has no test for the claim 'half'",
         ),
     ],
 )

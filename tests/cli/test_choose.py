@@ -66,7 +66,7 @@ def test_stationary_means(call):
     outcome = call("choose", "ou", "-m", "invariant", "-s", "euler-maruyama,heun-additive", "--paths", "256")
 
     assert outcome.code == 0
-    assert "errors: to the exact stationary mean" in outcome.out
+    assert "errors: relative to the exact stationary mean" in outcome.out
     assert "steps a unit of time" in outcome.out
 
 

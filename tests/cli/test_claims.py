@@ -31,7 +31,7 @@ def test_a_claim_has_one_line_with_problems_and_classes(finished, call):
     assert "milstein, drift order >= 1.0: tested nowhere" in told
     assert len(told) == 6
     assert counts == "6 claims: 2 verified, 4 tested nowhere"
-    assert code == "exit code 5: nothing was there to be measured, or less than is claimed or locked"
+    assert code == "exit code 5: nothing to measure, or less than is claimed or locked"
     assert outcome.code == 5
 
 
@@ -100,7 +100,7 @@ def test_a_damaged_folder_costs_one_line(finished, call):
     run = json.loads(Path("out/run.json").read_text())
     Path("out/gate.json").unlink()
     Path("out/run.json").write_text(json.dumps({**run, "claims": 3}))
-    assert "does not tell of a run as this program writes it" in call("claims", "milstein", "out").err
+    assert "does not describe a run in the format of this program" in call("claims", "milstein", "out").err
 
 
 def test_a_result_has_the_same_table(finished):

@@ -207,7 +207,7 @@ def test_evidence_that_is_damaged_in_part(measured, call):
 
     assert outcome.code == 0
     assert outcome.err == f"sdaeverify: warning: {damaged} pieces of evidence in new are damaged and left out\n"
-    assert "not compared: mine on ou: only old has paths of it; new has none" in outcome.out
+    assert "not compared: mine on ou: only old has paths of this cell; new has none" in outcome.out
 
 
 @pytest.mark.long
@@ -281,7 +281,8 @@ def test_a_scheme_that_is_not_registered_here(measured, call):
     assert outcome.code == 5
     assert "errors of no quantity could be compared; 2 verdicts of both runs are the same" in outcome.err
     assert (
-        "not compared: mine on gbm: it cannot be made here: mine is not registered here, and --plugin" in outcome.out
+        "not compared: mine on gbm: it cannot be built here: mine is not registered here; load its file"
+        in outcome.out
     )
 
 
@@ -291,7 +292,7 @@ def test_cells_of_one_run_only(measured, call):
     outcome = call("compare", "old", "new", "--plugin", "old.py")
 
     assert outcome.code == 0
-    assert "not compared: mine on ou: only new has paths of it; old has none" in outcome.out
+    assert "not compared: mine on ou: only new has paths of this cell; old has none" in outcome.out
     assert " quantities compared: none worse, none better" in outcome.out
 
 

@@ -97,8 +97,8 @@ def test_right_alone(project):
     ("claim", "why"),
     [
         ('measure="strong", value=0.5, quantities=("X",)', "no result is about 'X'"),
-        ('measure="strong", value=0.5, when=frozenset({"algebraic"})', "it holds for no selected problem"),
-        ('measure="weak", value="half"', "measure weak has no test of the claim 'half'"),
+        ('measure="strong", value=0.5, when=frozenset({"algebraic"})', "it applies to no selected problem"),
+        ('measure="weak", value="half"', "measure weak has no test for the claim 'half'"),
     ],
     ids=["quantity", "traits", "word"],
 )
@@ -122,7 +122,7 @@ def test_second_run(project):
 
     told = [("note: evidence of 2 of 2 blocks" in outcome.out) for outcome in outcomes]
     assert told == [False, False, True, False]
-    assert not any("asked for afresh" in outcome.out for outcome in outcomes)
+    assert not any("computed again on request (--fresh)" in outcome.out for outcome in outcomes)
     assert {outcome.code for outcome in outcomes} == {ExitCode.OK}
 
 
@@ -202,7 +202,7 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
     assert [outcome.code for outcome in outcomes] == [ExitCode.USAGE, ExitCode.USAGE]
     for outcome in outcomes:
         assert f"{file} is no lock file of version 2: " in outcome.err
-        assert "remove it and write it anew with gate --write-lock" in outcome.err
+        assert "remove it and write a new one with gate --write-lock" in outcome.err
         assert outcome.err.count("\n") == 1
     assert file.read_text() == text
     assert not (tmp_path / "reports").exists()

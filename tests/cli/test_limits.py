@@ -378,7 +378,7 @@ def test_a_worker_that_is_killed_once(call, write, tmp_path):
 
     assert (dead.code, {row["verdict"] for row in rows}) == (3, {"error"})
     for row in rows:
-        assert "its control zz-still was not measured: its worker process died of SIGKILL" in row["reason"]
+        assert "the control zz-still was not measured: its worker process died of SIGKILL" in row["reason"]
         assert "is not refuted" not in row["reason"]
 
 

@@ -67,7 +67,7 @@ def test_disjoint_runs(made, merged, monkeypatch):
     assert rows(Path("both")) == rows(whole)
     assert (Path("both") / "levels.csv").read_text() == (whole / "levels.csv").read_text()
     assert outcome.code == 0
-    assert outcome.err.count("blocks are new, 0 were there") == 2
+    assert outcome.err.count("blocks are new, 0 existed already") == 2
 
 
 def test_runs_of_one_problem(made, merged):
@@ -174,7 +174,7 @@ def test_other_numbers_are_told(made, merged):
     outcome = merged(one, two)
 
     assert rows(Path("both")) == rows(one)
-    assert "two: 1 blocks are there with other numbers, which are kept" in outcome.err
+    assert "two: 1 blocks exist with different numbers, which are kept" in outcome.err
 
 
 def test_damaged_files_are_told(made, merged):
@@ -210,7 +210,7 @@ def test_a_scheme_that_is_not_registered_here(made, merged, call, odd_scheme):
     outcome = merged(Path("one"))
 
     assert "unknown scheme 'odd'" in outcome.err
-    assert "its evidence is copied and not judged" in outcome.err
+    assert "its evidence is copied but not judged" in outcome.err
     assert {row["scheme"] for row in rows(Path("both"))} == {"milstein"}
 
 

@@ -80,7 +80,7 @@ def test_a_record_that_cannot_give_an_order_is_told_before_the_tree(call, tmp_pa
     words = " ".join(outcome.out.split())
 
     assert outcome.code == 1
-    sentence = "no scheme that is given dW alone can have strong order 1 (b1(b2) is beyond it)"
+    sentence = "no scheme that uses only dW can have strong order 1 (b1(b2) requires more noise)"
     assert words.index(sentence) < words.index("bold, general, strong: b1(b1): found 0, wanted I")
 
 

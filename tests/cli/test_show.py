@@ -91,7 +91,7 @@ def test_a_run_ends_with_the_first_refutation_if_asked(quick, odd_scheme):
     outcome = quick("--plugin", plugin, "-s", "odd", "-p", "gbm,ou,linear-test", "-m", "strong", "--out", "out", "-x")
     assert outcome.code == 1
     assert "not run" in outcome.out
-    assert "the run ended with the first claim that was refuted (-x)" in Path("out/verdicts.csv").read_text()
+    assert "the run ended at the first refuted claim (-x)" in Path("out/verdicts.csv").read_text()
 
 
 def test_show_ends_like_the_run(finished, call):

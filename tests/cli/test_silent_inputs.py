@@ -23,7 +23,7 @@ WELL = {
 
 DAMAGES = {
     "empty": (lambda text: "", "the file is empty"),
-    "cut": (lambda text: text[: len(text) // 2], "the file is cut"),
+    "cut": (lambda text: text[: len(text) // 2], "the file is truncated"),
     "short": (lambda text: text[: text.rindex(",")] + "\n", "cells, the heading"),
 }
 
@@ -177,5 +177,5 @@ def test_a_run_of_ours_is_overwritten(tmp_path, finished):
     assert json.loads((tmp_path / "ours" / "run.json").read_text())["arguments"] == ["sdaeverify.verify"]
 
     (tmp_path / "run.json").write_text("{}")
-    with pytest.raises(UsageError, match="is not that of a run of this program"):
+    with pytest.raises(UsageError, match="belongs to no run of this program"):
         result.save(tmp_path)

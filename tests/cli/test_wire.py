@@ -34,7 +34,7 @@ def test_check_says_what_a_program_has(call, tmp_path):
     assert (code, err) == (ExitCode.OK, "")
     assert "transcript: 10 answers are those of the golden transcript\n" in out
     assert "hello: golden-euler for SDE, given dW\n" in out
-    assert "steps: alike with 1, 3, 5000 paths\n" in out
+    assert "steps: equal with 1, 3, 5000 paths\n" in out
     assert "sdaeverify_schemes = schemes(" in out
 
 

@@ -86,7 +86,7 @@ def _require_none_given(context: click.Context) -> None:
     names = [name for name in OF_A_RUN if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
     if names:
         given = ", ".join(f"--{name}" for name in names)
-        raise UsageError(f"contradictory options: with --run nothing is run; leave out --run, or {given}")
+        raise UsageError(f"contradictory options: --run only reads a finished run; leave out --run, or {given}")
 
 
 def _result(problem: str, asked: dict[str, Any]) -> Result:
@@ -165,7 +165,7 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     if open_ := [one.scheme for one in found.found if one.verdict == "inconclusive"]:
         yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
-        yield "~ more steps than were made, by the order"
+        yield "~ extrapolated by the order to more steps than were made"
     if unknown := [one.scheme for one in found.found if not isfinite(one.seconds)]:
         yield f"work unknown, as {_why_unknown(found, result)}: {', '.join(unknown)}"
     if found.left_out:
@@ -183,17 +183,17 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
 
 def _why_unknown(found: Choices, result: Result) -> str:
     if not (found.reference or found.measure == STATIONARY or not result.results):
-        return f"no scheme is verified that could be the reference on {found.problem}, which has no pathwise truth"
-    why = f"errors are within their noise, or take more than {FARTHEST} times the finest steps"
+        return f"{found.problem} has no pathwise truth, and no verified scheme can be its reference"
+    why = f"errors are within their noise, or need more than {FARTHEST} times the finest steps"
     return why if result.results else f"{why}, or are errors to the limit of a scheme that is not verified"
 
 
 def _legend(found: Choices) -> Iterator[str]:
     steps = "steps a unit of time" if found.measure == STATIONARY else "steps on a path"
     if found.measure == STATIONARY:
-        yield "errors: to the exact stationary mean"
+        yield "errors: relative to the exact stationary mean"
     elif found.reference:
         yield f"errors: to {found.reference}"
     else:
         yield "errors: those of the run, to the solution or to the limit of a verified scheme"
-    yield f"error: with as many steps as the column 'at' says ({steps}); work: time of the steps, measured here"
+    yield f"error: with the number of steps in the column 'at' ({steps}); work: time of the steps, measured here"

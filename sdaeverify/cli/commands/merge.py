@@ -53,9 +53,9 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
 
 
 def _report_copies(folder: Path, copied: Counter[str]) -> None:
-    complain("", f"{folder}: {copied['new']} blocks are new, {copied['same']} were there")
+    complain("", f"{folder}: {copied['new']} blocks are new, {copied['same']} existed already")
     if copied["other"]:
-        complain("warning", f"{folder}: {copied['other']} blocks are there with other numbers, which are kept")
+        complain("warning", f"{folder}: {copied['other']} blocks exist with different numbers, which are kept")
     if copied["damaged"]:
         complain("warning", f"{folder}: {copied['damaged']} pieces of evidence are damaged and left out")
 
@@ -96,5 +96,5 @@ def _select_registered(registry: Registry, run: SavedRun, kind: str, select: Any
             select(registry, label)
             known.append(label)
         except SdaeverifyError as error:
-            complain("warning", f"{run.folder}: {error}; its evidence is copied and not judged")
+            complain("warning", f"{run.folder}: {error}; its evidence is copied but not judged")
     return known
