@@ -69,7 +69,7 @@ def test_a_claim_in_words_unknown_to_the_measure_is_inconclusive(result):
     rows = result.verdicts.set_index(["scheme", "quantity"])
 
     assert rows.loc[("mine", "x"), "verdict"] == "inconclusive"
-    assert "no test of the claim 'converges'" in rows.loc[("mine", "x"), "reason"]
+    assert "no test for the claimed value 'converges'" in rows.loc[("mine", "x"), "reason"]
 
 
 def test_costs_are_columns_of_the_levels(result):

@@ -159,7 +159,7 @@ def test_blocks_of_two_versions_do_not_go_together():
     known = CellEvidence().merge(first, 0)
 
     assert known.merge(second, 0).error == ""
-    assert known.merge(other, 0).error.startswith("what the scheme does has changed during the run")
+    assert known.merge(other, 0).error.startswith("the behaviour of the scheme has changed during the run")
     assert differing(None, second.behaviour) == ""
 
 

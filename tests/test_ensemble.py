@@ -222,7 +222,7 @@ class Moody(Scheme):
 
 def test_a_scheme_with_hidden_state_is_told():
     """A step that gives something else when it is repeated is no function of its arguments."""
-    assert "must depend on its arguments alone" in lanes(gbm, [Moody()])[0].violation
+    assert "must depend only on its arguments" in lanes(gbm, [Moody()])[0].violation
     assert "depends on hidden state" in lanes(gbm, [Moody()], block=LATER)[0].errors[0]
 
 

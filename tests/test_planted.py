@@ -68,9 +68,9 @@ def load(tmp_path):
 @pytest.mark.parametrize(
     ("bug", "scheme", "reason"),
     [
-        ("  ", Wrong(), "must say in words what is wrong"),
+        ("  ", Wrong(), "needs a description of the mistake"),
         ("wrong", Plain(), "must begin with planted-, got 'plain'"),
-        ("wrong", Modest(), "claims nothing that could be refuted"),
+        ("wrong", Modest(), "has no claim that could be refuted"),
     ],
 )
 def test_unusable_bug(bug, scheme, reason):

@@ -158,12 +158,12 @@ def test_a_run_of_everything_leaves_out_what_is_run_on_request(registry: Registr
         ([3], "expected a scheme, got an object of type int"),
         (
             [AnotherEuler()],
-            "a scheme that is given is named 'euler', which is registered by plugin test (test 1); "
+            "the given scheme is named 'euler', like one registered by plugin test (test 1); "
             "give it a name of its own",
         ),
         (
             [Disguised()],
-            "scheme 'disguised': its label is made of its name and its parameters; leave label as it is",
+            "scheme 'disguised': its label is computed from its name and parameters; do not override label",
         ),
     ],
 )

@@ -66,9 +66,9 @@ def own_steps(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> 
         As in `check`.
     """
     if solver.own_noise:
-        return Answer(OWN_STEPS, skipped="it has noise of its own")
+        return Answer(OWN_STEPS, skipped="it draws its own noise")
     if solver.in_batches:
-        return Answer(OWN_STEPS, skipped="paths that are solved together share their steps, as it says (in_batches)")
+        return Answer(OWN_STEPS, skipped="the solver declares that a batch shares its steps (in_batches)")
     together = checked(solver, solver.solve(view, path, tolerance), path.paths)
     for row in range(min(ROWS, path.paths)):
         alone = checked(solver, solver.solve(view, path.only(np.array([row])), tolerance), 1)
@@ -99,5 +99,7 @@ def keeps_its_path(solver: Adaptive, view: Problem, path: Path, tolerance: float
         known = path.at(tick).W
         apart, size = max(apart, float(np.max(np.abs(W - known)))), max(size, float(np.max(np.abs(known))))
     if not apart <= HALF * size:
-        return Answer(KEEPS_ITS_PATH, f"the motions it reports are up to {apart:.2g} from the path at the same times")
+        return Answer(
+            KEEPS_ITS_PATH, f"the reported motions differ by up to {apart:.2g} from the path at the same times"
+        )
     return Answer(KEEPS_ITS_PATH)

@@ -129,10 +129,10 @@ def _of_rate(question: Question, measure: str, covered: Coverage, rows: slice) -
     assert claim is not None
     nothing = Estimate(np.nan, np.nan)
     if len(use) < FEWEST:
-        few = f"tolerances with 16 steps or more in the mean: {len(use)}, and {FEWEST} are needed; try smaller ones"
+        few = f"tolerances with 16 steps or more on average: {len(use)}, {FEWEST} needed; use smaller ones"
         return Asked(measure, covered, PathTests.none(few), nothing, np.nan, evidence)
     if not isinstance(claim.value, Order):
-        return Asked(measure, covered, PathTests.none("an order is asked for"), nothing, np.nan, evidence)
+        return Asked(measure, covered, PathTests.none("only an order can be tested"), nothing, np.nan, evidence)
     errors = sample.errors[use, rows]
     squares = (errors**2).sum(axis=1)
     order = rate(question, squares, measure)
@@ -246,7 +246,7 @@ def _of_law(question: Question, covered: Coverage, truth: Moment) -> Asked:
         for state in (sample.runs.ends[-1], sample.truth)
     )
     if y is None or z is None or not isinstance(claim.value, Bound):
-        none = PathTests.none("the observable is unknown" if y is None or z is None else "a bound is asked for")
+        none = PathTests.none("the observable is unknown" if y is None or z is None else "only a bound can be tested")
         return Asked(LAW, covered, none, Estimate(np.nan, np.nan), np.nan, evidence)
     mean = truth.value(T)
 

@@ -8,7 +8,7 @@ from sdaeverify import SDE, Array, Increment, Moment, Pathwise, Truth, hookimpl,
 
 SOURCE = "Ito's formula; Gaines & Lyons 1997, section 4, for the role of the area"
 # Source of the truth; given dW and H, the area of a step of length h has variance h^2/12.
-AREA = "W exactly; of each area what dW and H tell on the grid, which leaves a variance of h T/12"
+AREA = "W exactly; each area by its mean given dW and H on the grid, with a remaining variance of h T/12"
 OBSERVABLES = {
     "x_3": lambda t, s: s["x"][2],
     "x_3^2": lambda t, s: s["x"][2] ** 2,

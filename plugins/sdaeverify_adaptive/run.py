@@ -141,7 +141,7 @@ def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[li
 
 
 def _unclaimed(solver: Adaptive, problem: Problem) -> str:
-    return "" if claims_of(solver, problem) else "it claims nothing here"
+    return "" if claims_of(solver, problem) else "it has no claims on this problem"
 
 
 def claims_of(solver: Adaptive, problem: Problem) -> list[Claim]:
@@ -225,7 +225,7 @@ def _measured(cell: Cell, budget: Budget) -> Measured:
                 return Measured(sampled, None, tuple(_answers(cell, budget)))
     except FAULTS as error:
         return Measured(None, Opinion(Verdict.ERROR, Reason(one_line(error))), ())
-    return Measured(sampled, Opinion(Verdict.DIVERGED, Reason("the solver returns what is not finite")), ())
+    return Measured(sampled, Opinion(Verdict.DIVERGED, Reason("the solver returns values that are not finite")), ())
 
 
 def _answers(cell: Cell, budget: Budget) -> list[Answer]:

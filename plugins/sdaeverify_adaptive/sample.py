@@ -47,7 +47,7 @@ class Budget:
         if self.tolerances and (len(self.tolerances) < 3 or not falling):
             given = ",".join(f"{tolerance:g}" for tolerance in self.tolerances)
             raise UsageError(
-                f"tolerances must be positive and fall, three of them at least, or no rate can be told; got {given}"
+                f"tolerances must be at least three decreasing positive numbers, which a rate needs; got {given}"
             )
         # Checked before any problem is solved.
         Settings(seed=self.seed)
@@ -167,7 +167,7 @@ def why_not(solver: Adaptive, problem: Problem) -> str:
     if problem.pathwise is None:
         return "no solution is known along a given path"
     if problem.records or problem.recall(problem.horizon, 1) is not None:
-        return "it is driven by more than Brownian motions"
+        return "it is driven by noise other than Brownian motions"
     view = solver.view_of(problem)
     if view is None:
         return f"{solver.name} does not solve a {type(problem).__name__}"

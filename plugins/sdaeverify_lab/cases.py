@@ -35,13 +35,13 @@ class Planted:
 
     def __post_init__(self) -> None:
         if not self.bug.strip():
-            raise SchemeError("a planted bug must say in words what is wrong")
+            raise SchemeError("a planted bug needs a description of the mistake")
         check_scheme(self.scheme)
         parse_label(self.problem)
         if not self.scheme.name.startswith(PREFIX):
             raise SchemeError(f"the name of a planted scheme must begin with {PREFIX}, got {self.scheme.name!r}")
         if not self.scheme.promises:
-            raise SchemeError(f"planted scheme {self.scheme.label!r} claims nothing that could be refuted")
+            raise SchemeError(f"planted scheme {self.scheme.label!r} has no claim that could be refuted")
 
     @property
     def label(self) -> str:

@@ -37,7 +37,7 @@ class MALA(Scheme):
     def refuses(self, problem: SDE) -> str:
         """Refuse what has no invariant density that is known from the drift at one time."""
         if problem.dimension != 1 or problem.noise_dim != 1 or "additive-noise" not in problem.traits:
-            return "it takes one component with additive noise"
+            return "it is for one component with additive noise"
         x = problem.initial(1)
         if not np.any(problem.diffusion(0.0, x)):
             return "without noise there is no invariant density"

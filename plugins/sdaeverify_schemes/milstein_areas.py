@@ -30,7 +30,7 @@ class MilsteinAreas(Scheme):
     def refuses(self, problem: SDE) -> str:
         """Refuse one Brownian motion, which has no areas, and diffusions whose derivative cannot be had."""
         if problem.noise_dim == 1:
-            return "one Brownian motion has no areas: that is Milstein's scheme"
+            return "one Brownian motion has no Levy areas: use milstein"
         return problem.why_not_derivative_of_diffusion()
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:

@@ -39,7 +39,7 @@ class PlatenWeak2General(Scheme):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse noise for which the cheaper scheme has the same order."""
-        return "platen-weak-2 makes fewer evaluations for separate noise" if problem.traits & SEPARATE else ""
+        return "platen-weak-2 needs fewer evaluations for this noise" if problem.traits & SEPARATE else ""
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""

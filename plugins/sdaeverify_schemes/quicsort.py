@@ -32,7 +32,7 @@ class QUICSORT(Scheme):
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction, by which the coefficients are divided."""
-        return "" if problem.friction > 0.0 else "there is no friction, by which the coefficients are divided"
+        return "" if problem.friction > 0.0 else "there is no friction, and the coefficients are divided by it"
 
     def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state (q, p) has shape (2 n, P)."""

@@ -74,8 +74,8 @@ def _steps(scheme: Wired) -> Iterator[str]:
         raise SchemeError(f"{scheme.name}: a step of a trivial problem is not finite")
     for paths, found in made.items():
         if any(not np.array_equal(found[name], last[name][..., :paths]) for name in last):
-            raise SchemeError(f"{scheme.name}: a path ends elsewhere among {paths} paths than among {PATHS[-1]}")
-    yield f"steps: alike with {', '.join(map(str, PATHS))} paths"
+            raise SchemeError(f"{scheme.name}: a path differs among {paths} paths and among {PATHS[-1]}")
+    yield f"steps: equal with {', '.join(map(str, PATHS))} paths"
 
 
 def _problem(scheme: Wired) -> Any:

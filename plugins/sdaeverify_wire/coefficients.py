@@ -190,7 +190,7 @@ class Coefficients:
         for name in sorted(self.asks & {*self.form.answers}):
             missing = getattr(self.problem, name, None) is None
             if missing or (name == "dg" and getattr(self.problem, "constraint", None) is None):
-                return f"it asks {name}, which the problem has not"
+                return f"it asks {name}, which the problem does not have"
             why_not = getattr(self.problem, f"why_not_{name}", None)
             if why_not is not None and (reason := why_not()):
                 return str(reason)

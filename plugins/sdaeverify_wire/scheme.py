@@ -53,7 +53,7 @@ class Session:
             self.drop()
             program = Program(self.command, self.patience)
             if greet(program) != expected:
-                raise program.failure("says another hello than when it was registered; run it again")
+                raise program.failure("sends a different hello than when it was registered; run it again")
             self._program = program
         return self._program
 
@@ -89,7 +89,7 @@ class Wired(Scheme):
     def __reduce__(self) -> Any:
         """Return how a worker makes it: without starting the program."""
         if type(self) is not wired_class(self.command, self.hello, self.patience):
-            raise pickle.PicklingError("a scheme with other claims than its program has")
+            raise pickle.PicklingError("a scheme whose claims differ from those of its program")
         return restored, (self.command, self.hello, self.patience)
 
     def refuses(self, problem: Any) -> str:
@@ -246,7 +246,7 @@ def why_not_done(shapes: Mapping[str, Shape], expected: Mapping[str, Shape], pat
 
 def _mask(program: Program, name: str, array: Array) -> Any:
     if not np.isin(array, (0.0, 1.0)).all():
-        raise program.failure(f"sent {name} with other numbers than 0 and 1")
+        raise program.failure(f"sent {name} with numbers other than 0 and 1")
     return array == 1.0
 
 

@@ -122,4 +122,4 @@ def test_where_nothing_is_claimed_nothing_is_measured(run):
     code, said = run("heun-pi", "-p", "shear")
 
     assert code is ExitCode.NOTHING
-    assert "heun-pi on shear: it claims nothing here" in said.out
+    assert "heun-pi on shear: it has no claims on this problem" in said.out

@@ -191,7 +191,7 @@ def test_who_says_that_rows_share_their_steps_is_not_asked_for_own_ones():
 
     assert (own.failed, own.skipped) == (
         "",
-        "paths that are solved together share their steps, as it says (in_batches)",
+        "the solver declares that a batch shares its steps (in_batches)",
     )
     assert undeclared.failed
 

@@ -84,9 +84,9 @@ def equation(drift):
 @pytest.mark.parametrize(
     ("drift", "reason"),
     [
-        (lambda t, x: -np.asarray(x), "its drift runs on NumPy's arrays alone: TypeError: makes a NumPy array"),
-        (lambda t, x: -x if x[0, 0] > 0.0 else x, "its drift runs on NumPy's arrays alone: TypeError: branches"),
-        (lambda t, x: -x * float(t), "its drift runs on NumPy's arrays alone: TypeError"),
+        (lambda t, x: -np.asarray(x), "its drift works on NumPy arrays only: TypeError: makes a NumPy array"),
+        (lambda t, x: -x if x[0, 0] > 0.0 else x, "its drift works on NumPy arrays only: TypeError: branches"),
+        (lambda t, x: -x * float(t), "its drift works on NumPy arrays only: TypeError"),
     ],
     ids=["array", "branch", "float"],
 )

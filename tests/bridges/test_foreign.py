@@ -55,5 +55,5 @@ def test_what_leaves_the_functions_of_numpy_is_refused(formula):
 
 def test_function_that_the_library_has_not_is_named():
     """The error says what is missing."""
-    with pytest.raises(TypeError, match="uses sin, which the library has not"):
+    with pytest.raises(TypeError, match="uses sin, which the library does not provide"):
         np.sin(Foreign(X, object()))

@@ -35,7 +35,7 @@ CLAIMED: list[tuple[str, dict[str, Any], dict[str, list[str]]]] = [
 ]
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("constrained-euler", {"direction": "mean"}, "direction must be old or new, got 'mean'"),
-    ("constrained-euler", {"direction": "new", "solver": "frozen"}, "needs the normals at the old point"),
+    ("constrained-euler", {"direction": "new", "solver": "frozen"}, "requires the normals at the old point"),
     ("explicit-projection-euler", {"skip": -1}, r"skip must be at least 0"),
     ("explicit-projection-euler", {"skip": 1.5}, r"skip .*a whole number"),
     *[(HALF, {"truncation": each}, "truncation") for each in ("thoery", 0.0, -1.0, nan, inf)],
@@ -57,7 +57,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("uniformly-accurate", {"p": 0.0}, "p must be positive"),
     ("uniformly-accurate", {"solver": "picard"}, "solver must be newton or frozen"),
     ("uniformly-accurate", {"no_root": "redraw"}, "no_root must be hold or fail"),
-    ("uniformly-accurate", {"theta": 0.5, "solver": "frozen"}, "solver=frozen needs the normals at the old point"),
+    ("uniformly-accurate", {"theta": 0.5, "solver": "frozen"}, "solver=frozen requires the normals at the old point"),
 ]
 
 

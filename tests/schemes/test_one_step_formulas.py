@@ -147,7 +147,7 @@ REFUSED: list[tuple[Scheme, Any, str]] = [
     (Milstein(), ROUGH, "not analytic"),
     (Milstein(), ROUGH, "diffusion_derivative"),
     (PlatenWeak2(), FULL, "noise in 2 dimensions is neither scalar nor diagonal nor additive"),
-    (PlatenWeak2General(), SCALAR, "platen-weak-2 makes fewer evaluations"),
+    (PlatenWeak2General(), SCALAR, "platen-weak-2 needs fewer evaluations"),
     (ProjectedEuler(), gbm(), "the problem has no constraint to project onto"),
     (StochasticTheta(0.5), KINKED, "drift is not analytic"),
 ]

@@ -23,5 +23,5 @@ def test_its_moments_are_left_to_paths():
     """Nodes have no K: neither moments nor stability are asked of a step that uses it."""
     assert (
         why_not_stability(QUICSORT(), QUICSORT().view_of(harmonic_langevin()))
-        == "a step uses noise K; quadrature is for dW and H alone"
+        == "a step uses noise K; quadrature supports only dW and H"
     )

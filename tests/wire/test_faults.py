@@ -50,7 +50,7 @@ IN_STEP = {
     "unknown array": "sent 'error' behind the state, expected failed, truncated, output.NAME or cost.NAME",
     "state twice": "sent x twice",
     "flags of another shape": "sent failed of shape 1x3, expected 3",
-    "flags that are no flags": "sent failed with other numbers than 0 and 1",
+    "flags that are no flags": "sent failed with numbers other than 0 and 1",
     "cost of another shape": "sent cost.n of shape 4, expected 3",
     "ends in an array": "ended with exit code 0 with 14 of 24 bytes missing",
     "dies in an array": "ended with signal 9 with 14 of 24 bytes missing",

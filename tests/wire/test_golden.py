@@ -46,7 +46,7 @@ def test_client_answers_as_the_transcript(language, tmp_path):
     lines = list(checked(split_command(LANGUAGES[language](tmp_path)), 20.0, golden=True))
 
     assert lines[0] == "transcript: 10 answers are those of the golden transcript"
-    assert lines[-1] == "steps: alike with 1, 3, 5000 paths"
+    assert lines[-1] == "steps: equal with 1, 3, 5000 paths"
 
 
 def test_other_answers_are_told_by_their_place(tmp_path):

@@ -75,7 +75,7 @@ def test_problems_it_cannot_have_are_refused():
     scheme = restored(("p",), read_hello(["name a", "form HolonomicSDAE", "most n=1 m=3"]), 1.0)
     assert scheme.refuses(pendulum()) == "it is for n = 1 at most, and the problem has n = 2"
     scheme = restored(("p",), read_hello(["name a", "form SDE", "asks constraint"]), 1.0)
-    assert scheme.refuses(gbm()) == "it asks constraint, which the problem has not"
+    assert scheme.refuses(gbm()) == "it asks constraint, which the problem does not have"
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ class Foreign(NDArrayOperatorsMixin):
     def _call(self, space: Namespace, name: str, args: Any, given: Any) -> Any:
         function = getattr(space, name, None)
         if function is None:
-            raise TypeError(f"uses {name}, which the library has not")
+            raise TypeError(f"uses {name}, which the library does not provide")
         return self._wrap(function(*_bare(args), **_bare(given)))
 
     def _wrap(self, value: Any) -> Any:
@@ -157,5 +157,5 @@ def why_not_run(formulas: Mapping[str, Callable[..., Any]], *arguments: Any) -> 
             with np.errstate(all="ignore"):
                 formula(*arguments)
         except FAULTS as error:
-            return f"its {what} runs on NumPy's arrays alone: {one_line(error)}"
+            return f"its {what} works on NumPy arrays only: {one_line(error)}"
     return ""

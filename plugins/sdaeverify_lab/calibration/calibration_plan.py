@@ -131,7 +131,7 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     )
     if not (made.placed or made.families):
         known = ", ".join([*STUDIES, CHAINS_STUDY, FAMILIES, *cases])
-        raise UsageError(f"nothing is left to calibrate by --only {', '.join(only)}; known are {known}")
+        raise UsageError(f"no study or cell matches --only {', '.join(only)}; known are {known}")
     return made
 
 

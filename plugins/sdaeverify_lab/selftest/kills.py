@@ -172,7 +172,7 @@ def _result(bug: Planted, results: Sequence[CellResult]) -> BugResult:
 def _reason(pairs: Sequence[tuple[str, Finding]]) -> str:
     """Return the finding of the lowest tier on a claim, classes last, or why there is no finding."""
     if not pairs:
-        return "it claims nothing that is measured"
+        return "it has no claim that is measured"
     measure, finding = min(pairs, key=lambda pair: (pair[1].claim is None, pair[1].tier < 0, pair[1].tier))
     return f"{measure} {finding.quantity} {finding.verdict}: {finding.reason}"
 

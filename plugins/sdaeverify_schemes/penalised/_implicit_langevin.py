@@ -34,7 +34,7 @@ class ImplicitLangevin(LangevinScheme):
         if self.no_root not in {"hold", "fail"}:
             raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
         if self.solver == "frozen" and self.implicitness:
-            raise ParameterError("solver=frozen needs the normals at the old point")
+            raise ParameterError("solver=frozen requires the normals at the old point")
 
     @property
     def promises(self) -> tuple[Claim, ...]:

@@ -15,7 +15,7 @@ class PenalisedEuler(LangevinScheme):
 
     name: ClassVar[str] = "penalised-euler"
     claims: ClassVar[tuple[Claim, ...]] = (
-        Claim(measure="weak", value=1.0, source="Laurent 2022, section 1, for h small beside eps"),
+        Claim(measure="weak", value=1.0, source="Laurent 2022, section 1, for h much smaller than eps"),
         Claim(measure="invariant", value=1.0, source="Laurent 2022, section 1: the weak order at least"),
         Claim(
             measure="strong",
@@ -27,7 +27,7 @@ class PenalisedEuler(LangevinScheme):
 
     def refuses(self, problem: ConstrainedLangevin) -> str:
         """Refuse the limit, where there is no penalty."""
-        return "" if problem.eps else "eps = 0: there is no penalty to step along"
+        return "" if problem.eps else "eps = 0: there is no penalty term"
 
     def step(self, problem: ConstrainedLangevin, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
