@@ -138,7 +138,7 @@ def fall_tests(fitted: Fit) -> PathTests:
         return PathTests.none("the interval of the order along paths is not finite")
     error = quantity.means()[last]
     size = f"{error:.2g} at h = {quantity.h[last]:.3g}"
-    text = "largest error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; limits {third:.1g} off would not show"
+    text = "largest error ~ h^{order:.2f} [{low:.2f}, {high:.2f}], {size}; limit errors of {third:.1g} undetected"
     figures = {"order": slope.value, "low": low, "high": high, "size": size, "third": error / 3.0}
     reason = Reason(text, Kind.ORDER, figures)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)

@@ -57,7 +57,7 @@ def why_not_point_law(scheme: Scheme, view: Problem) -> str:
         return f"{scheme.law.name} increments take too many values"
     if view.capability(Delayed) is not None or view.records or not scheme.noise <= {"dW", "H"}:
         return "some of its noise is not discrete"
-    return "" if view.observables else "there are no observables"
+    return "" if view.observables else "the problem has no observables"
 
 
 def point_law(scheme: Scheme, view: Problem, coarsest: int) -> PointLaw:
