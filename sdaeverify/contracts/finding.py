@@ -25,6 +25,18 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not_applicable"
 
 
+class Status(StrEnum):
+    """What a finding means to a gate, or the answer to a check to a test, where something is expected."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    SKIPPED = "skipped"
+    UNMEASURED = "unmeasured"
+    UNDECIDED = "undecided"
+    XFAILED = "xfailed"
+    XPASSED = "xpassed"
+
+
 # Nothing was measured of what was to be.
 UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 

@@ -3,25 +3,15 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
+from ..contracts.finding import Status
 from ..errors import FAULTS, SdaeverifyError, one_line
 
 # The newest level of the kit: a plugin that names an older one is not put to checks that are younger.
 LEVEL = 2
-
-
-class CheckStatus(StrEnum):
-    """What a check came to."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    SKIPPED = "skipped"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
 
 
 class Inapplicable(Exception):  # noqa: N818 - nothing is wrong
@@ -58,7 +48,7 @@ class Check:
         return (self.function.__doc__ or "").strip().partition("\n")[0]
 
 
-def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
+def run_check(check: Check, subject: Any) -> tuple[Status, str, float]:
     """Put a check to a subject; whatever it raises is a failure.
 
     Parameters
@@ -69,7 +59,7 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
 
     Returns
     -------
-    CheckStatus
+    Status
         ``passed``, ``failed`` or ``skipped``.
     str
         The reason.
@@ -81,13 +71,13 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
         # Numbers that are not finite are evidence here: a check looks for them where they matter.
         with np.errstate(all="ignore"):
             reason = check.function(subject)
-        status = CheckStatus.FAILED if reason else CheckStatus.PASSED
+        status = Status.FAILED if reason else Status.PASSED
     except Inapplicable as words:
-        status, reason = CheckStatus.SKIPPED, str(words)
+        status, reason = Status.SKIPPED, str(words)
     except FAULTS as error:
         # What the framework raises is a sentence that says who raised what.
         told = one_line(error) if isinstance(error, SdaeverifyError) else f"raises {one_line(error)}"
-        status, reason = CheckStatus.FAILED, told
+        status, reason = Status.FAILED, told
     return status, reason, time.perf_counter() - begun
 
 
