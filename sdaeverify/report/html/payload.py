@@ -69,12 +69,11 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
 
 def _choices(rows: Sequence[VerdictRow], tables: SavedTables) -> Iterator[dict[str, Any]]:
     """Yield the work of each scheme on a problem, for the first quantity of each measure of errors."""
-    found, noise = curves(rows, tables.levels, tables.details), tables.run.get("noise", {})
-    for problem, measure in dict.fromkeys(
-        (each.row.problem, each.row.measure) for each in found if each.points and each.row.measure in ALONG_PATHS
-    ):
-        told = choices(found, problem, (measure, ""), noise)
-        yield told.record
+    noise = tables.run.get("noise", {})
+    by_problem = grouped(curves(rows, tables.levels, tables.details), lambda each: each.row.problem)
+    for problem, found in by_problem.items():
+        shown = (each.row.measure for each in found if each.points and each.row.measure in ALONG_PATHS)
+        yield from (choices(found, problem, (measure, ""), noise).record for measure in dict.fromkeys(shown))
 
 
 def to_json(value: float) -> float | str | None:
