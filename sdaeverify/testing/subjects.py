@@ -296,4 +296,4 @@ def excess(value: Array, bound: float, *terms: Array) -> str:
     """
     size = max(1.0, *(float(np.max(np.abs(term), initial=0.0)) for term in terms), 0.0)
     worst = float(np.max(np.abs(value), initial=0.0))
-    return "" if worst <= bound * size else f"off by {worst:.2g}, where {bound * size:.1g} would be rounding"
+    return "" if worst <= bound * size else f"off by {worst:.2g}, above the rounding error {bound * size:.1g}"

@@ -225,7 +225,7 @@ def wrong_for_fifty(problem, x, h, noise):
 
 FAULTS = {
     "declaration": [(NoDataclass(), "put @dataclass")],
-    "label": [(Doubled(), "makes another scheme")],
+    "label": [(Doubled(), "creates a different scheme")],
     "pickle": [(Forgetful(), "not equal to it")],
     "frozen": [(Loose(), "can be set")],
     "docstring": [(Wordless(), "no docstring")],

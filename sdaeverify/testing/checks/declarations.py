@@ -38,7 +38,7 @@ def check_label(subject: SchemeSubject) -> str:
     texts = parse_label(scheme.label).parameters or {}
     values = read_values(f"scheme {scheme.name!r}", parameters, texts)
     again = type(scheme)(**values)
-    return "" if again == scheme else f"its label {scheme.label} makes another scheme, {again!r}"
+    return "" if again == scheme else f"its label {scheme.label} creates a different scheme, {again!r}"
 
 
 def check_pickling(subject: SchemeSubject) -> str:

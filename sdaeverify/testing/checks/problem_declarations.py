@@ -43,7 +43,7 @@ def check_label(subject: ProblemSubject) -> str:
     """Expect the label to recreate the problem, because commands that reproduce results contain only the label."""
     spec = subject.spec
     again = problem_spec(spec.function, parse_label(spec.label).parameters)
-    return "" if again == spec else f"its label {spec.label} makes another problem, {again.label}"
+    return "" if again == spec else f"its label {spec.label} creates a different problem, {again.label}"
 
 
 def check_pickling(subject: ProblemSubject) -> str:

@@ -105,9 +105,9 @@ def check_chart(subject: ProblemSubject) -> str:
     if x.shape != (ito.dimension, PATHS):
         return f"chart.embed returns shape {x.shape}, expected {(ito.dimension, PATHS)}"
     terms = {
-        "coordinates read from the state they make are": (chart.read(x) - z, z),
-        "states embedded again are": (chart.embed(chart.read(x)) - x, x),
-        "the start, embedded again, is": (chart.embed(chart.read(start)) - start, start),
+        "read(embed(z)) is": (chart.read(x) - z, z),
+        "embed(read(x)) is": (chart.embed(chart.read(x)) - x, x),
+        "embed(read(start)) is": (chart.embed(chart.read(start)) - start, start),
         **{f"{name} on the chart is": pair for name, pair in problem.residuals(ito.parts(x)).items()},
     }
     return next((f"{name} {text}" for name, (v, size) in terms.items() if (text := excess(v, 16 * EPS, size))), "")
