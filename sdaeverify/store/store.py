@@ -171,7 +171,7 @@ class Store:
         changed = [name for name, value in place.lane.items() if stored.ingredients.get(name) != value]
         if not changed and stored.opened:
             changed = differing_files(stored.opened, _homes(entry, task))
-        return f"with a different {', '.join(changed)}" if changed else stored
+        return f"with another {', '.join(changed)}" if changed else stored
 
     def _recall(self, entry: Entry, place: Place | None, stored: StoredLane | str, now: Behaviour | None) -> Recalled:
         if isinstance(stored, str) or now != stored.behaviour or place is None:
@@ -268,7 +268,7 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> SchemeEvidence | N
 
 def _otherwise(before: Behaviour, now: Behaviour | None) -> str:
     names = changed_parts(before, now)
-    return f"with a different behaviour of the {' and of the '.join(names)}" if names else UNTOLD
+    return f"with another behaviour of the {' and of the '.join(names)}" if names else UNTOLD
 
 
 def copy_evidence(source: Path, target: Path) -> Counter[str]:

@@ -216,7 +216,7 @@ def test_another_behaviour(small, write, monkeypatch):
 
     assert [right.code, again.code, wrong.code] == [0, 0, 1]
     assert "computed" not in again.out
-    assert "with a different behaviour of the scheme" in " ".join(wrong.out.split())
+    assert "with another behaviour of the scheme" in " ".join(wrong.out.split())
 
 
 def test_one_file_a_problem(small, tmp_path):

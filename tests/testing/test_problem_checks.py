@@ -166,7 +166,7 @@ R_0 = float(pendulum().position[0])
 FAULTS = {
     "declaration": (demanding, "has no default"),
     "builds": (named(lambda: dataclasses.replace(gbm(), start=[np.nan])), "vector of finite numbers"),
-    "label": (ProblemSpec("gbm", gbm, (("a", 0.5),)), "another problem"),
+    "label": (ProblemSpec("gbm", gbm, (("a", 0.5),)), "a different problem"),
     "pickle": (changed(gbm), "pickle"),
     "docstring": (silent, "no docstring"),
     "source": (changed(gbm, truths=(Moment(observable="x", value=mean, source=" "),)), "a Moment"),
@@ -200,7 +200,7 @@ FAULTS = {
     "constraints-kept": (changed(circle, drift=lambda t, x: -0.4 * x), "lacks a part of Ito's term"),
     "view-equals-form": (doubled, "first-order system is"),
     "traits": (two_noises(lambda t, x: x[::-1] * np.eye(2)[..., None]), "trait diagonal-noise is false"),
-    "chart": (shifted(pendulum, read=read_too_far), "coordinates read"),
+    "chart": (shifted(pendulum, read=read_too_far), "read(embed(z)) is"),
     "moments-start": (expecting(gbm, "x", lambda t: 1.0 + 1e-9 + t), "begins with 1,"),
     "moments-rate": (expecting(gbm, "x", lambda t: 1.0 + 0.5001 * t), "begins with the rate 0.5001"),
     "moments-settle": (
