@@ -298,7 +298,7 @@ def doubt_power(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | N
     if not isfinite(tests.blind):
         return doubt.then("nor could more paths", ", "), True
     needed = tests.blind * evidence.paths
-    asked = _ask_for_paths("but --paths {paths} would", "nor could {most:.0e}, the maximum of --paths", needed)
+    asked = _ask_for_paths("--paths {paths} would", "nor could {most:.0e}, the maximum of --paths", needed)
     return doubt.then(asked, ", "), _beyond_budget(evidence, needed)
 
 

@@ -190,7 +190,7 @@ def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
     sizes = _blown_up(record)
     if not sizes or opinion.verdict is Verdict.REFUTED:
         return opinion
-    text = "chains diverge at h = {sizes}, so that no stationary mean exists; the claim is a bound at every step size"
+    text = "chains diverge at h = {sizes}, so that no stationary mean exists; the bound is claimed at every step size"
     reason = Reason(text, numbers={"sizes": ", ".join(f"{h:.3g}" for h in sizes)})
     return Opinion(Verdict.REFUTED, reason.then(opinion.reason), p_verified=1.0, p_refuted=0.0)
 
