@@ -19,7 +19,7 @@ FEW_PATHS = 0.1
 WORDS = {AGREES: "yes", DISAGREES: "NO", FEW: "few", "": ""}
 COLUMNS = ("here", "eff.", "scheme", "=scheme", "exact", "paper", "=here", "=exact")
 EXPLAINED = {
-    "here": "Brackets contain the standard error in units of the last digit.",
+    "here": "Brackets hold the standard error in units of the last digit.",
     "eff.": "eff.: effective paths, (sum y)^2/sum y^2, where they are fewer than a tenth of the paths; below 30 no "
     "comparison is said to agree.",
     "scheme": "scheme: the scheme's own mean, found without sampling.",

@@ -1,4 +1,4 @@
-"""Exit codes: one meaning each for all commands, never a count, printed in words at the end of a run."""
+"""Exit codes with one meaning for all commands. They are never counts, and are printed in words after a run."""
 
 from enum import IntEnum
 
@@ -13,7 +13,7 @@ class ExitCode(IntEnum):
     USAGE = 2, "the command line is wrong"
     NOT_MEASURED = 3, "something could not be measured"
     UNDECIDED = 4, "a claim is undecided, and must not be"
-    NOTHING = 5, "nothing to measure, or less than is claimed or locked"
+    NOTHING = 5, "nothing was there to be measured, or less than is claimed or locked"
     PLUGIN = 6, "a requested plugin failed to load"
     UNEXPECTED = 7, "a claim is verified that was expected to fail"
     INTERRUPTED = 130, "interrupted; what was finished is saved"
@@ -28,7 +28,7 @@ class ExitCode(IntEnum):
 
 
 def codes_in_words(*codes: ExitCode) -> str:
-    """Return the sentence that lists exit codes in the help of a command, all codes if none is given."""
+    """Return the sentence on exit codes for the help of a command; all exit codes if no code is given."""
     return f"Exit codes: {'; '.join(f'{code.value} {code.words}' for code in codes or ExitCode)}."
 
 

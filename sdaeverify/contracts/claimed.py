@@ -150,7 +150,7 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
         If `margin`, `bound` or `share` does not apply to the kind of value given.
     """
     if share is not None and bound is None:
-        raise SchemeError(f"a share is the part of the steps in which a bound holds; got {share!r} without bound")
+        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
     if isinstance(given, str):
         if bound is not None:
             return Bound(given, bound, 1.0 if share is None else share)

@@ -136,7 +136,7 @@ def doubt_wider_interval(finding: Finding, case: Case) -> Doubt | None:
     """Return the doubt that fewer paths gave a narrower interval below the claim, typical of heavy tails."""
     if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
         return None
-    text = "with fewer paths the interval of the order was below the claim, and more paths only widened it"
+    text = "the order of fewer paths lies below the claim, and its interval is only wider now"
     return Doubt(Reason(text, Kind.GUARD), settled=False)
 
 
@@ -240,7 +240,7 @@ WIDER_INTERVAL = Guard(
     asks=doubt_wider_interval,
     bars=VERIFY,
     tier=SAMPLED,
-    reason="with fewer paths the interval lay below the claim, and more paths only widened it",
+    reason="the interval of fewer paths lay below the claim, and is only wider now",
     remedy="more paths",
     planted="",
 )

@@ -165,7 +165,7 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     if open_ := [one.scheme for one in found.found if one.verdict == "inconclusive"]:
         yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
-        yield "~ extrapolated by the order to more steps than were made"
+        yield "~ more steps than were made, by the order"
     if unknown := [one.scheme for one in found.found if not isfinite(one.seconds)]:
         yield f"work unknown, as {_why_unknown(found, result)}: {', '.join(unknown)}"
     if found.left_out:

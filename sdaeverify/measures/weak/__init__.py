@@ -229,7 +229,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     wrong = _p_wrong(evidence, means, off, allowed)
     if means.heavy:
         # The limit may look wrong all the same.
-        return PathTests.none("heavy tails: too few paths to confirm the limit")._replace(suspected=wrong)
+        return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
     if _grows(means):
         # The distance from the limit cannot be extrapolated.
         return PathTests.none("mean differences do not fall yet: take finer steps")._replace(suspected=wrong)
