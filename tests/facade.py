@@ -41,7 +41,7 @@ from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
 from sdaeverify.forms.sde.linear_growth import grows_linearly
-from sdaeverify.forms.tree_class import placements
+from sdaeverify.forms.tree_class import TIME_0, placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -282,7 +282,7 @@ from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation
-from sdaeverify.trees.sdes.universal import TIME_0, Universal
+from sdaeverify.trees.sdes.universal import Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for
