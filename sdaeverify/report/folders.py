@@ -91,7 +91,7 @@ def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[s
 
 def _grouped(absent: pd.DataFrame) -> pd.DataFrame:
     """Return the table of cells that do not apply as it is saved: one row for each scheme and reason."""
-    groups = group_absent(absent.to_dict("records"))
+    groups = group_absent({str(name): value for name, value in row.items()} for row in absent.to_dict("records"))
     return pd.DataFrame([group.row for group in groups], columns=[*AbsentGroup._fields])
 
 
