@@ -9,7 +9,7 @@ import click
 
 from ..api import Result
 from ..contracts.spelling import counted
-from ..errors import UsageError
+from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..gate.against import changes, in_one_line, read_gate
 from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
 from ..gate.gated import Gated
@@ -145,7 +145,13 @@ def _begin_examinations(registry: Registry, policy: Policy) -> list[Work]:
 def _examine(run: Run, beside: list[Work], jobs: int, kind: str) -> tuple[Result | None, ExitCode]:
     """Do the work of examinations and return what the run and they come to; None and why not if there is no end."""
     for work in beside:
-        code = run_on_workers(work, jobs, run.registry, kind)
+        try:
+            code = run_on_workers(work, jobs, run.registry, kind)
+        except (SdaeverifyError, MemoryError):
+            raise
+        except FAULTS as error:
+            complain("error", f"an examination raises {one_line(error)}; nothing is gated")
+            return None, ExitCode.NOT_MEASURED
         if code is not ExitCode.OK:
             return None, code
     run.examined = beside

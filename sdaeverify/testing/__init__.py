@@ -150,7 +150,7 @@ controls (truths)
 
 from .benchmarks import parametrize_with_benchmarks
 from .check import LEVEL, Check
-from .claims import parametrize_with_claims
+from .claims import parametrize_with_claims, parametrize_with_examinations
 from .hunts import parametrize_with_hunts
 from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
@@ -164,5 +164,6 @@ __all__ = [
     "parametrize_with_benchmarks",
     "parametrize_with_checks",
     "parametrize_with_claims",
+    "parametrize_with_examinations",
     "parametrize_with_hunts",
 ]
