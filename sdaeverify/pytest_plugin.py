@@ -11,7 +11,13 @@ KIT = "sdaeverify.testing"
 # Name of the property of a test that says which part of the kit it belongs to; xdist sends it to the main process.
 PROPERTY = "sdaeverify"
 # What a parameter of a test is called, by the class of the kit that it belongs to.
-PARTS = {"Question": "checks", "ClaimCheck": "claims", "HuntCheck": "hunts", "StepTiming": "timings"}
+PARTS = {
+    "Question": "checks",
+    "ClaimCheck": "claims",
+    "HuntCheck": "hunts",
+    "ExaminationCheck": "examinations",
+    "StepTiming": "timings",
+}
 MARKERS = (
     "hunt: counterexamples of claims are looked for (sdaeverify)",
     "benchmark: steps of schemes are timed (sdaeverify, pytest-benchmark)",
