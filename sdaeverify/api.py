@@ -66,14 +66,14 @@ class Result(ForPapers):
     Attributes
     ----------
     rows : Rows
-        The rows of all tables but the levels.
+        The rows of all tables except the levels.
     tables : dict of str to DataFrame
         All tables by the names of their files, with the dictionary of their columns.
     settings : Settings
     run : dict
         Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
     results : tuple of CellResult, optional
-        What the rows were made of, schemes and problems themselves; empty where the result was loaded or pickled.
+        The results behind the rows, with schemes and problems; empty for a loaded or pickled result.
     """
 
     rows: Rows
@@ -99,19 +99,19 @@ class Result(ForPapers):
         return self.tables[NOT_APPLICABLE]
 
     def details(self, measure: str) -> pd.DataFrame:
-        """Return what else a measure tells of its rows of `verdicts`.
+        """Return the additional columns of a measure for its rows of `verdicts`.
 
         Raises
         ------
         UsageError
-            If the result has none of the measure.
+            If the result has no rows of the measure.
         """
         if details_file(measure) not in self.tables:
             raise UsageError(f"the result has no rows of measure {measure!r:.200}")
         return self.tables[details_file(measure)]
 
     def command(self, scheme: str, problem: str, measure: str) -> str:
-        """Return the command that computes a cell again; empty where a name of it is not registered.
+        """Return the command that computes a cell again; empty if one of its names is not registered.
 
         Parameters
         ----------
@@ -136,9 +136,9 @@ class Result(ForPapers):
 
     @cached_property
     def classes(self) -> pd.DataFrame:
-        """One row for each claim about a class of equations: what order conditions, or random members, say of it.
+        """One row for each claim about a class of equations, with the verdict of order conditions or random members.
 
-        They are asked for when this is read first, if they were not in the run.
+        If the run did not evaluate order conditions, they are evaluated at the first access.
 
         Raises
         ------
@@ -179,9 +179,9 @@ class Result(ForPapers):
     ) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
 
-        Errors are those to one reference, the truth of the problem or the best verified scheme at finer steps, and
-        times are those of the same arrays: paths are made again for that. Of a loaded result the errors and times of
-        its run count, for verified schemes.
+        Errors are relative to one reference, the truth of the problem or the best verified scheme with finer steps,
+        and times are measured on the same arrays, so paths are computed again. For a loaded result, the errors and
+        times of its run are used, for verified schemes.
 
         Parameters
         ----------
@@ -190,16 +190,16 @@ class Result(ForPapers):
         measure : str, optional
             Of errors: ``strong``, ``weak`` or ``invariant``.
         quantity : str, optional
-            The first there is if left out.
+            The first one if omitted.
         accuracy : float, optional
-            The error that is wanted; what half of the schemes reach if left out.
+            The desired error; if omitted, the error that half of the schemes reach.
         progress : str, optional
-            On stderr, while paths are made again: as of `verify`.
+            Progress on stderr while paths are computed, as for `verify`.
 
         Raises
         ------
         UsageError
-            If nothing was measured of it.
+            If there is no measured error of the quantity.
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
@@ -213,7 +213,7 @@ class Result(ForPapers):
         return [row for rows in self.rows.details.values() for row in rows]
 
     def cell(self, scheme: str, problem: str) -> CellView:
-        """Return what was found of a scheme on a problem, to be looked at.
+        """Return a view of the findings on a scheme and a problem.
 
         Raises
         ------
@@ -232,7 +232,7 @@ class Result(ForPapers):
         Raises
         ------
         UsageError
-            If there is no xarray.
+            If xarray is not installed.
         """
         return dataset_of_levels(self.verdicts, self.levels)
 
@@ -251,7 +251,7 @@ class Result(ForPapers):
         Raises
         ------
         UsageError
-            If the folder cannot be written into.
+            If the folder cannot be written to.
         """
         target = folder_of("save", folder)
         require_run_folder(target, "folder")
@@ -259,7 +259,7 @@ class Result(ForPapers):
 
 
 class RunOptions(SettingsOptions, total=False):
-    """Keywords of `verify` beside what is crossed."""
+    """Keyword arguments of `verify` other than schemes, problems and measures."""
 
     jobs: int
     plugins: Sequence[str | Path]
@@ -279,27 +279,27 @@ def verify(
     ----------
     schemes, problems, measures : str, object or sequence, optional
         Names with parameters or globs as on the command line, or scheme instances, problem functions and
-        measures themselves, alone or mixed in a list; everything registered if left out.
+        measures, alone or mixed in a list; all registered ones if omitted.
     jobs : int, optional
-        Worker processes, 1 by default: this process. With more than one, or with limits, a script needs the usual
-        ``if __name__ == "__main__":``. Of an executor that is given, how many workers it is taken to have.
+        Number of worker processes; 1, the default, means this process. With more than one, or with limits, a script
+        needs the usual ``if __name__ == "__main__":``. With `executor`, the number of workers to assume for it.
     executor : Executor or str, optional
         Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
         (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, or one of the entry points
-        `sdaeverify.executors`). What one step tells of each scheme, and blocks of paths, are found there, in about
-        2 `jobs` pieces of a problem, one scheme on one problem at least. The result is the same to the last bit.
-        Workers need this package and see no folder of this machine: plugin files go there with each call, evidence
-        comes home as bytes. A worker that is lost costs one more call; `timeout` and `memory` do not hold there.
+        `sdaeverify.executors`). It runs the one-step evaluations and the blocks of paths, in about 2 `jobs` pieces
+        per problem, each of at least one scheme. Results are identical to the last bit. Workers need this package but
+        no access to this machine's folders: plugin files are sent with each call, evidence is returned as bytes. The
+        call of a lost worker is repeated once; `timeout` and `memory` do not apply.
     plugins : sequence of str or Path, optional
-        Plugin files, beside the installed plugins.
+        Plugin files, in addition to the installed plugins.
     progress : str, optional
-        On stderr: ``auto`` for a bar on a terminal and lines elsewhere, ``plain`` or, by default, ``none``.
+        On stderr: ``auto`` for a bar on a terminal and lines elsewhere, ``plain``, or ``none`` (the default).
     out : str or Path, optional
-        Folder for tables, evidence and page, as ``matrix --out``: evidence that is there is used again.
+        Folder for tables, evidence and page, as for ``matrix --out``; evidence in it is reused.
     timeout : float, optional
-        Seconds that a scheme may take on a block of paths; 0 for no limit, 600 where there are workers.
+        Maximum seconds for a scheme on a block of paths; 0 for no limit. Default 600 if there are worker processes.
     memory : str, optional
-        Size that a worker may use, such as ``2G``; ``0`` for no limit.
+        Maximum memory of a worker, such as ``2G``; ``0`` for no limit.
     **options
         Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), first_levels (4; as many
         as levels where these are given), seed, confidence, block, max_looks, tests_reserved.
@@ -315,11 +315,11 @@ def verify(
     PluginError
         If a plugin file cannot be used.
     LostExecutorError
-        If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
+        If the executor accepts no more calls, or loses one twice; evidence received so far is in `out`.
     """
     for kind, given in (("schemes", schemes), ("problems", problems), ("measures", measures)):
         if isinstance(given, list) and not given:
-            # A list that a program has made, and found nothing for, is not meant to stand for everything.
+            # An empty list is likely a program's failed search and must not select everything.
             raise UsageError(f"an empty list of {kind}; leave {kind} out to have all of them")
     numbers: dict[str, Any] = dict(options)
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
@@ -360,7 +360,7 @@ WITHOUT_OPTIONS: dict[str, Any] = {"jobs": 1, "plugins": ()} | dict.fromkeys(
 def _check_options(
     *, jobs: Any, progress: Any, out: Any, timeout: Any, memory: Any, executor: Any, **_: object
 ) -> Limits | None:
-    """Check options of `verify` that are no settings, and return the limits that processes of its own are held to."""
+    """Check the options of `verify` that are not settings, and return the limits of its worker processes."""
     if whole("jobs", jobs) < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
     _kind_of_progress(progress)
@@ -384,15 +384,15 @@ def _check_options(
 def plan_of(
     registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
 ) -> Plan:
-    """Select and cross; see `verify` for the parameters. Isolated workers are asked what can be run.
+    """Select and cross schemes, problems and measures; isolated workers try which cells can be run.
 
     Parameters
     ----------
     registry : Registry
     schemes, problems, measures : str, object or sequence of them
-        As `verify` takes them.
+        As for `verify`.
     executor : Executor or None
-        Workers that are asked what can be run; this process itself if there are none.
+        Workers for the trials; this process if None.
     """
     chosen = (
         select_schemes(registry, schemes),
@@ -406,17 +406,17 @@ def plan_of(
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside: Sequence[Work] = ()) -> Result:
-    """Return what is known of a study, finished or not.
+    """Return the result of a study, finished or not.
 
     Parameters
     ----------
     study : Study
-        What it knows so far counts.
+        Its results so far are used.
     registry : Registry
     arguments : sequence of str
-        The call, kept in the record of the run.
+        The call, for the record of the run.
     beside : sequence of Work, optional
-        Examinations that have come to their end.
+        Finished examinations.
     """
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
@@ -437,12 +437,12 @@ def _tabled(found: tuple[CellResult, ...], settings: Settings, run: dict[str, An
 
 
 def load(folder: str | Path) -> Result:
-    """Return the result that a run has left in a folder, of `verify` or of ``matrix``.
+    """Return the result that a run of `verify` or of ``matrix`` has saved in a folder.
 
     Parameters
     ----------
     folder : str or Path
-        With ``verdicts.csv`` and ``run.json``. Texts are read, nothing is executed.
+        With ``verdicts.csv`` and ``run.json``. Texts are read, no code is executed.
 
     Raises
     ------
@@ -455,7 +455,7 @@ def load(folder: str | Path) -> Result:
 
 
 def folder_of(name: str, given: object) -> Path:
-    """Return a folder that somebody has named.
+    """Return a folder named by the user, after checking its type.
 
     Parameters
     ----------
@@ -466,7 +466,7 @@ def folder_of(name: str, given: object) -> Path:
     Raises
     ------
     UsageError
-        If it is no path, or empty, which would be the folder that the program is in.
+        If it is not a path, or is empty, which would mean the current folder.
     """
     if not isinstance(given, str | Path) or not str(given).strip():
         raise UsageError(f"{name} expects a folder, got {given!r:.200}")
@@ -474,7 +474,7 @@ def folder_of(name: str, given: object) -> Path:
 
 
 def _kind_of_progress(progress: str | None) -> str:
-    """Return the kind, ``none`` if there is none; UsageError if it is unknown."""
+    """Return the kind of progress display, ``none`` for None; raise UsageError if it is unknown."""
     if progress not in {None, *KINDS}:
         raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
     return progress or "none"

@@ -1,4 +1,4 @@
-"""The public names for authors of commands: what options, words and endings of all commands have in common.
+"""The public names for authors of commands: the options, messages and exit codes common to all commands.
 
 A command is a `click` command that an entry point names::
 
@@ -11,8 +11,8 @@ A command is a `click` command that an entry point names::
         print_texts(output(), [f"{len(load_and_warn(plugins).schemes)} schemes"])
         return ExitCode.OK
 
-It returns an `ExitCode`; errors meant for the user are `SdaeverifyError`, and end the program with one line. Of the
-module `options` a command takes what it needs: ``once``, ``PLACE``, ``plugins``, ``seed``, ``jobs``, ``selection``
+It returns an `ExitCode`; errors meant for the user are `SdaeverifyError`, and end the program with one line. The
+module `options` provides the common options: ``once``, ``PLACE``, ``plugins``, ``seed``, ``jobs``, ``selection``
 and ``progress_of_cells``. Work that has a ``total`` and a ``run`` is done by `run_on_workers`.
 """
 

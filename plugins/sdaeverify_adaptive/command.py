@@ -1,4 +1,4 @@
-"""``adaptive``: whether solvers that choose their steps keep what their tolerance promises."""
+"""``adaptive``: test the claims of adaptive solvers about their tolerance."""
 
 import json
 import time
@@ -48,11 +48,11 @@ STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONC
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
 @options.plugins
 def adaptive(**asked: Any) -> ExitCode:
-    """Solve problems at several tolerances on one Brownian path, and judge what adaptive solvers claim.
+    """Solve problems at several tolerances on one Brownian path, and judge the claims of adaptive solvers.
 
-    SOLVER is a name, with parameters or as a glob; all but planted ones if left out. A claim about `tolerance` is of
-    the rate of the error in the tolerance, one about `tolerance-steps` of the order in the mean number of steps, one
-    about `tolerance-law` of the bias of observables.
+    SOLVER is a name, with parameters or as a glob; by default all except planted ones. A claim about `tolerance` is
+    the rate of the error in the tolerance, one about `tolerance-steps` the order in the mean number of steps, and one
+    about `tolerance-law` the bias of observables.
     """
     begun, registry = time.monotonic(), load_and_warn(asked["plugins"], lab=True)
     budget = Budget(asked["paths"], _numbers(asked["tolerances"]), asked["seed"])

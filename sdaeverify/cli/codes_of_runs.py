@@ -1,4 +1,4 @@
-"""With which exit code a run or a gate ends that came to its end."""
+"""Exit codes of completed runs and gates."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,7 +11,7 @@ from .exit_codes import ExitCode
 
 
 def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
-    """Return the code of findings: refuted before not measured, and nothing where none applies."""
+    """Return the exit code of verdicts: refuted before not measured, and nothing if none applies."""
     known = {*verdicts}
     if Verdict.REFUTED in known:
         return ExitCode.REFUTED
@@ -21,7 +21,7 @@ def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
 
 
 def code_of_results(results: Iterable[CellResult]) -> ExitCode:
-    """Return the code of a run that came to its end; classes of equations alone are not what a run is for."""
+    """Return the exit code of a completed run; a run whose only findings are about classes of equations has none."""
     known = [*results]
     code = code_of_verdicts(finding.verdict for result in known for finding in result.findings)
     of_cells = (finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings)
@@ -29,14 +29,14 @@ def code_of_results(results: Iterable[CellResult]) -> ExitCode:
 
 
 def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
-    """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
+    """Return the exit code of a gate: that of its worst failing outcome, or 0.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
     policy : Policy
     complete : bool
-        Whether all that the lock file demands is there, and all that is claimed is tested.
+        Whether all locked claims are found and all claims are tested. If not, `NOTHING` precedes every outcome.
     """
     if not outcomes or not complete:
         return ExitCode.NOTHING

@@ -6,7 +6,7 @@ from ..errors import PluginError, SdaeverifyError, UsageError
 
 
 class ExitCode(IntEnum):
-    """What a run came to."""
+    """Exit code with its meaning as `words`."""
 
     OK = 0, "no claim is refuted, and no check fails"
     REFUTED = 1, "a claim is refuted, or a check fails"
@@ -21,19 +21,19 @@ class ExitCode(IntEnum):
     words: str
 
     def __new__(cls, value: int, words: str = "") -> "ExitCode":
-        """Return the code with its meaning."""
+        """Create a code with its meaning."""
         code = int.__new__(cls, value)
         code._value_, code.words = value, words
         return code
 
 
 def codes_in_words(*codes: ExitCode) -> str:
-    """Return the sentence in which the help of a command lists its codes, all if none is given."""
+    """Return the sentence that lists exit codes in the help of a command, all codes if none is given."""
     return f"Exit codes: {'; '.join(f'{code.value} {code.words}' for code in codes or ExitCode)}."
 
 
 def code_of_error(error: SdaeverifyError) -> ExitCode:
-    """Return the code of an error meant for the user."""
+    """Return the exit code of an error that is reported to the user."""
     if isinstance(error, PluginError):
         return ExitCode.PLUGIN
     return ExitCode.USAGE if isinstance(error, UsageError) else ExitCode.NOT_MEASURED

@@ -1,4 +1,4 @@
-"""A gate compared with an earlier one, such as that of the base branch: which claims changed their status."""
+"""Comparison of a gate with an earlier one, such as that of the base branch: claims whose status changed."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -28,7 +28,7 @@ def read_gate(place: Path) -> dict[Key, Status]:
     Raises
     ------
     UsageError
-        If there is no such file, or a gate has not written it.
+        If the file does not exist or was not written by a gate.
     """
     file = place / GATE if place.is_dir() else place
     try:
@@ -42,14 +42,14 @@ def read_gate(place: Path) -> dict[Key, Status]:
 
 
 def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrowed: bool) -> tuple[StatusChange, ...]:
-    """Return what has changed, the worst of now first; claims that are gone come last.
+    """Return the changes of status, worst present status first; claims that are no longer gated come last.
 
     Parameters
     ----------
     before : mapping of Key to Status
     outcomes : iterable of Outcome
     narrowed : bool
-        Whether a part of all claims is gated, so that others are not gone.
+        Whether only a part of the claims is gated, so that a missing claim is not reported as gone.
     """
     now = {outcome.key: outcome.status for outcome in outcomes}
     ranked = sorted(now, key=lambda key: (ORDER.index(now[key]), key))
@@ -63,7 +63,7 @@ def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrow
 
 
 def in_one_line(found: tuple[StatusChange, ...], place: Path) -> str:
-    """Return how much has changed."""
+    """Return the number of changed claims in a sentence."""
     return (
         f"against {place}: {counted(len(found), 'claim')} changed" if found else f"against {place}: nothing changed"
     )

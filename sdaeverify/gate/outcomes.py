@@ -1,4 +1,4 @@
-"""What a maintainer needs to know of each gated finding: whether it passed, and if not, whether that was expected."""
+"""Outcomes of a gate: whether each gated finding passed, and if not, whether its failure was expected."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
 
-# Worst first: the order in which outcomes are told.
+# Order in which outcomes are reported, worst first.
 ORDER = (
     Status.FAILED,
     Status.UNMEASURED,
@@ -36,16 +36,16 @@ GLOBS = ("*", "?")
 
 @dataclass(frozen=True)
 class Outcome:
-    """A gated finding.
+    """A gated finding with its status.
 
     Attributes
     ----------
     result : CellResult
-        Of its cell.
+        Result of the cell of the finding.
     finding : Finding
     status : Status
     expected : str
-        Reason of the expected failure it matches; empty if none does.
+        Reason of the matching expected failure; empty if none matches.
     """
 
     result: CellResult
@@ -55,17 +55,17 @@ class Outcome:
 
     @property
     def cell(self) -> Cell:
-        """The cell that the finding is of."""
+        """Cell of the finding."""
         return self.result.cell
 
     @property
     def key(self) -> Key:
-        """What it is about."""
+        """Scheme, problem, measure and quantity of the finding."""
         return key_in(self.cell, self.finding.quantity)
 
     @property
     def claim(self) -> str:
-        """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
+        """The claim in words with its margin, or all claims of the cell if no quantity was measured."""
         claim = self.finding.claim if self.finding.quantity else None
         claims = claims_of(self.cell) or promises_of(self.cell) if claim is None else (claim,)
         return " and ".join(dict.fromkeys(map(_words, claims)))
@@ -76,12 +76,12 @@ def _words(claim: Claim) -> str:
 
 
 def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
-    """Return an outcome for each finding that a claim covers, and for each cell that could not be measured.
+    """Return an outcome for each finding covered by a claim and for each cell that could not be measured.
 
     Parameters
     ----------
     results : iterable of CellResult
-        Family-wise, as `Study.results` gives them.
+        Results corrected for all tests of the run, as returned by `Study.results`.
     policy : Policy
 
     Returns
@@ -93,35 +93,34 @@ def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
 
 
 def is_red(outcome: Outcome, policy: Policy) -> bool:
-    """Tell whether an outcome fails the gate."""
+    """Return whether an outcome fails the gate."""
     if outcome.status is Status.UNDECIDED:
         return policy.fails_undecided
     return outcome.status in {Status.FAILED, Status.UNMEASURED, Status.XPASSED}
 
 
 def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
-    """Return the expected failures that no finding matches."""
+    """Return the expected failures that match no finding."""
     known = list(found)
     return [one for one in policy.expected_failures if not any(one.matches(**o.key._asdict()) for o in known)]
 
 
 def require_named(registry: Registry, policy: Policy, cells: Iterable[Cell]) -> None:
-    """Check that each expected failure of a policy names schemes, problems and measures that there are.
+    """Check that expected failures of a policy name existing schemes, problems and measures.
 
-    Solvers that examinations name are known when these have ended, so that a policy with examinations is not checked
-    here.
+    A policy with examinations is not checked here, because the solvers of examinations are known only at their end.
 
     Parameters
     ----------
     registry : Registry
     policy : Policy
     cells : iterable of Cell
-        Of the plan, with schemes and problems that need not be registered.
+        Cells of the plan, whose schemes and problems need not be registered.
 
     Raises
     ------
     UsageError
-        If one can never match a finding.
+        If an expected failure can never match a finding.
     """
     if policy.examinations:
         return
@@ -132,14 +131,14 @@ def require_named(registry: Registry, policy: Policy, cells: Iterable[Cell]) -> 
 
 
 def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> str:
-    """Return why an expected failure cannot match any finding, or an empty string.
+    """Return why an expected failure can never match a finding, or an empty string.
 
     Parameters
     ----------
     one : FailingClaim
     registry : Registry
     cells : iterable of Cell
-        Of schemes and problems that are registered, and of others.
+        Cells of the plan, whose schemes and problems need not be registered.
     """
     planned = list(cells)
     kinds = {
@@ -152,7 +151,7 @@ def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> s
 
 
 def _objections(kind: str, pattern: str, registered: Mapping[str, Registered], labels: set[str]) -> Iterator[str]:
-    """Yield why a pattern matches no label, of things that are registered or have one of the labels given."""
+    """Yield why a pattern matches neither a given label nor a label of a registered entry."""
     if any(matches(pattern, label) for label in labels):
         return
     name = pattern.partition("[")[0]
@@ -164,7 +163,7 @@ def _objections(kind: str, pattern: str, registered: Mapping[str, Registered], l
 
 
 def _objections_to_label(pattern: str, entry: Registered) -> Iterator[str]:
-    """Yield why a pattern without wildcards is not the label of a registered thing."""
+    """Yield why a pattern without wildcards is not the label of a registered entry."""
     try:
         made = entry.make(parse_label(pattern).parameters)
     except UsageError as error:
@@ -190,7 +189,7 @@ def is_gated(finding: Finding) -> bool:
 def _status(finding: Finding, expected: FailingClaim | None) -> Status:
     if finding.verdict is Verdict.VERIFIED:
         return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
-    # A step that raises, hangs, dies or breaks its contract is no way to fail that anybody expects.
+    # An expected failure does not cover a step that raises, hangs, dies or breaks its contract.
     if finding.verdict in UNMEASURED - {Verdict.DIVERGED}:
         return Status.UNMEASURED
     if expected is not None and not (finding.verdict is Verdict.REFUTED and not finding.quantity):

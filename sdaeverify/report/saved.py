@@ -1,4 +1,4 @@
-"""A run as its folder tells: which cells and claims it was about, and with which settings; nothing is executed."""
+"""The cells, claims and settings of a run, read from its folder without executing code."""
 
 import json
 from collections.abc import Mapping
@@ -15,13 +15,13 @@ from .folders import RUN, run_of
 
 # The report of a gate.
 GATE = "gate.json"
-# What reading ends with where something lacks or is of another type.
+# Exceptions raised by missing keys or values of another type.
 WRONG = (KeyError, TypeError, msgspec.ValidationError)
 
 
 @dataclass(frozen=True)
 class SavedRun:
-    """What ``run.json`` says.
+    """Selection and settings of a run, from ``run.json``.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class SavedRun:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of its schemes, problems and measures, without parameters."""
+        """Names of the schemes, problems and measures of the run, without parameters."""
         return frozenset(label.partition("[")[0] for label in (*self.schemes, *self.problems, *self.measures))
 
 
@@ -93,12 +93,12 @@ class SavedAttack:
 
 
 def read_run(folder: Path) -> SavedRun:
-    """Read what a run was about.
+    """Read the selection and settings of a run.
 
     Raises
     ------
     UsageError
-        If the folder holds no run, or its ``run.json`` is not as this program writes it.
+        If the folder holds no run, or its ``run.json`` is not in the format of this program.
     """
     file, saved = folder / RUN, run_of(folder)
     try:
@@ -136,21 +136,21 @@ def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
 
 
 def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
-    """Return the settings of what ``run.json`` tells of a run.
+    """Return the settings in the contents of ``run.json``.
 
     Parameters
     ----------
     run : mapping
     file : Path
-        The file, to be named where it is not as it should be.
+        File to name in the message.
 
     Raises
     ------
     UsageError
-        If it is not as this program writes it.
+        If the contents are not in the format of this program.
     """
     try:
-        # Earlier versions knew no guards: all paths were on all levels.
+        # Earlier versions had no guard levels: all paths were on all levels.
         numbers = {"first_levels": run["settings"]["levels"], **run["settings"]}
         return msgspec.convert({each.name: numbers[each.name] for each in fields(Settings)}, Settings)
     except WRONG as error:

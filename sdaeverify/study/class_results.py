@@ -1,6 +1,6 @@
-"""Claims about classes of equations as results of cells, for whoever counts claims: a problem stands for a class.
+"""Claims about classes of equations as results of cells, so that gates and tables can count them.
 
-They stand beside the cells of a study and answer none of them.
+Each class is represented by a placeholder problem. These results are separate from the cells of a study.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,7 +21,7 @@ from .plan import Cell
 
 
 def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[CellResult]:
-    """Yield what order conditions say of the claims of some schemes, as results of cells.
+    """Yield the verdicts of order conditions on the claims of schemes, as results of cells.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[C
 
 
 def is_premise_failing(finding: Finding) -> bool:
-    """Tell whether conditions say nothing of a claim, as one of their premises fails: paths are asked alone."""
+    """Return whether a premise of the conditions fails, so that the claim is tested by paths alone."""
     return finding.tier == CONDITIONS and finding.verdict is Verdict.INCONCLUSIVE
 
 
 def class_cells(cells: Iterable[Cell], seed: int = SEED) -> Iterator[Cell]:
-    """Yield a cell for each class that a scheme's claims are about, for the schemes and measures of some cells.
+    """Yield a cell for each class that a scheme's claims are about, for the schemes and measures of the given cells.
 
     No step is made.
 
@@ -63,16 +63,17 @@ def class_cells(cells: Iterable[Cell], seed: int = SEED) -> Iterator[Cell]:
 
 
 def answers(measure: Measure) -> bool:
-    """Return whether a measure has an answer about random members."""
+    """Return whether a measure can judge random members."""
     return type(measure).judge_member is not Measure.judge_member
 
 
 def results_of_class(cell: Cell, seed: int = SEED) -> list[CellResult]:
-    """Return the results on the claim of a cell about a class, found in this process.
+    """Return the results on the claim of a cell about a class, computed in this process.
 
     Parameters
     ----------
     cell : Cell
+        One that `class_cells` yields.
     seed : int
         Of the run.
     """
@@ -85,7 +86,7 @@ def _class_cell(scheme: Scheme, kind: str, measure: Measure) -> Cell:
 
 
 def is_of_class(cell: Cell) -> bool:
-    """Tell whether a cell is about a class of equations."""
+    """Return whether a cell is about a class of equations."""
     return cell.spec.function is every_equation
 
 

@@ -9,13 +9,13 @@ from ..contracts.spelling import counted
 from .conditions import Condition
 
 ORDER_CONDITIONS, RANDOM_MEMBERS = "order conditions", "random members"
-# Stands for the equations of a class where a row names a problem.
+# Label of the equations of a class in the column of problems.
 EVERY_EQUATION = "every-equation"
 
 
 @dataclass(frozen=True)
 class ClassRow:
-    """What is found of one claim for one class.
+    """Result for one claim and one class.
 
     Attributes
     ----------
@@ -26,21 +26,21 @@ class ClassRow:
     verdict : Verdict
         Inconclusive where a premise of the conditions fails, out of scope where nothing is claimed for the class.
     order : float
-        That conditions give, as far as they were looked at; NaN where none were.
+        Order from the examined conditions; NaN if there are none.
     claim : float
-        The order claimed; NaN without a claim.
+        Claimed order; NaN without a claim.
     held, of : int
-        How many of the conditions of the claimed order, without a claim of all that are looked at, hold, of how many.
+        Number of conditions that hold, out of those of the claimed order, or of all examined ones without a claim.
     first : Condition or None
-        The first one that does not hold.
+        First condition that does not hold.
     premise : str
-        The premises, or why one fails, or why nothing applies.
+        The premises, or why one fails, or why the class does not apply.
     promise : Claim or None
-        What is claimed.
+        The claim.
     conditions : str
-        What the claim was put to: ``order conditions`` or ``random members``.
+        Kind of the test: ``order conditions`` or ``random members``.
     mistake : str
-        What a refuted scheme does instead, if it is a mistake that is known.
+        Known mistake of a refuted scheme; empty if it is not recognised.
     """
 
     scheme: str
@@ -60,7 +60,7 @@ class ClassRow:
 
     @property
     def why(self) -> str:
-        """Why the verdict is what it is, in a sentence."""
+        """Reason of the verdict in a sentence."""
         if self.verdict is Verdict.REFUTED and self.first:
             found, wanted = self.first.texts
             named = f"{self.mistake}; " if self.mistake else ""
@@ -76,13 +76,13 @@ class ClassRow:
 
     @property
     def cells(self) -> dict[str, object]:
-        """The row of a table."""
+        """Cells of the table row by column."""
         named = {"scheme": self.scheme, "class": self.kind, "measure": self.measure}
         return {**named, "claim": self.claim, "verdict": self.verdict.value, **self.details}
 
     @property
     def details(self) -> dict[str, object]:
-        """What else conditions or members tell."""
+        """Further columns from conditions or members."""
         found, wanted = self.first.texts if self.first else ("", "")
         return {
             "motions": self.motions,

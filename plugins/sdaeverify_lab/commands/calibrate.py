@@ -1,4 +1,4 @@
-"""``calibrate``: whether intervals and tests keep what they promise, over many seeds."""
+"""``calibrate``: calibrate intervals and tests over many seeds."""
 
 import shlex
 import time
@@ -56,7 +56,7 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 def calibrate(**asked: Any) -> ExitCode:
     """Count how often intervals contain the truth and tests decide wrongly, on cells of known order.
 
-    Writes a table of all rates with their binomial intervals. Succeeds if each agrees with what is promised for it.
+    Writes a table of all rates with their binomial intervals. Succeeds if each agrees with its prescribed range.
     """
     begun = time.monotonic()
     registry = load_and_warn(asked["plugins"], lab=True)
@@ -86,7 +86,7 @@ def _save(calibration: Calibration, registry: Registry, folder: Path, command: s
 
 
 def _command(asked: dict[str, Any], plan: CalibrationPlan) -> str:
-    """Return the command that makes the same table again; worker processes do not matter for it."""
+    """Return the command that reproduces the table; the number of worker processes does not affect it."""
     words = ["python", "-m", "sdaeverify", "calibrate"]
     words += ["--repetitions", str(plan.repetitions)] if plan.repetitions != REPETITIONS else []
     words += ["--seed", str(plan.seed)] if plan.seed != Settings().seed else []

@@ -1,4 +1,4 @@
-"""``selftest``: whether the program refutes what is known to be wrong, and nothing else."""
+"""``selftest``: check that the program refutes all planted bugs and no correct claim."""
 
 import time
 from dataclasses import replace
@@ -28,7 +28,7 @@ from sdaeverify.studying import Study, class_results
 from ..selftest import KillMatrix, kill_matrix, selftest_trial
 from ..selftest.kills import counts, in_words, kill_table, terminal_table
 
-# Most bugs are found out without sampling; a refutation on paths takes 800 of them at least.
+# Most bugs are refuted without sampling; a refutation on paths needs at least 800 paths.
 DEFAULTS = Settings(paths=1024, max_looks=3)
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN)
 FILE = "kill.csv"
@@ -45,9 +45,9 @@ FILE = "kill.csv"
 @options.jobs
 @options.progress_of_cells
 def selftest(**asked: Any) -> ExitCode:
-    """Run every planted bug on its problem, and every scheme where it claims something.
+    """Run every planted bug on its problem, and every scheme on the problems of its claims.
 
-    Prints which check refutes which bug. Succeeds if every bug is refuted, changes that are no bugs are not, and no
+    Prints which check refutes which bug. Succeeds if every bug is refuted, and neither an equivalent change nor a
     claim of a registered scheme is.
     """
     begun, folder = time.monotonic(), asked["out"]

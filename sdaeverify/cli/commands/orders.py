@@ -1,4 +1,4 @@
-"""``orders``: the order conditions of a scheme for classes of equations."""
+"""``orders``: order conditions of a scheme for classes of equations."""
 
 from collections.abc import Iterator, Sequence
 from math import isnan
@@ -53,13 +53,13 @@ def orders(
     problem: Path | None,
     **asked: Any,
 ) -> ExitCode:
-    """Put the claims of schemes to classes of equations.
+    """Test the claims of schemes on classes of equations.
 
     One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
-    Of constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
-    --modified no claim is put to the test: the equations are shown that schemes solve to one order more.
+    For constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
+    --modified no claim is tested: the modified equations are shown, which schemes solve to one order more.
     """
     registry = load_and_warn(plugins)
     asked = {name: value for name, value in asked.items() if value is not None}
@@ -76,7 +76,7 @@ def orders(
     console = output()
     shown = (row for row in rows if row.verdict is not Verdict.NOT_APPLICABLE)
     for scheme, own in grouped(shown, lambda row: row.scheme).items():
-        # Names with parameters are long: a line of their own leaves the table its width.
+        # Names with parameters are long, so they get a separate line above the table.
         print_texts(console, [Text(visible(scheme), style="bold")])
         console.print(text_table(HEADINGS, map(_cells, own)), Text())
     print_texts(console, _lines(rows))
@@ -84,12 +84,12 @@ def orders(
 
 
 def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: bool, **asked: Any) -> ExitCode:
-    """Print the equations that schemes solve to one order more, of classes that they solve, and the exit code.
+    """Print the modified equations of schemes for the classes they solve, and return the exit code.
 
     Raises
     ------
     UsageError
-        If a file for a problem is given, or a name or number is wrong.
+        If a problem file is given, or a name or number is invalid.
     """
     if problem is not None:
         raise UsageError(
@@ -105,13 +105,13 @@ def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: 
 
 
 def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
-    """Print how many claims have which verdict, and the exit code, which open claims leave at 0."""
+    """Print the counts of verdicts and return the exit code; claims without a verdict leave it at 0."""
     print_texts(output(), class_notes([row.cells for row in rows]))
     return conclude(code_of_verdicts(row.verdict for row in rows))
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
-    """Write the problem of the first condition, or a random member, that refutes a claim.
+    """Write a problem file of the first failing condition or random member that refutes a claim.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
 
 
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
-    """Yield what a reader asks next below the table: premises, reasons, trees of failing conditions."""
+    """Yield the lines below the table: premises, reasons, trees of failing conditions."""
     for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
         yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
     for row in rows:

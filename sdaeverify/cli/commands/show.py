@@ -1,4 +1,4 @@
-"""``show``: look again at a finished run, without running anything."""
+"""``show``: print a finished run again, without running anything."""
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
@@ -31,9 +31,9 @@ INDENT = "    "
 @options.as_json
 @options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:
-    """Show what a run came to: DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
+    """Show the results of a run in DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
 
-    With SCHEME, what was found of each quantity; with PROBLEM, too, why, and the command that does it again.
+    With SCHEME, shows the finding on each quantity; with PROBLEM, also its reason and the command that reproduces it.
     """
     folder, scheme, problem = _places(what)
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
@@ -69,7 +69,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
 
 
 def _places(what: Sequence[str]) -> tuple[Path, str, str]:
-    """Return folder, scheme and problem; a folder is what holds a run, or is written as a path."""
+    """Return folder, scheme and problem; a word is a folder if it holds a run or is written as a path."""
     words = list(what)
     folder = FOLDER
     if words and (len(words) > 2 or (Path(words[0]) / RUN).is_file() or _is_path(words[0])):
@@ -81,7 +81,7 @@ def _places(what: Sequence[str]) -> tuple[Path, str, str]:
 
 
 def _meant(folder: Path, tables: SavedTables, scheme: str, problem: str, measures: Sequence[str]) -> str:
-    """Return what a name that the run does not have was meant to be, or else how to see what it has."""
+    """Return a suggestion for a name that the run does not have, or the command that lists its names."""
     rows, hint = [*tables.verdicts, *tables.absent], f"; sdaeverify show {folder} shows what there is"
     for kind, word in (("scheme", scheme), ("problem", problem), *(("measure", each) for each in measures)):
         names = {row[kind] for row in rows}
@@ -134,7 +134,7 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
 
 
 def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
-    """Yield the calls of what raised an error, as Python tells them; in a table ends of lines are visible."""
+    """Yield the traceback of an error; the details table stores its line breaks as escapes."""
     key = row.scheme, row.problem, row.measure, row.quantity
     for text in (each.get("traceback", "") for each in details if key_of(each) == key):
         yield from (Text(visible(f"{INDENT}{line}")) for line in text.split("\\n") if text)
@@ -149,7 +149,7 @@ def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: i
 
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:
-    """Yield what does not apply, measures with the same reason together."""
+    """Yield cells that do not apply, with the measures of the same reason on one line."""
     for (scheme, problem, reason), same in grouped(rows, lambda r: (r["scheme"], r["problem"], r["reason"])).items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(row['measure'] for row in same)}: {reason}"
         yield from lines_of(visible(told), width, INDENT)

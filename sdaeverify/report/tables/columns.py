@@ -1,4 +1,4 @@
-"""The columns of all tables of a run, what each means, and its unit; documentation and page have them from here."""
+"""Columns of all tables of a run with their meanings and units; documentation and page use them."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -15,6 +15,12 @@ MEAN = "mean_"
 TIME = "the problem's time"
 NAMES = VERDICTS[:4]
 NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"))
+ABSENT_GROUPS = (
+    NAMES[0],
+    Column("problems", "labels of all problems to which the measures do not apply for this reason"),
+    Column("measures", "names of these measures"),
+    *NOT_APPLICABLE[3:],
+)
 LEVELS = (
     *NAMES,
     number_column("h", "step size", TIME),
@@ -64,7 +70,7 @@ CLASS_COLUMNS = (
 )
 FILES = {
     folders.VERDICTS: VERDICTS,
-    folders.NOT_APPLICABLE: NOT_APPLICABLE,
+    folders.NOT_APPLICABLE: ABSENT_GROUPS,
     folders.LEVELS: LEVELS,
     folders.CLASSES: CLASS_DETAILS,
 }
@@ -81,7 +87,7 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
     Parameters
     ----------
     measures : iterable of Measure
-        That the tables may be about.
+        Measures whose columns are included.
     """
     known = list(measures)
     further = {name: meaning for measure in known for name, meaning in measure.level_columns.items()}

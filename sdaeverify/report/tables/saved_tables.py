@@ -1,4 +1,4 @@
-"""The tables of a folder as those of a result: texts become what they were when they were written."""
+"""The tables of a folder as tables of a result, with texts converted back to values."""
 
 from collections.abc import Iterable, Mapping
 from math import isfinite
@@ -20,12 +20,12 @@ TRUTHS = {"True": True, "False": False}
 
 
 def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, Any]]:
-    """Return the rows and the tables of the run in a folder, and what ``run.json`` says.
+    """Return the rows and tables of the run in a folder, and the contents of ``run.json``.
 
     Raises
     ------
     UsageError
-        If the folder holds no run, or one that this program has not written.
+        If the folder holds no run, or one that was not written by this program.
     """
     found = folders.read_verdicts(folder)
     verdicts, classes = ([VerdictRow.from_row(row) for row in some] for some in (found.verdicts, found.classes))
@@ -51,7 +51,7 @@ def _typed(rows: Iterable[Mapping[str, str]], columns: Iterable[Column]) -> list
 
 
 def _value(told: str, kind: str) -> Any:
-    """Return the value of a cell: a column that the program does not know holds whatever its texts look like."""
+    """Convert the text of a cell; the type of an unknown column is guessed from the text."""
     if kind == TEXT:
         return told[1:] if told.startswith("'") and told[1:].lstrip().startswith(FORMULA) else told
     if not told:
