@@ -77,8 +77,10 @@ def trace() -> Trace:
 
 def words(*places: str) -> set[str]:
     """Return the words of all files below some places."""
-    files = [file for place in places for file in ([ROOT / place] if (ROOT / place).is_file() else (ROOT / place).rglob("*"))]
-    texts = (file.read_text(encoding="utf-8") for file in files if file.suffix in {".py", ".md"} and "_site" not in file.parts)
+    roots = [ROOT / place for place in places]
+    files = (file for root in roots for file in ([root] if root.is_file() else root.rglob("*")))
+    told = (file for file in files if file.suffix in {".py", ".md"} and "_site" not in file.parts)
+    texts = [file.read_text(encoding="utf-8") for file in told]
     return {word for text in texts for word in re.findall(r"\w+", text)}
 
 
@@ -102,8 +104,8 @@ def main() -> None:
     """Print the figures."""
     met, using = trace(), {user: words(*places) for user, places in USERS.items()}
     every = set().union(*met.classes.values())
-    print(f"one cell: {len(met.files)} files, {len(met.functions)} functions, {len(every)} classes met as arguments, ", end="")
-    print(f"{len(met.classes['study'])} of them in study")
+    print(f"one cell: {len(met.files)} files, {len(met.functions)} functions")
+    print(f"{len(every)} classes met as arguments, {len(met.classes['study'])} of them in study")
     total = 0
     for room in ROOMS:
         shared = [name for name in room.__all__ if sum(name in found for found in using.values()) >= 2]
