@@ -46,6 +46,24 @@ class StatusChange(NamedTuple):
         return visible(f"{self.key}: {self.before} before, {self.now} now")
 
 
+class Hunted(NamedTuple):
+    """What the hunt of a gate came to.
+
+    Attributes
+    ----------
+    refuted : tuple of str
+        A line for each claim that is refuted.
+    notes : tuple of str
+        What was looked at, or why nothing was.
+    attacks : tuple of SavedAttack
+        Its outcome for each scheme, measure and form.
+    """
+
+    refuted: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
+
+
 @dataclass(frozen=True)
 class Gated:
     """Result of a gate.
