@@ -27,7 +27,7 @@ def cir(kappa: float = 1.0, theta: float = 1.0, sigma: float = 0.5, x_0: float =
     kappa : float
         Rate of mean reversion, unit 1/time, positive.
     theta : float
-        Mean in the long run, positive.
+        Mean under the invariant law, positive.
     sigma : float
         Volatility, unit 1/sqrt(time), not negative.
     x_0 : float

@@ -24,7 +24,7 @@ def observables(given: AffineLangevin) -> dict[str, Observable]:
 
 
 def truths(given: AffineLangevin, start: Array) -> tuple[Truth, ...]:
-    """Return the pathwise solution, and the expectations of all observables at every time and in the long run."""
+    """Return the pathwise solution, and the moments of all observables at every time and under the invariant law."""
     law, B, b = given.law(), given.B, given.b
 
     def at(t: float) -> tuple[Array, Array]:

@@ -39,7 +39,7 @@ class Rotor(NamedTuple):
     def relaxation(self) -> float:
         """Estimated relaxation time 2/gamma + gamma/max(|c|, kT).
 
-        The first term is that of the linear motion at small friction, the second one that of the slow motion at large
+        The first term estimates the linear motion at small friction, the second one the slow motion at large
         friction.
         """
         return 2.0 / self.gamma + self.gamma / max(abs(self.c), self.kT)
