@@ -43,16 +43,10 @@ FOLDER = Path("reports")
 ALL = "all"
 CSV, JSON, FIGURE = "table.csv", "run.json", "figure"
 FORMATS = ("svg", "pdf", "png")
-WORDS = {
-    ExitCode.OK: "everything is run",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "something could not be run",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-    ExitCode.INTERRUPTED: "interrupted; the paths that were finished are saved",
-}
+CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Run the experiments of papers again.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Run the experiments of papers again.")
 @click.argument("names", nargs=-1)
 @click.option("--list", "as_list", is_flag=True, help="List the experiments, NAMES or all; run nothing.")
 @options.once(
@@ -91,7 +85,7 @@ def reproduce(context: click.Context, /, **asked: Any) -> ExitCode:
         worst = max(worst, code)
         if code is ExitCode.INTERRUPTED:
             break
-    return conclude(worst, WORDS)
+    return conclude(worst)
 
 
 def _names_of(patterns: Sequence[str], registry: Registry) -> list[str]:

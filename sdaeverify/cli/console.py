@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 import click
@@ -77,18 +77,16 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(value, indent=2))
 
 
-def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:
+def conclude(code: ExitCode, seconds: float | None = None) -> ExitCode:
     """Print the exit code with its meaning, optionally with the elapsed time, and return it.
 
     Parameters
     ----------
     code : ExitCode
-    words : mapping of ExitCode to str
-        Meanings of the exit codes for the command.
     seconds : float, optional
         Elapsed time in seconds; omitted if None.
     """
     taken = "" if seconds is None else f"{seconds:.0f} s; "
     style = "green" if code is ExitCode.OK else "red"
-    output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)
+    output().print(f"{taken}exit code {code.value}: {code.words}", style=style, soft_wrap=True)
     return code

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -21,11 +21,12 @@ from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..report.folders import require_run_folder
+from ..report.saved import GATE, SavedAttack
 from ..study import Plan
-from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
 from ..study.unseen import unseen_features
 from ..testing.hunting.hunt import hunt
+from ..testing.hunting.report import HuntReport
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .codes_of_runs import code_of_gate
@@ -34,8 +35,7 @@ from .exit_codes import ExitCode
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20
-GATE = "gate.json"
-# Folder of a hunt's database, and file of its counterexamples.
+# Folder of the database of a hunt, and file of its counterexamples.
 HUNT, COUNTEREXAMPLE = "hunt", "counterexample.py"
 
 
@@ -157,8 +157,7 @@ def _judge(
 ) -> Gated:
     registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
-    results = [*result.results, *class_results(run.study.class_rows or (), run.plan.cells)]
-    found = tuple(outcomes(results, policy))
+    found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
     untested = find_untested(registry, policy, run.plan, result.results)
@@ -167,8 +166,8 @@ def _judge(
         untested = [each for each in untested if each.claim.measure not in registry.measures]
     missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
-    hunted, told = _hunt(registry, policy, options) if policy.hunt and policy.budget.hunts else ((), ())
-    if hunted and code is not ExitCode.NOTHING:
+    hunted = _hunt(registry, policy, options) if policy.hunt and policy.budget.hunts else _Hunted()
+    if hunted.refuted and code is not ExitCode.NOTHING:
         code = ExitCode.REFUTED
     locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
     store = run.study.store
@@ -178,7 +177,8 @@ def _judge(
         policy,
         run.settings,
         violations,
-        hunted,
+        hunted.refuted,
+        hunted.attacks,
         code,
         f"exit code {code.value}: {code.words}",
         registry.files,
@@ -188,7 +188,7 @@ def _judge(
         (
             *news,
             *locked,
-            *told,
+            *hunted.notes,
             *_left_out(policy, registry),
             *_notes(run, policy),
             *limit_lines(chosen, MOST_UNTESTED),
@@ -197,8 +197,15 @@ def _judge(
     )
 
 
-def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return a line for each refuted claim, and the lines that summarize the search or its failure."""
+class _Hunted(NamedTuple):
+    """Result of a hunt: a line for each refuted claim, lines that summarize the search, the attacks."""
+
+    refuted: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
+
+
+def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> _Hunted:
     asked = {"measures": policy.measures, "seed": policy.seed, "plugins": registry.files}
     seconds, folder = policy.hunt_seconds, options["out"] / HUNT
     try:
@@ -207,12 +214,18 @@ def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tup
         )
     except UsageError as error:
         # Schemes whose forms have no strategy for examples are gated nevertheless.
-        return (), (f"hunt of {policy.hunt}: {error}",)
+        return _Hunted(notes=(f"hunt of {policy.hunt}: {error}",))
     found = report.write(options["out"] / COUNTEREXAMPLE)
     files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
     tried, refuted = counted(report.looked_at, "example"), counted(len(report.found), "claim")
     told = f"hunt of {policy.hunt}: {tried}, {refuted} refuted"
-    return tuple(attack.outcome for attack in report.found), (told, *files)
+    return _Hunted(tuple(attack.outcome for attack in report.found), (told, *files), _attacks(report))
+
+
+def _attacks(report: HuntReport) -> tuple[SavedAttack, ...]:
+    named = ((each.scheme, each.measure, each.form, dict(each.claims)) for each in report.attacks)
+    refuted = (each.claim if each in report.found else "" for each in report.attacks)
+    return tuple(SavedAttack(*names, claim) for names, claim in zip(named, refuted, strict=True))
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:

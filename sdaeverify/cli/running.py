@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..api import Result, crew_of, result_of
+from ..api import Result, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import one_line
 from ..registry.load import Registry
 from ..report.class_words import class_notes
-from ..report.folders import CLASSES, LEVELS, VERDICTS, require_run_folder
+from ..report.folders import LEVELS, VERDICTS, require_run_folder
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.progress import progress
@@ -26,7 +26,7 @@ from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
 from ..study.examination import Work
-from ..workers.executors import PROCESSES, LostExecutorError, Workers
+from ..workers.executors import PROCESSES, LostExecutorError, Workers, crew_of
 from ..workers.limits import Limits, available_cores
 from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
@@ -260,7 +260,7 @@ def call_report_hooks(run: Run, result: Result) -> None:
 def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
-    code = code_of_results(result.results, run.study.class_rows or ())
+    code = code_of_results(result.results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"
@@ -273,7 +273,7 @@ def _finish(run: Run, result: Result) -> ExitCode:
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
     if run.as_json:
-        print_json(records_of(result.rows.verdicts, result.run))
+        print_json(records_of(result.rows.every, result.run))
         return
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.quiet:
@@ -286,8 +286,8 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
 def _notes(run: Run, result: Result) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
-    yield from class_notes([row.cells for row in run.study.class_rows or ()])
+    yield from class_notes(result.rows.of_classes or ())
     yield from result.run["unseen"]
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
-    yield f"{page}{VERDICTS}, {CLASSES}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
+    yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] gives the reasons"

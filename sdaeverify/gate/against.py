@@ -6,13 +6,14 @@ from typing import Any
 
 import msgspec
 
+from ..contracts.finding import Status
 from ..contracts.spelling import counted
 from ..errors import UsageError
 from ..report.folders import Key
+from ..report.saved import GATE
 from .gated import ABSENT, WORDS, StatusChange
-from .outcomes import ORDER, Outcome, Status
+from .outcomes import ORDER, Outcome
 
-FILE = "gate.json"
 WRONG = (msgspec.DecodeError, msgspec.ValidationError, KeyError, TypeError, ValueError)
 
 
@@ -29,7 +30,7 @@ def read_gate(place: Path) -> dict[Key, Status]:
     UsageError
         If the file does not exist or was not written by a gate.
     """
-    file = place / FILE if place.is_dir() else place
+    file = place / GATE if place.is_dir() else place
     try:
         found: Any = msgspec.json.decode(file.read_bytes())
         rows = found["outcomes"]
@@ -37,7 +38,7 @@ def read_gate(place: Path) -> dict[Key, Status]:
     except OSError as error:
         raise UsageError(f"--against: cannot read {file}: {error.strerror or error}") from error
     except WRONG as error:
-        raise UsageError(f"--against: {file} is no {FILE} that a gate has written") from error
+        raise UsageError(f"--against: {file} is no {GATE} that a gate has written") from error
 
 
 def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrowed: bool) -> tuple[StatusChange, ...]:

@@ -5,10 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from ..contracts.finding import Status
 from ..contracts.settings import Settings
 from ..report.folders import Key
 from ..report.plain import visible
-from .outcomes import ORDER, Outcome, Status, is_red
+from ..report.saved import SavedAttack
+from .outcomes import ORDER, Outcome, is_red
 from .policy import Policy
 
 WORDS = {
@@ -57,6 +59,8 @@ class Gated:
         A line for each locked claim that is gone, weaker or no longer measured.
     hunted : tuple of str
         A line for each claim that a hunt refuted.
+    attacks : tuple of SavedAttack
+        What the hunt came to for each scheme, measure and form.
     code : int
         Exit code.
     words : str
@@ -78,6 +82,7 @@ class Gated:
     settings: Settings
     violations: tuple[str, ...] = ()
     hunted: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
     code: int = 0
     words: str = ""
     plugins: tuple[str, ...] = ()

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 
 from ..contracts.claimed import Order
-from ..contracts.finding import UNMEASURED, Finding, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Status, Verdict
 from ..contracts.labels import matches, parse_label
 from ..contracts.scheme import Claim
 from ..contracts.spelling import did_you_mean
@@ -14,23 +13,12 @@ from ..registry.contributions import Registered
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
-from ..study.class_results import NAME
+from ..study.class_results import is_premise_failing
 from ..study.plan import claims_of, promises_of
+from ..trees.class_row import EVERY_EQUATION
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
-
-
-class Status(StrEnum):
-    """Status of a finding in a gate."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    UNMEASURED = "unmeasured"
-    UNDECIDED = "undecided"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
-
 
 # Order in which outcomes are reported, worst first.
 ORDER = (
@@ -155,7 +143,7 @@ def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> s
     planned = list(cells)
     kinds = {
         "scheme": (registry.schemes, {cell.scheme.label for cell in planned}),
-        "problem": (registry.problems, {cell.spec.label for cell in planned} | {NAME}),
+        "problem": (registry.problems, {cell.spec.label for cell in planned} | {EVERY_EQUATION}),
         "measure": (registry.measures, {cell.measure.name for cell in planned}),
     }
     reasons = (why for kind, known in kinds.items() for why in _objections(kind, getattr(one, kind), *known))
@@ -187,10 +175,15 @@ def _objections_to_label(pattern: str, entry: Registered) -> Iterator[str]:
 
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
     for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
-        if finding.claim is not None or finding.verdict in UNMEASURED:
+        if is_gated(finding):
             names = key_in(result.cell, finding.quantity)._asdict()
             one = next((one for one in policy.expected_failures if one.matches(**names)), None)
             yield Outcome(result, finding, _status(finding, one), one.reason if one else "")
+
+
+def is_gated(finding: Finding) -> bool:
+    """Tell whether a gate counts a finding: one on a claim, or one that could not be had."""
+    return finding.verdict in UNMEASURED or (finding.claim is not None and not is_premise_failing(finding))
 
 
 def _status(finding: Finding, expected: FailingClaim | None) -> Status:

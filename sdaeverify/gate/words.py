@@ -1,17 +1,18 @@
 """Reports of a gate: outcomes in words, text for a terminal, and ``gate.json`` for programs."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from math import isfinite, isnan
 from textwrap import shorten
 
-from ..contracts.finding import SAMPLED, Finding
+from ..contracts.finding import SAMPLED, Finding, Status
 from ..contracts.settings import Settings
 from ..report.plain import visible
 from ..report.tables.command import examination_command, orders_command, reproduce
 from ..report.verdict_row import VerdictRow
 from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
-from .outcomes import Outcome, Status
+from .outcomes import Outcome
 
 SCHEMA = 2
 MOST = 20
@@ -132,6 +133,7 @@ def json_report(gated: Gated) -> dict[str, object]:
         "counts": {str(status): count for status, count in sorted(gated.counts.items())},
         "lock_violations": [*map(visible, gated.violations)],
         "hunt": [*map(visible, gated.hunted)],
+        "attacks": [asdict(attack) for attack in gated.attacks],
         "warnings": [*map(visible, gated.warnings)],
         "notes": [*map(visible, gated.notes)],
         "changes": None

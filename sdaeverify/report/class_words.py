@@ -10,16 +10,8 @@ from .cells import Row, grouped, number, text
 from .plain import visible
 from .sentences import lines_of
 
-# Verdict of a quantity whose style is used for a verdict on a class.
-LOOKS = {
-    "refuted": "refuted",
-    "error": "error",
-    "premise fails": "inconclusive",
-    "verified": "verified",
-    "not claimed": "out_of_scope",
-}
-CLAIMED = ("refuted", "error", "premise fails", "verified")
-NOTED = {"premise fails": "without a verdict", "error": "in error"}
+CLAIMED = ("refuted", "error", "inconclusive", "verified")
+NOTED = {"inconclusive": "without a verdict", "error": "in error"}
 HOLD = (
     "the claim holds for every class that it is about: look at stability, smoothness, step sizes, states, "
     "and the problem's truth (sdaeverify check PROBLEM)"
@@ -40,7 +32,7 @@ def class_lines(rows: Sequence[Row], width: int) -> Iterator[Text]:
     for (verdict, claim, why), same in sorted(groups.items(), key=lambda item: CLAIMED.index(item[0][0])):
         names = ", ".join(map(_class_name, same))
         told = f"{claim} {verdict} for smooth equations of the class {names}{why and f': {why}'}"
-        yield from lines_of(visible(f"  {told}"), width, "    ", LOOKS[verdict])
+        yield from lines_of(visible(f"  {told}"), width, "    ", verdict)
 
 
 def _class_name(row: Row) -> str:
@@ -53,7 +45,7 @@ def _alike(row: Row) -> tuple[str, str, str]:
     verdict = text(row, "verdict")
     return (
         verdict,
-        text(row, "measure") + ("" if isnan(order := number(row, "claim")) else f" order {order:g}"),
+        text(row, "measure") + ("" if isnan(order := number(row, "claimed_order")) else f" order {order:g}"),
         "" if verdict == "verified" else why(row),
     )
 

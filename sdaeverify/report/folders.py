@@ -3,25 +3,29 @@
 import csv
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
+from ..contracts.labels import parse_label, text_of
 from ..errors import UsageError
+from ..trees.class_row import EVERY_EQUATION
 from .files import PARQUET, read_rows, require_writable, write_json, write_table
 
 if TYPE_CHECKING:
     from ..study import Cell
 
-# Version of the file format; version 1 had a single table for verdicts and for cells that do not apply.
+# The class where a label names none.
+GENERAL = "general"
+# Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
 # Advice of how to create a run.
 MAKE = "sdaeverify matrix --out FOLDER makes one"
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
-CLASSES = "classes.csv"
 DETAILS = "details"
+CLASSES = f"{DETAILS}/classes.csv"
 TextRow = Mapping[str, str]
 
 
@@ -38,7 +42,6 @@ class Key(NamedTuple):
 
 
 NAMES = Key._fields
-CLASS_NAMES = ("scheme", "class", "measure", "verdict")
 
 
 class SavedTables(NamedTuple):
@@ -48,13 +51,13 @@ class SavedTables(NamedTuple):
     ----------
     folder : Path
     verdicts, absent : sequence of mapping of str to str
-        Rows of claimed or measured quantities, and of cells that do not apply.
+        What was claimed or measured on problems, and what does not apply.
     run : dict
         The contents of ``run.json``.
     levels, details : sequence of mapping of str to str
         Rows of levels and details; empty if they were not read.
     classes : sequence of mapping of str to str
-        Rows on order conditions; empty in a folder of an earlier version.
+        The verdicts for classes of equations, with their details; empty in a folder of an earlier version.
     """
 
     folder: Path
@@ -98,16 +101,37 @@ def read_tables(folder: Path) -> SavedTables:
 
 
 def read_verdicts(folder: Path) -> SavedTables:
-    """Read the tables of a run without levels and details; raises as `read_tables`."""
-    verdicts, run = read_table(folder / VERDICTS), run_of(folder)
+    """Read what a run came to, without levels and details; raises as `read_tables`."""
+    rows, run = read_table(folder / VERDICTS), run_of(folder)
     found = run.get("schema_version")
     if found != SCHEMA:
         told = f"in format {found}" if isinstance(found, int) else "in no known format"
         raise UsageError(
             f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
         )
-    classes = read_table(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
+    verdicts = [row for row in rows if class_in(row["problem"]) is None]
+    details = read_table(folder / CLASSES) if (folder / CLASSES).is_file() else ()
+    classes = joined_classes((row for row in rows if class_in(row["problem"]) is not None), details)
     return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
+
+
+def class_in(problem: str) -> str | None:
+    """Return the class of equations that stands in the place of a problem; None for a problem."""
+    if problem.partition("[")[0] != EVERY_EQUATION:
+        return None
+    return text_of((parse_label(problem).parameters or {}).get("of", GENERAL))
+
+
+def joined_classes(rows: Iterable[Mapping[str, Any]], details: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return verdicts for classes, each with the name of its class and with its details.
+
+    Parameters
+    ----------
+    rows, details : iterable of mapping
+        Of the verdicts, and of the details of classes.
+    """
+    known = {key_of(row): row for row in details}
+    return [{**known.get(key_of(row), {}), **row, "class": class_in(row["problem"])} for row in rows]
 
 
 def require_run_folder(folder: Path, option: str = "--out") -> None:

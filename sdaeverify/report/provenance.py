@@ -4,7 +4,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -13,6 +13,7 @@ from ..noise.brownian import fingerprint
 from ..registry.load import Registry
 from ..study import Study
 from .folders import SCHEMA
+from .saved import SavedClaim
 
 GIT_SECONDS = 10.0
 PACKAGES = ("sdaeverify", "numpy", "scipy", "pandas", "pluggy")
@@ -40,9 +41,15 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
             "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
+        "claims": [asdict(each) for each in dict.fromkeys(_claims(study))],
         "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
     }
+
+
+def _claims(study: Study) -> Iterator[SavedClaim]:
+    for scheme in dict.fromkeys(cell.scheme for cell in study.plan.cells):
+        yield from (SavedClaim.of(scheme, claim) for claim in scheme.promises)
 
 
 def describe_making(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:

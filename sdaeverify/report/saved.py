@@ -1,5 +1,6 @@
-"""The cells and settings of a run, read from its folder without executing code."""
+"""The cells, claims and settings of a run, read from its folder without executing code."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -7,10 +8,13 @@ from typing import Any
 
 import msgspec
 
+from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..errors import UsageError
 from .folders import RUN, run_of
 
+# The report of a gate.
+GATE = "gate.json"
 # Exceptions raised by missing keys or values of another type.
 WRONG = (KeyError, TypeError, msgspec.ValidationError)
 
@@ -42,6 +46,52 @@ class SavedRun:
         return frozenset(label.partition("[")[0] for label in (*self.schemes, *self.problems, *self.measures))
 
 
+@dataclass(frozen=True)
+class SavedClaim:
+    """A claim of a scheme of a run, as ``run.json`` has it.
+
+    Attributes
+    ----------
+    scheme, measure, claim, source : str
+        Label of the scheme, name of the measure, the claim in words, who claims it.
+    quantities, when : tuple of str
+        What it is about, all quantities if empty; traits that a problem must have.
+    """
+
+    scheme: str
+    measure: str
+    claim: str
+    source: str
+    quantities: tuple[str, ...] = ()
+    when: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scheme: Scheme, claim: Claim) -> "SavedClaim":
+        """Return a claim of a scheme."""
+        return cls(scheme.label, claim.measure, str(claim), claim.source, claim.quantities, tuple(sorted(claim.when)))
+
+
+@dataclass(frozen=True)
+class SavedAttack:
+    """What a hunt of a gate came to for the claims about a measure, as ``gate.json`` has it.
+
+    Attributes
+    ----------
+    scheme, measure, form : str
+        Label of the scheme, name of the measure, form of the examples.
+    claims : dict of str to int
+        How many examples each claim is about.
+    refuted : str
+        The claim that is refuted, and again by a run on the example; empty if none is.
+    """
+
+    scheme: str
+    measure: str
+    form: str
+    claims: dict[str, int]
+    refuted: str = ""
+
+
 def read_run(folder: Path) -> SavedRun:
     """Read the selection and settings of a run.
 
@@ -58,6 +108,31 @@ def read_run(folder: Path) -> SavedRun:
         return SavedRun(folder, settings_of(saved, file), *kinds, files)
     except WRONG as error:
         raise _unlike(file, error) from error
+
+
+def claims_of(run: Mapping[str, Any], file: object = RUN) -> tuple[SavedClaim, ...]:
+    """Return the claims of the schemes of a run; none of a run of an earlier version. See `settings_of`."""
+    try:
+        return msgspec.convert(run.get("claims", ()), tuple[SavedClaim, ...])
+    except WRONG as error:
+        raise _unlike(file, error) from error
+
+
+def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
+    """Return what the hunt of a gate came to, if the folder is that of a gate that hunted.
+
+    Raises
+    ------
+    UsageError
+        If its ``gate.json`` is not as this program writes it.
+    """
+    file = folder / GATE
+    if not file.is_file():
+        return ()
+    try:
+        return msgspec.convert(json.loads(file.read_bytes()).get("attacks", ()), tuple[SavedAttack, ...])
+    except (OSError, ValueError, AttributeError, RecursionError) as error:
+        raise UsageError(f"{file} is not as this program writes it: {error}") from error
 
 
 def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:

@@ -14,7 +14,7 @@ from ..contracts.claimed import Order
 from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, Kind, Verdict, tier_name
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
-from .folders import Key, key_in
+from .folders import Key, class_in, key_in
 
 if TYPE_CHECKING:
     from ..study import CellResult
@@ -58,7 +58,7 @@ class VerdictRow:
     """Verdict on a quantity of a cell; the metadata of a field gives the meaning of its column."""
 
     scheme: str = _text("label of the scheme, with the parameters that are not the defaults")
-    problem: str = _text("label of the problem, with the parameters that are not the defaults")
+    problem: str = _text("label of the problem, with the parameters that are not the defaults; or every-equation")
     measure: str = _text("name of the measure")
     quantity: str = _text("what is measured: a component, an observable, a constraint; @T at the final time only")
     view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
@@ -74,7 +74,9 @@ class VerdictRow:
     value_low: float = _number("lower end of its interval, or of what can be proved", "see value_of")
     value_high: float = _number("upper end of its interval, or of what can be proved", "see value_of")
     value_of: str = _text("what the value is")
-    decided_by: str = _text("tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths")
+    decided_by: str = _text(
+        "tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths, TA whole classes"
+    )
     guarded_by: str = _text("what would have shown that the tier errs", label="guarded by")
     resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
     order_resolution: float = _number(
@@ -130,6 +132,11 @@ class VerdictRow:
     def key(self) -> Key:
         """Scheme, problem, measure and quantity."""
         return Key(self.scheme, self.problem, self.measure, self.quantity)
+
+    @property
+    def of_class(self) -> bool:
+        """Whether it is about a class of equations."""
+        return class_in(self.problem) is not None
 
     @property
     def cells(self) -> dict[str, object]:

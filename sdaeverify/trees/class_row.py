@@ -1,24 +1,16 @@
 """The verdict on one claim about one class of equations."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from math import nan
 
+from ..contracts.finding import Verdict
 from ..contracts.scheme import Claim
+from ..contracts.spelling import counted
 from .conditions import Condition
 
 ORDER_CONDITIONS, RANDOM_MEMBERS = "order conditions", "random members"
-
-
-class ClassVerdict(StrEnum):
-    """Verdict of order conditions on a claim for a class of equations."""
-
-    VERIFIED = "verified"
-    REFUTED = "refuted"
-    PREMISE = "premise fails"
-    NOT_CLAIMED = "not claimed"
-    ERROR = "error"
-    NOT_APPLICABLE = "not applicable"
+# Label of the equations of a class in the column of problems.
+EVERY_EQUATION = "every-equation"
 
 
 @dataclass(frozen=True)
@@ -31,7 +23,8 @@ class ClassRow:
         Label of the scheme, name of the class, ``strong``, ``weak`` or ``invariant``.
     motions : int
         Number of Brownian motions.
-    verdict : ClassVerdict
+    verdict : Verdict
+        Inconclusive where a premise of the conditions fails, out of scope where nothing is claimed for the class.
     order : float
         Order from the examined conditions; NaN if there are none.
     claim : float
@@ -54,7 +47,7 @@ class ClassRow:
     kind: str
     motions: int
     measure: str
-    verdict: ClassVerdict
+    verdict: Verdict
     order: float = nan
     claim: float = nan
     held: int = 0
@@ -68,28 +61,32 @@ class ClassRow:
     @property
     def why(self) -> str:
         """Reason of the verdict in a sentence."""
-        if self.verdict is ClassVerdict.REFUTED and self.first:
+        if self.verdict is Verdict.REFUTED and self.first:
             found, wanted = self.first.texts
             named = f"{self.mistake}; " if self.mistake else ""
             return (
                 f"{named}order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
             )
-        if self.verdict is ClassVerdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
-            return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
-        return self.premise
+        if self.verdict is Verdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
+            noise = f" for up to {counted(self.motions, 'Brownian motion')}" if self.motions else ""
+            return f"order conditions hold, {self.held} of {self.of}{noise}"
+        if self.verdict is Verdict.VERIFIED:
+            return f"holds on {self.held} of {self.of} random members"
+        return f"no claim about the class {self.kind}" if self.verdict is Verdict.OUT_OF_SCOPE else self.premise
 
     @property
     def cells(self) -> dict[str, object]:
         """Cells of the table row by column."""
+        named = {"scheme": self.scheme, "class": self.kind, "measure": self.measure}
+        return {**named, "claim": self.claim, "verdict": self.verdict.value, **self.details}
+
+    @property
+    def details(self) -> dict[str, object]:
+        """Further columns from conditions or members."""
         found, wanted = self.first.texts if self.first else ("", "")
         return {
-            "scheme": self.scheme,
-            "class": self.kind,
             "motions": self.motions,
-            "measure": self.measure,
             "order": self.order,
-            "claim": self.claim,
-            "verdict": self.verdict.value,
             "held": self.held,
             "of": self.of,
             "first": self.first.name if self.first else "",

@@ -6,11 +6,12 @@ from math import ceil, inf, nan
 
 from ..conformance.own_numbers import draws_own_numbers
 from ..contracts.claimed import Order
+from ..contracts.finding import Verdict
 from ..contracts.scheme import Claim, Scheme
 from ..errors import UsageError
 from ..forms import SDE
 from . import TreeClass
-from .class_row import ClassRow, ClassVerdict
+from .class_row import ClassRow
 from .classes import OF_SDES, EquationClass
 from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
@@ -167,9 +168,9 @@ def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[st
 
 def _rows(of: Examined) -> Iterator[ClassRow]:
     probe = of.probe
-    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", ClassVerdict.PREMISE)
+    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", Verdict.INCONCLUSIVE)
     if why := of.why_not or draws_own_numbers(probe.scheme, probe.problem):
-        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=why)
+        yield replace(row, verdict=Verdict.NOT_APPLICABLE, premise=why)
         return
     for measure in measures_of(probe.kind):
         promise, claim = claimed_order(probe, measure) or (None, None)
@@ -183,7 +184,7 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
     unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
     if why := of.probe.fault or of.probe.why_not_weighed or unasked:
-        verdict = ClassVerdict.ERROR if of.probe.fault else _open(claim)
+        verdict = Verdict.ERROR if of.probe.fault else _open(claim)
         return replace(row, claim=least, premise=why, verdict=verdict)
     try:
         return _compared(of, row, claim)
@@ -192,8 +193,8 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         return replace(row, claim=least, premise=str(error), verdict=_open(claim))
 
 
-def _open(claim: Order | None) -> ClassVerdict:
-    return ClassVerdict.PREMISE if claim else ClassVerdict.NOT_CLAIMED
+def _open(claim: Order | None) -> Verdict:
+    return Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
 
 
 def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
@@ -226,7 +227,7 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         of=count,
         first=next(iter(failing or of.breaking(row.measure)), None),
         premise=premise_fails or ", ".join(filter(None, (impossible, of.probe.covers, of.probe.premises))),
-        mistake=_mistake(of, order) if verdict is ClassVerdict.REFUTED and not impossible else "",
+        mistake=_mistake(of, order) if verdict is Verdict.REFUTED and not impossible else "",
     )
 
 
@@ -262,12 +263,12 @@ def _impossible(of: Examined, measure: str, claim: Order | None) -> str:
     return f"{text} ({beyond.name} is beyond it)"
 
 
-def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> ClassVerdict:
+def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> Verdict:
     if claim is None:
-        return ClassVerdict.NOT_CLAIMED
+        return Verdict.OUT_OF_SCOPE
     if refutes:
-        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
-    return ClassVerdict.PREMISE if premise_fails else ClassVerdict.VERIFIED
+        return Verdict.REFUTED if of.probe.scheme.local_order_is_global else Verdict.INCONCLUSIVE
+    return Verdict.INCONCLUSIVE if premise_fails else Verdict.VERIFIED
 
 
 def needed(claim: Order) -> int:

@@ -17,6 +17,8 @@ from ..cases import Planted
 from .trial import SelfTest
 
 CONTRACT = "contract"
+# Where a premise of order conditions fails, they say nothing of a claim.
+DECIDED = {Verdict.VERIFIED, Verdict.REFUTED, Verdict.ERROR}
 MARKS = {True: ("✓", "x"), False: ("·", ".")}
 
 
@@ -124,7 +126,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     bugs_of: dict[Scheme, list[Planted]] = {}
     for bug in found:
         bugs_of.setdefault(bug.scheme, []).append(bug)
-    for result in results:
+    for result in filter(_decides, results):
         planted = bugs_of.get(result.cell.scheme, [])
         for bug in planted:
             if is_of_class(result.cell) or trial.placed[bug].label == result.cell.spec.label:
@@ -134,7 +136,12 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     bugs = [_result(bug, own) for bug, own in found.items()]
     bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
     bugs.sort(key=lambda bug: bug.planted.label)
-    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(results))))
+    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(filter(_decides, results)))))
+
+
+def _decides(result: CellResult) -> bool:
+    """Tell whether a result is on a problem, or decides or fails to measure a claim about a class."""
+    return not is_of_class(result.cell) or any(finding.verdict in DECIDED for finding in result.findings)
 
 
 def check_of(measure: str, finding: Finding) -> Refuter:

@@ -23,17 +23,12 @@ from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
 
-WORDS = {
-    ExitCode.OK: "no check fails",
-    ExitCode.REFUTED: "a check fails",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.PLUGIN)
 LISTED = "; sdaeverify list shows all"
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Put schemes and problems to the conformance kit.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Put schemes and problems to the conformance kit.")
 @click.argument(
     "names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True, shell_complete=names_of("schemes", "problems")
 )

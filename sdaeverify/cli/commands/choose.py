@@ -23,12 +23,7 @@ from ..console import complain, output, output_to_stderr, print_json, print_text
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 
-WORDS = {
-    ExitCode.OK: "at least one scheme reaches the accuracy",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "no scheme is known to reach it",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 HEADINGS = ("", "scheme", "order", "noise", "error", "at", "steps", "work", "")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 # Enough paths to distinguish the errors of schemes; for more paths, use --run.
@@ -37,7 +32,7 @@ WIDEST = 1000
 OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Tell which scheme needs the least work on a problem.")
 @click.argument("problem", metavar="PROBLEM[PARAMETERS]", shell_complete=names_of("problems"))
 @options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Of which errors.")
 @options.once("--quantity", metavar="NAME", help="Of which component or observable.  [default: the first]")

@@ -20,16 +20,10 @@ from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
 
 MARGIN, ALPHA = 1.1, 0.01
-WORDS = {
-    ExitCode.OK: "no error has grown beyond the factor, no claim is newly refuted",
-    ExitCode.REFUTED: "an error has grown beyond the factor, or a claim is newly refuted",
-    ExitCode.USAGE: "the command line is wrong, or a folder holds no run",
-    ExitCode.NOTHING: "no verdict differs, and errors of no quantity could be compared",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Tell what changed from one run to the next.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Tell what changed from one run to the next.")
 @click.argument("runs", nargs=-1, required=True, type=PLACE)
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
 @once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in a comparison.")
@@ -60,7 +54,8 @@ def compare(**options: Any) -> ExitCode:
         print_json({**about, "exit_code": code.value, "pairs": [*map(records, pairs)]})
     else:
         _show(pairs, every=options["every"])
-        conclude(code, {**WORDS, ExitCode.REFUTED: _worse(pairs)})
+        print_texts(output(), [_worse(pairs)] if code is ExitCode.REFUTED else [])
+        conclude(code)
     return code
 
 

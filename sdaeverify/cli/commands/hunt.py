@@ -15,19 +15,12 @@ from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..options import PLACE, jobs, once, plugins, progress_of_cells, seed
 
-WORDS = {
-    ExitCode.OK: "no claim is refuted",
-    ExitCode.REFUTED: "a claim is refuted, and that is confirmed",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "no example was looked at",
-    ExitCode.PLUGIN: "a plugin or hypothesis cannot be loaded",
-    ExitCode.INTERRUPTED: "interrupted; with --out, what was looked at is kept",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
 # Database of hypothesis, in the folder of the counterexample.
 DATABASE = ".sdaeverify-hunt"
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Look for problems on which claims do not hold.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Look for problems on which claims do not hold.")
 @click.argument("schemes", metavar="SCHEME...", nargs=-1, required=True)
 @click.option("-m", "--measure", "measures", multiple=True, help="Whose claims are attacked.  [default: all]")
 @click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")

@@ -39,7 +39,9 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
         raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
     tables = read_verdicts(folder)
-    chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
+    # Classes are asked for by the name of the problem that stands for them.
+    judged = [*tables.verdicts, *tables.classes] if as_json or problem else tables.verdicts
+    chosen, absent = ([r for r in some if _fits(r, scheme, problem, measures)] for some in (judged, tables.absent))
     rows = [*map(VerdictRow.from_row, chosen)]
     if not (rows or absent):
         about = ", ".join(filter(None, [" on ".join(filter(None, (scheme, problem))), *measures]))
@@ -140,7 +142,7 @@ def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
 
 def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: int) -> Iterator[Text]:
     """Yield the verdicts on claims about classes, scheme by scheme."""
-    rows = [row for row in tables.classes if _fits({**row, "problem": ""}, scheme, "", measures)]
+    rows = [row for row in tables.classes if _fits(row, scheme, "", measures)]
     for label, own in grouped(rows, lambda row: row["scheme"]).items():
         if lines := [*class_lines(own, width)]:
             yield from (Text(), Text(visible(f"{label}: classes of equations")), *lines)

@@ -98,7 +98,8 @@ def verdict_pairs(old: Path, new: Path) -> list[dict[str, str]]:
 
     A verdict on a whole cell, such as a broken contract, counts for each quantity that the other run has there.
     """
-    befores, afters = ({key_of(row): row["verdict"] for row in read_verdicts(run).verdicts} for run in (old, new))
+    tables = (read_verdicts(run) for run in (old, new))
+    befores, afters = ({key_of(row): row["verdict"] for row in (*t.verdicts, *t.classes)} for t in tables)
     both = ((key, _verdict_in(befores, key), _verdict_in(afters, key)) for key in {**befores, **afters})
     return [{**key._asdict(), "before": before, "after": after} for key, before, after in both if before and after]
 

@@ -5,7 +5,7 @@ from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
-from ..class_words import LOOKS, hint
+from ..class_words import hint
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
@@ -107,14 +107,14 @@ def _classes(tables: SavedTables) -> dict[str, Any]:
     told = [
         {
             **row,
-            "look": LOOKS.get(row["verdict"], "error"),
+            "claim": row["claimed_order"],
             "reproduce": "" if row["scheme"] in unnamed else _command(row, plugins),
         }
         for row in tables.classes
     ]
     texts = [column.name for column in CLASS_COLUMNS if column.kind == TEXT]
     numbers = [column.name for column in CLASS_COLUMNS if column.kind != TEXT]
-    return {**_texts(told, [*texts, "look", "reproduce"]), **_numbers(told, numbers)}
+    return {**_texts(told, [*texts, "reproduce"]), **_numbers(told, numbers)}
 
 
 def _command(row: TextRow, plugins: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 from ...contracts.settings import Settings
 from ..cells import Row, text
+from ..folders import class_in
 from ..saved import settings_of
 from ..verdict_row import VerdictRow
 
@@ -106,6 +107,8 @@ def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
 
 def _command(cell: Sequence[str], settings: Settings, run: Mapping[str, Any]) -> str:
     plugins, words = run.get("files", ()), run.get("examined", {}).get(cell[2])
+    if (kind := class_in(cell[1])) is not None:
+        return orders_command(cell[0], kind, plugins=plugins)
     return reproduce(cell, settings, plugins) if words is None else examination_command(cell, words, plugins)
 
 

@@ -14,12 +14,23 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
-from ...trees.class_row import ClassRow
+from ...study.class_results import is_of_class
 from .. import folders
 from ..cells import WHOLE, Column, names
 from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file, dictionary
+from .columns import (
+    CLASS_COLUMNS,
+    CLASS_DETAILS,
+    CLASSES,
+    COLUMNS,
+    DETAILS,
+    LEVELS,
+    MEAN,
+    NOT_APPLICABLE,
+    details_file,
+    dictionary,
+)
 
 Record = dict[str, object]
 
@@ -30,26 +41,45 @@ class Rows(NamedTuple):
     Attributes
     ----------
     verdicts : list of VerdictRow
-        Claimed or measured quantities.
+        Claimed or measured quantities on problems.
     absent : list of dict
         Cells that do not apply.
     details : dict of str to list of dict
-        Further columns of the verdicts, by measure.
+        Further columns of the verdicts, by measure; those of classes under the name ``classes``.
+    classes : list of VerdictRow
+        Verdicts on classes of equations.
     """
 
     verdicts: list[VerdictRow]
     absent: list[Record]
     details: dict[str, list[Record]]
+    classes: list[VerdictRow]
+
+    @property
+    def every(self) -> list[VerdictRow]:
+        """The rows of ``verdicts.csv``."""
+        return [*self.verdicts, *self.classes]
+
+    @property
+    def of_classes(self) -> list[Record] | None:
+        """Rows of classes with their details; None if classes were not part of the run."""
+        if CLASSES not in self.details:
+            return None
+        return folders.joined_classes((row.cells for row in self.classes), self.details[CLASSES])
 
 
-def rows_of(results: Iterable[CellResult]) -> Rows:
-    """Convert results to rows."""
-    rows = Rows([], [], {})
+def rows_of(results: Iterable[CellResult], *, with_classes: bool = False) -> Rows:
+    """Convert results to rows; `with_classes` adds the table of classes even if it is empty."""
+    rows = Rows([], [], {CLASSES: []} if with_classes else {}, [])
     for result in results:
         for finding in result.findings:
             named = folders.key_in(result.cell, finding.quantity)._asdict()
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason)})
+                continue
+            if is_of_class(result.cell):
+                rows.classes.append(VerdictRow.from_finding(finding, result))
+                rows.details.setdefault(CLASSES, []).append({**named, **finding.details})
                 continue
             rows.verdicts.append(VerdictRow.from_finding(finding, result))
             rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
@@ -67,11 +97,12 @@ def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> 
     settings : Settings
     """
     measures = dict.fromkeys(result.cell.measure for result in results)
+    known = {CLASSES: CLASS_DETAILS}
     levels = [row for result in results for row in _level_rows(result, settings)]
     return {
-        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
-        **{details_file(measure): table_of(details, DETAILS) for measure, details in rows.details.items()},
+        **{details_file(name): table_of(details, known.get(name, DETAILS)) for name, details in rows.details.items()},
         folders.LEVELS: table_of(levels, LEVELS),
         COLUMNS: table_of(list(dictionary(measures))),
     }
@@ -82,9 +113,15 @@ def as_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     return table.astype({"verdict": pd.CategoricalDtype([*SYMBOLS], ordered=True)})
 
 
-def classes_table(rows: Iterable[ClassRow]) -> pd.DataFrame:
-    """Return the table of order conditions."""
-    return table_of([row.cells for row in rows], CLASS_COLUMNS)
+def classes_table(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
+    """Return the table of classes, with the claimed order in place of the claim in words."""
+    named = ({**row, "claim": row["claimed_order"]} for row in rows)
+    return table_of([{name: row.get(name) for name in names(CLASS_COLUMNS)} for row in named], CLASS_COLUMNS)
+
+
+def records(table: pd.DataFrame) -> list[dict[str, object]]:
+    """Return the rows of a table."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
 def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> pd.DataFrame:

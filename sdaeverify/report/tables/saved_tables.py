@@ -13,7 +13,7 @@ from ..cells import NUMBER, TEXT, WHOLE, Column, parse
 from ..files import FORMULA
 from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
+from .columns import CLASS_DETAILS, CLASSES, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
 from .rows import Record, Rows, as_verdicts, table_of
 
 TRUTHS = {"True": True, "False": False}
@@ -28,18 +28,18 @@ def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, 
         If the folder holds no run, or one that was not written by this program.
     """
     found = folders.read_verdicts(folder)
-    rows = Rows([VerdictRow.from_row(row) for row in found.verdicts], _typed(found.absent, NOT_APPLICABLE), {})
-    if unknown := {row.verdict for row in rows.verdicts} - {*SYMBOLS}:
+    verdicts, classes = ([VerdictRow.from_row(row) for row in some] for some in (found.verdicts, found.classes))
+    rows = Rows(verdicts, _typed(found.absent, NOT_APPLICABLE), {}, classes)
+    if unknown := {row.verdict for row in rows.every} - {*SYMBOLS}:
         raise UsageError(f"{folder / folders.VERDICTS} has a verdict that is none: {min(unknown)!r:.200}")
     tables = {
-        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
     }
-    if (folder / folders.CLASSES).is_file():
-        tables[folders.CLASSES] = table_of(_typed(found.classes, CLASS_COLUMNS), CLASS_COLUMNS)
     for file in sorted((folder / folders.DETAILS).glob("*.csv")):
-        rows.details[file.stem] = _typed(folders.read_table(file), DETAILS)
-        tables[details_file(file.stem)] = table_of(rows.details[file.stem], DETAILS)
+        columns = CLASS_DETAILS if file.stem == CLASSES else DETAILS
+        rows.details[file.stem] = _typed(folders.read_table(file), columns)
+        tables[details_file(file.stem)] = table_of(rows.details[file.stem], columns)
     tables[folders.LEVELS] = table_of(_typed(folders.read_table(folder / folders.LEVELS), LEVELS), LEVELS)
     tables[COLUMNS] = table_of(folders.read_table(folder / COLUMNS, names=()))
     return rows, tables, found.run

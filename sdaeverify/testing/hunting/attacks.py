@@ -7,7 +7,7 @@ from math import inf, nan
 from pathlib import Path
 from typing import Any
 
-from ...api import Schemes, crew_of
+from ...api import Schemes
 from ...contracts.matching import match
 from ...contracts.measure import Measure
 from ...contracts.scheme import Scheme
@@ -17,6 +17,7 @@ from ...errors import FAULTS, UsageError
 from ...forms.traits import known_traits
 from ...registry.load import Registry, load_registry
 from ...registry.selection import select_measures, select_problems, select_schemes
+from ...workers.executors import crew_of
 from ..strategies import EXAMPLES as DRAWINGS
 from ..strategies.shipped import SHIPPED
 from .campaign import Quarry, made_with, search_all
