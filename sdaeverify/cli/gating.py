@@ -35,7 +35,7 @@ from .exit_codes import ExitCode
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20
-# Folder of the database of a hunt, and file of its counterexamples.
+# Folder of the database of a hunt, and file for its counterexamples.
 HUNT, COUNTEREXAMPLE = "hunt", "counterexample.py"
 
 
@@ -198,7 +198,7 @@ def _judge(
 
 
 class _Hunted(NamedTuple):
-    """Result of a hunt: a line for each refuted claim, lines that summarize the search, the attacks."""
+    """Result of a hunt: a line for each refuted claim, notes that summarize the search, and the attacks."""
 
     refuted: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
