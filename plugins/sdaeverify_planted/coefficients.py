@@ -169,7 +169,7 @@ class JumpingEuler(ScaledEuler):
 
 
 class AreaEuler(JumpingEuler):
-    """The same scheme that declares to need areas instead, without using them."""
+    """The scheme `JumpingEuler` that declares to need areas instead, without using them."""
 
     name: ClassVar[str] = "planted-em-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "A"})

@@ -1,9 +1,9 @@
 """The studies of a calibration: events counted over many samples, with prescribed ranges of their rates.
 
 Slopes
-    How often the jackknife's interval contains the true slope, of pathwise errors and of mean differences, and its
-    one-sided tails. The true slope comes from an independent sample: each half of the repetitions is compared with
-    the other half.
+    Coverage of the jackknife's interval for the slope of pathwise errors and of mean differences, and its one-sided
+    tails. The true slope comes from an independent sample: each half of the repetitions is compared with the other
+    half.
 Looks
     The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks are at
     n = UNIT, 2 UNIT, 4 UNIT, ..., POOLED UNIT paths. With the level alpha/K at each of K looks, the probability of an
