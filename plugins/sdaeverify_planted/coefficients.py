@@ -58,7 +58,7 @@ class WrongVariance(EulerMaruyama):
 
 
 class OtherNoiseEuler(OtherNoise, EulerMaruyama):
-    """Euler-Maruyama with other noise, for example h xi in place of sqrt(h) xi."""
+    """Euler-Maruyama with a changed increment, for example h xi in place of sqrt(h) xi."""
 
     name: ClassVar[str] = "planted-em-noise"
 
