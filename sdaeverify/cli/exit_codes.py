@@ -1,4 +1,4 @@
-"""Exit codes: one meaning each for all commands, never a count, printed in words at the end of a run."""
+"""Exit codes with one meaning for all commands. They are never counts, and are printed in words after a run."""
 
 from enum import IntEnum
 
@@ -28,7 +28,7 @@ class ExitCode(IntEnum):
 
 
 def codes_in_words(*codes: ExitCode) -> str:
-    """Return the sentence that lists exit codes in the help of a command, all codes if none is given."""
+    """Return the sentence on exit codes for the help of a command; all exit codes if no code is given."""
     return f"Exit codes: {'; '.join(f'{code.value} {code.words}' for code in codes or ExitCode)}."
 
 

@@ -199,7 +199,7 @@ def _judge(
 
 
 def _hunt(registry: Registry, policy: Policy, folder: Path) -> Hunted:
-    # The hunt is no part of the core: who leaves it out has gates all the same.
+    # The hunt is not part of the core: an installation without it can gate.
     try:
         from ..testing.hunting.hunt import hunt_of_gate  # noqa: PLC0415
     except ModuleNotFoundError as error:

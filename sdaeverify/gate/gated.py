@@ -78,7 +78,7 @@ class Gated:
     hunted : tuple of str
         A line for each claim that a hunt refuted.
     attacks : tuple of SavedAttack
-        What the hunt came to for each scheme, measure and form.
+        Results of the hunt for each scheme, measure and form.
     code : int
         Exit code.
     words : str

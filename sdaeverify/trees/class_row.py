@@ -24,7 +24,7 @@ class ClassRow:
     motions : int
         Number of Brownian motions.
     verdict : Verdict
-        Inconclusive where a premise of the conditions fails, out of scope where nothing is claimed for the class.
+        Inconclusive if a premise of the conditions fails, out of scope if the scheme claims no order for the class.
     order : float
         Order from the examined conditions; NaN if there are none.
     claim : float
@@ -36,7 +36,7 @@ class ClassRow:
     premise : str
         The premises, or why one fails, or why the class does not apply.
     promise : Claim or None
-        The claim.
+        Claim that was examined; None without a claim.
     conditions : str
         Kind of the test: ``order conditions`` or ``random members``.
     mistake : str

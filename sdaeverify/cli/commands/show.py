@@ -39,7 +39,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
         raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
     tables = read_verdicts(folder)
-    # Classes are asked for by the name of the problem that stands for them.
+    # Verdicts on classes are selected by problem name, for example `every-equation`.
     judged = [*tables.verdicts, *tables.classes] if as_json or problem else tables.verdicts
     chosen, absent = ([r for r in some if _fits(r, scheme, problem, measures)] for some in (judged, tables.absent))
     rows = [*map(VerdictRow.from_row, chosen)]

@@ -281,7 +281,7 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
 def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
     """Return the scheme for the common reference: verified, of the highest order, with the least error.
 
-    It is empty if no scheme is verified in the quantity and not refuted in another one.
+    The result is empty if no scheme is verified in the quantity without a refutation in another one.
 
     Parameters
     ----------

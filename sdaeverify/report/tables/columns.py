@@ -40,7 +40,7 @@ DETAILS = (
     Column("traceback", "the calls of what raised an error; empty where nothing did"),
     number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
-# The name of the details of what is said of classes of equations.
+# Name of the table of details of verdicts on classes of equations.
 CLASSES = "classes"
 CLASS_FURTHER = (
     Column("motions", "largest number of Brownian motions that was looked at", WHOLE),
@@ -59,7 +59,7 @@ CLASS_FURTHER = (
     ),
 )
 CLASS_DETAILS = (*NAMES, *CLASS_FURTHER)
-# Of a result, which tells what a row of the verdicts and one of the details have together.
+# Columns of the classes of a result, each row of which joins a row of verdicts and a row of details.
 CLASS_COLUMNS = (
     NAMES[0],
     Column("class", "class of equations: what is said holds for every smooth one of it"),
