@@ -17,7 +17,7 @@ from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Domain, Problem, why_not_within, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
-from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
+from .claimed import AT_H, IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
 from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -81,6 +81,8 @@ class Claim:
         probed, in the unit of the quantity; becomes part of the value.
     share : float, optional
         Least share of the steps in which the bound holds, all if left out; becomes part of the value.
+    at : float, optional
+        Step size at which a bound of an ``error`` holds, in the problem's unit of time; becomes part of the value.
     """
 
     measure: str
@@ -92,10 +94,11 @@ class Claim:
     margin: InitVar[float | None] = None
     bound: InitVar[float | None] = None
     share: InitVar[float | None] = None
+    at: InitVar[float | None] = None
 
-    def __post_init__(self, margin: float | None, bound: float | None, share: float | None) -> None:
-        self._require_types({"margin": margin, "bound": bound, "share": share})
-        object.__setattr__(self, "value", as_value(self.value, margin, bound, share))
+    def __post_init__(self, margin: float | None, bound: float | None, share: float | None, at: float | None) -> None:
+        self._require_types({"margin": margin, "bound": bound, "share": share, "at": at})
+        object.__setattr__(self, "value", as_value(self.value, margin, bound, share, at))
         if unknown := why_unknown(self.when):
             raise SchemeError(f"a claim holds for {unknown}")
 
@@ -123,8 +126,14 @@ class Claim:
                 raise UsageError(f"{name} of a claim expects {expected}, got {given!r:.200}")
 
     def covers(self, measure: str, quantity: str) -> bool:
-        """Tell whether the claim is about this quantity of this measure: what holds at all times holds at the end."""
-        named = any(is_about(quantity, name) for name in self.quantities)
+        """Tell whether the claim is about this quantity of this measure: what holds at all times holds at the end.
+
+        A bound at a step size is about the quantity with that step size behind its name, and no other claim is.
+        """
+        name, at, h = quantity.partition(AT_H)
+        if at + h != (self.value.suffix if isinstance(self.value, Bound) else ""):
+            return False
+        named = any(is_about(name, each) for each in self.quantities)
         return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:
