@@ -260,7 +260,7 @@ from sdaeverify.study.class_rows import HERE, ClassTask, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
-from sdaeverify.study.members.rows import MEMBERS, member_rows, refuting_class
+from sdaeverify.study.members.rows import MEMBERS, member_mistake, member_rows, refuting_class
 from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.study.unseen import unseen, unseen_features

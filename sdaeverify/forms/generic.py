@@ -43,11 +43,15 @@ class GenericClass:
     features : mapping of str to str
         Parts of the equation that can be left out, by name, and in words that continue "only with", such as
         ``a mass matrix``. A member without a feature declares the traits that follow.
+    mistakes : tuple
+        Mistakes in the equation that are known by name, each with a ``sentence`` and ``coefficients(problem, t, x)``,
+        drift and diffusion that it makes of a member, as those of `mechanics.mistakes`.
     """
 
     name: str
     draw: Callable[[Generator, frozenset[str]], Any] = field(compare=False)
     features: Mapping[str, str] = field(default_factory=dict, compare=False)
+    mistakes: tuple[Any, ...] = field(default=(), compare=False)
 
     def member(self, seed: int, index: int, without: Collection[str] = ()) -> Any:
         """Return a random problem of the class.

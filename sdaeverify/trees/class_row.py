@@ -68,15 +68,15 @@ class ClassRow:
     @property
     def why(self) -> str:
         """Why the verdict is what it is, in a sentence."""
+        named = f"{self.mistake}; " if self.mistake else ""
         if self.verdict is ClassVerdict.REFUTED and self.first:
             found, wanted = self.first.texts
-            named = f"{self.mistake}; " if self.mistake else ""
             return (
                 f"{named}order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
             )
         if self.verdict is ClassVerdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
             return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
-        return self.premise
+        return f"{named}{self.premise}"
 
     @property
     def cells(self) -> dict[str, object]:
