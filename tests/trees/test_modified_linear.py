@@ -1,10 +1,13 @@
 """The leading weak error on linear equations follows from modified equations, and is what moments show."""
 
+import csv
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
+import scipy
 
 from facade import (
     classes_of,
@@ -108,3 +111,18 @@ def test_another_constant_is_told_from_the_right_one():
 
     assert abs(other - found.value) <= found.known
     assert abs(right - found.value) > 0.05 * abs(right)
+
+
+def test_the_committed_table():
+    """Predictions are what moments show, and no paths are beyond what chance explains, of all cells together."""
+    file = Path(__file__).parents[2] / "reports" / "constants" / "constants.csv"
+    with file.open(newline="") as table:
+        rows = [*csv.DictReader(table)]
+    both = [(float(row["modified"]), float(row["constant"])) for row in rows if row["modified"]]
+    z = [abs(float(row["z"])) for row in rows if row["z"]]
+
+    assert len(both) > 100
+    assert all(one == pytest.approx(other, rel=1e-3) for one, other in both)
+    assert len(z) > 300
+    # Bonferroni: one of so many tests at 0.01 together, Student's t with 19 degrees of freedom.
+    assert max(z) <= scipy.special.stdtrit(19, 1.0 - 0.005 / len(z))
