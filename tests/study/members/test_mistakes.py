@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from facade import (
-    ClassVerdict,
     ConstrainedEuler,
     HalfExplicitEuler,
     MemberClass,
@@ -27,6 +26,7 @@ from sdaeverify import (
     Scheme,
     Step,
 )
+from sdaeverify.measuring import Verdict
 
 SEED = 11
 (MECHANICS,) = (MemberClass(kind) for kind in HolonomicSDAE.generic_classes())
@@ -227,7 +227,7 @@ def test_a_row_begins_with_the_mistake():
     """A refuted class verdict names the mistake before what was measured; a verified one names none."""
     (row,) = member_rows(Motion(force_mass=False, noise_mass=False), MECHANICS, [Strong()], SEED)
 
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert row.why.startswith("the mass matrix is left out, M^-1 is meant: a dt + B dw moves the velocity; ")
     assert row.why.endswith("only with a mass matrix that is not the identity")
     assert row.cells["premise"].startswith(row.mistake)
