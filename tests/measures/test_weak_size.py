@@ -129,6 +129,14 @@ def test_a_step_size_that_does_not_divide_the_horizon():
     )
 
 
+def test_an_observable_that_the_problem_has_not():
+    """What the problem has is told by the names of its observables, without step sizes."""
+    found = rows("gbm", bound(0.1, 0.125, "x"), bound(0.1, 0.125, "y"))
+
+    assert found["y"]["verdict"] == "out_of_scope"
+    assert found["y"]["reason"].endswith("this problem has only x, x^2, x^3.")
+
+
 def test_a_bound_of_the_size_of_the_observable_says_nothing():
     """A claim that grants an error as large as the mean is not verified."""
     row = rows("gbm", bound(5.0, 1.0 / STEPS, "x"))["x@h=0.0833333"]
