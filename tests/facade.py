@@ -17,6 +17,7 @@ from sdaeverify.conformance.own_numbers import draws_own_numbers
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.conformance.violation import LAW, departure
 from sdaeverify.conformance.violation import violation as _violation
+from sdaeverify.contracts.finding import Status
 from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
@@ -54,7 +55,7 @@ from sdaeverify.gate.github import (
     source_in,
 )
 from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock, write_lock
-from sdaeverify.gate.outcomes import Status, idle, outcomes
+from sdaeverify.gate.outcomes import idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, _classify, log_spaced, quadrature, quantile

@@ -577,6 +577,12 @@ def test_there_is_one_enumeration_of_verdicts():
     assert verdicts == {"Verdict"}
 
 
+def test_there_is_one_enumeration_of_what_was_expected():
+    """Gates and checks of the kit pass, fail, and fail as expected in the same words."""
+    found = enumerations(FRAMEWORK, *CONTRIBUTED)
+    assert {name for name, texts in found.items() if texts & {"passed", "failed", "skipped"}} == {"Status"}
+
+
 def test_one_table_of_a_run_has_verdicts():
     """A row of verdicts.csv is the only place where the folder of a run says what became of a claim."""
     runs = [path.parent for path in (ROOT / "reports").rglob("verdicts.csv")]

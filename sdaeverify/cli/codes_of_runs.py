@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
-from ..contracts.finding import UNMEASURED, Verdict
-from ..gate.outcomes import Outcome, Status, is_red
+from ..contracts.finding import UNMEASURED, Status, Verdict
+from ..gate.outcomes import Outcome, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
 from ..study.class_results import is_of_class

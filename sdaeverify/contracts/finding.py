@@ -25,6 +25,18 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not_applicable"
 
 
+class Status(StrEnum):
+    """Status of a finding in a gate, or of a check in a test, given the expected failures."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    SKIPPED = "skipped"
+    UNMEASURED = "unmeasured"
+    UNDECIDED = "undecided"
+    XFAILED = "xfailed"
+    XPASSED = "xpassed"
+
+
 # Verdicts that mean the quantity was not measured.
 UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 

@@ -6,12 +6,13 @@ from typing import Any
 
 import msgspec
 
+from ..contracts.finding import Status
 from ..contracts.spelling import counted
 from ..errors import UsageError
 from ..report.folders import Key
 from ..report.saved import GATE
 from .gated import ABSENT, WORDS, StatusChange
-from .outcomes import ORDER, Outcome, Status
+from .outcomes import ORDER, Outcome
 
 WRONG = (msgspec.DecodeError, msgspec.ValidationError, KeyError, TypeError, ValueError)
 

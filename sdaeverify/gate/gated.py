@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from ..contracts.finding import Status
 from ..contracts.settings import Settings
 from ..report.folders import Key
 from ..report.plain import visible
 from ..report.saved import SavedAttack
-from .outcomes import ORDER, Outcome, Status, is_red
+from .outcomes import ORDER, Outcome, is_red
 from .policy import Policy
 
 WORDS = {

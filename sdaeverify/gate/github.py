@@ -12,11 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from textwrap import shorten
 
+from ..contracts.finding import Status
 from ..contracts.scheme import Scheme
 from ..report.folders import Key
 from ..report.plain import escape, visible
 from .gated import WORDS, Gated
-from .outcomes import ORDER, Outcome, Status
+from .outcomes import ORDER, Outcome
 from .words import LONGEST, gated_command, message, text_report
 
 MOST = 10

@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from ..contracts.claimed import IN_MEAN_SQUARE, MARGIN, SENSES, Bound, Order, Word
+from ..contracts.finding import Status
 from ..contracts.scheme import Claim
 from ..contracts.spelling import counted
 from ..errors import UsageError
@@ -25,7 +26,7 @@ from ..report.files import write_text
 from ..report.folders import Key
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Outcome, Status
+from .outcomes import Outcome
 from .policy import Policy
 
 SCHEMA = 2

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 
 from ..contracts.claimed import Order
-from ..contracts.finding import UNMEASURED, Finding, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Status, Verdict
 from ..contracts.labels import matches, parse_label
 from ..contracts.scheme import Claim
 from ..contracts.spelling import did_you_mean
@@ -20,18 +19,6 @@ from ..trees.class_row import EVERY_EQUATION
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
-
-
-class Status(StrEnum):
-    """Status of a finding in a gate."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    UNMEASURED = "unmeasured"
-    UNDECIDED = "undecided"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
-
 
 # Order in which outcomes are reported, worst first.
 ORDER = (

@@ -5,14 +5,14 @@ from dataclasses import asdict
 from math import isfinite, isnan
 from textwrap import shorten
 
-from ..contracts.finding import SAMPLED, Finding
+from ..contracts.finding import SAMPLED, Finding, Status
 from ..contracts.settings import Settings
 from ..report.plain import visible
 from ..report.tables.command import examination_command, orders_command, reproduce
 from ..report.verdict_row import VerdictRow
 from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
-from .outcomes import Outcome, Status
+from .outcomes import Outcome
 
 SCHEMA = 2
 MOST = 20

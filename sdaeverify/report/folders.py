@@ -13,6 +13,7 @@ from ..contracts.labels import parse_label, text_of
 from ..errors import UsageError
 from ..trees.class_row import EVERY_EQUATION
 from .files import PARQUET, read_rows, require_writable, write_json, write_table
+from .tables.absent import AbsentGroup, group_absent, ungroup_absent
 
 if TYPE_CHECKING:
     from ..study import Cell
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 # The class where a label names none.
 GENERAL = "general"
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
-SCHEMA = 2
+SCHEMA = 3
 # Advice of how to create a run.
 MAKE = "sdaeverify matrix --out FOLDER makes one"
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
@@ -81,11 +82,17 @@ def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[s
     """
     (folder / DETAILS).mkdir(exist_ok=True)
     for name, table in tables.items():
-        write_table(table, folder / name)
+        write_table(_grouped(table) if name == NOT_APPLICABLE else table, folder / name)
     for stale in (folder / DETAILS).iterdir():
         if f"{DETAILS}/{stale.stem}.csv" not in tables and stale.suffix in {".csv", PARQUET}:
             stale.unlink()
     write_json(run, folder / RUN)
+
+
+def _grouped(absent: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of cells that do not apply as it is saved: one row for each scheme and reason."""
+    groups = group_absent(absent.to_dict("records"))
+    return pd.DataFrame([group.row for group in groups], columns=[*AbsentGroup._fields])
 
 
 def read_tables(folder: Path) -> SavedTables:
@@ -112,7 +119,8 @@ def read_verdicts(folder: Path) -> SavedTables:
     verdicts = [row for row in rows if class_in(row["problem"]) is None]
     details = read_table(folder / CLASSES) if (folder / CLASSES).is_file() else ()
     classes = joined_classes((row for row in rows if class_in(row["problem"]) is not None), details)
-    return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
+    absent = ungroup_absent(read_table(folder / NOT_APPLICABLE, AbsentGroup._fields))
+    return SavedTables(folder, verdicts, absent, run, classes=classes)
 
 
 def class_in(problem: str) -> str | None:

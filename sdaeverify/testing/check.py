@@ -3,25 +3,15 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
+from ..contracts.finding import Status
 from ..errors import FAULTS, SdaeverifyError, one_line
 
 # Newest level of the kit. A plugin that names an older level is exempt from newer checks.
 LEVEL = 2
-
-
-class CheckStatus(StrEnum):
-    """Result of a check."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    SKIPPED = "skipped"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
 
 
 class Inapplicable(Exception):  # noqa: N818 - nothing is wrong
@@ -58,7 +48,7 @@ class Check:
         return (self.function.__doc__ or "").strip().partition("\n")[0]
 
 
-def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
+def run_check(check: Check, subject: Any) -> tuple[Status, str, float]:
     """Run a check on a subject; every exception counts as a failure.
 
     Parameters
@@ -69,7 +59,7 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
 
     Returns
     -------
-    CheckStatus
+    Status
         ``passed``, ``failed`` or ``skipped``.
     str
         Reason of a failure or a skip.
@@ -81,13 +71,13 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
         # Values that are not finite are evidence, which the checks themselves examine.
         with np.errstate(all="ignore"):
             reason = check.function(subject)
-        status = CheckStatus.FAILED if reason else CheckStatus.PASSED
+        status = Status.FAILED if reason else Status.PASSED
     except Inapplicable as words:
-        status, reason = CheckStatus.SKIPPED, str(words)
+        status, reason = Status.SKIPPED, str(words)
     except FAULTS as error:
         # Errors of the framework already say who raised what.
         told = one_line(error) if isinstance(error, SdaeverifyError) else f"raises {one_line(error)}"
-        status, reason = CheckStatus.FAILED, told
+        status, reason = Status.FAILED, told
     return status, reason, time.perf_counter() - begun
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
+from ..contracts.finding import Status
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings, whole
@@ -19,7 +20,7 @@ from ..errors import UsageError
 from ..forms import Problem
 from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
-from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
+from ..gate.outcomes import ORDER, Outcome, is_red, outcomes
 from ..gate.policy import Policy
 from ..gate.words import command_of, message
 from ..registry.load import Registry

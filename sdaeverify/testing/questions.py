@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..contracts.finding import Status
 from ..contracts.labels import parse_label
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
@@ -17,7 +18,7 @@ from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem
 from ..gate.expected import FailingCheck, read_expected, require_matches
 from ..report.plain import visible
-from .check import LEVEL, Check, CheckStatus, run_check
+from .check import LEVEL, Check, run_check
 from .checks.declarations import check_usable
 from .checks.problem_declarations import check_builds
 from .checks.problem_declarations import check_usable as check_function
@@ -68,13 +69,13 @@ class Question:
 
     def answer(self, expected: Iterable[FailingCheck] = ()) -> Row:
         """Run the check, compare with expected failures, and return a row of `check_scheme`."""
-        unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
+        unasked = (Status.SKIPPED, self.skipped, 0.0)
         status, reason, seconds = unasked if self.skipped else run_check(self.check, self.subject)
         one = self.expectation(expected)
-        if one and status is CheckStatus.FAILED:
-            status, reason = CheckStatus.XFAILED, f"{one.reason}: {reason}"
-        elif one and one.strict and status is CheckStatus.PASSED:
-            status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {one.reason}"
+        if one and status is Status.FAILED:
+            status, reason = Status.XFAILED, f"{one.reason}: {reason}"
+        elif one and one.strict and status is Status.PASSED:
+            status, reason = Status.XPASSED, f"it passes, but was expected to fail: {one.reason}"
         return {
             "subject": self.label,
             "kind": self.kind,
@@ -92,9 +93,9 @@ class Question:
         import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
         row = self.answer()
-        if row["status"] == CheckStatus.SKIPPED:
+        if row["status"] == Status.SKIPPED:
             pytest.skip(visible(str(row["reason"])))
-        if row["status"] == CheckStatus.FAILED:
+        if row["status"] == Status.FAILED:
             where = f"{self.label} on {self.problem}" if self.problem else self.label
             raise AssertionError(visible(f"{where} fails {self.check.name}: {row['reason']}"))
 

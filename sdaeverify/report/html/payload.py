@@ -1,6 +1,7 @@
 """Data of the page: table columns for JSON, with each text stored once and numbers to six digits."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from math import isinf, isnan
 from typing import Any
 
@@ -10,9 +11,10 @@ from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import counts_of
+from ..tables.absent import group_absent
 from ..tables.choice import ALONG_PATHS, choices, curves
 from ..tables.columns import CLASS_COLUMNS, MEAN
-from ..tables.command import CELL, commands_of, orders_command
+from ..tables.command import commands_of, orders_command
 from ..verdict_row import LABELLED, VERDICTS, Interval, VerdictRow
 
 # Columns of a level: always present, present unless 0 throughout, and the column of texts.
@@ -28,6 +30,8 @@ TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
 NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
 MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L_half", "order_L2", "order_L4")
+# Columns of the cells that do not apply that are lists.
+LISTS = ("problems", "measures")
 RUN = ("versions", "platform", "arguments", "seed", "stream_fingerprint", "settings", "warnings", "plugins")
 
 
@@ -55,7 +59,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "classes": _classes(tables),
         "costs": list(_costs(tables.levels)),
         "densities": list(_densities(tables.levels)),
-        "absent": _texts(tables.absent, (*CELL, "reason")),
+        "absent": _absent(tables.absent),
         "choices": list(_choices(rows, tables)),
         "passports": dict(passports or {}),
         "reach": reach(settings_of(tables.run).confidence),
@@ -65,12 +69,11 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
 
 def _choices(rows: Sequence[VerdictRow], tables: SavedTables) -> Iterator[dict[str, Any]]:
     """Yield the work of each scheme on a problem, for the first quantity of each measure of errors."""
-    found, noise = curves(rows, tables.levels, tables.details), tables.run.get("noise", {})
-    for problem, measure in dict.fromkeys(
-        (each.row.problem, each.row.measure) for each in found if each.points and each.row.measure in ALONG_PATHS
-    ):
-        told = choices(found, problem, (measure, ""), noise)
-        yield told.record
+    noise = tables.run.get("noise", {})
+    by_problem = grouped(curves(rows, tables.levels, tables.details), lambda each: each.row.problem)
+    for problem, found in by_problem.items():
+        shown = (each.row.measure for each in found if each.points and each.row.measure in ALONG_PATHS)
+        yield from (choices(found, problem, (measure, ""), noise).record for measure in dict.fromkeys(shown))
 
 
 def to_json(value: float) -> float | str | None:
@@ -135,6 +138,18 @@ def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
 def _texts(rows: Iterable[Mapping[str, object]], names: Iterable[str]) -> dict[str, Any]:
     told = list(rows)
     return {name: _factorise([text(row, name) for row in told]) for name in names}
+
+
+def _absent(rows: Iterable[TextRow]) -> dict[str, Any]:
+    """Return the columns of the groups of cells that do not apply; a cell of problems or measures is a list."""
+    groups = group_absent(rows)
+    texts = _texts([group.row for group in groups], ("scheme", "quantity", "reason"))
+    return {**texts, **{name: _factorise_lists([getattr(group, name) for group in groups]) for name in LISTS}}
+
+
+def _factorise_lists(cells: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
+    places = {word: place for place, word in enumerate(dict.fromkeys(chain(*cells)))}
+    return {"words": list(places), "at": [[places[word] for word in cell] for cell in cells]}
 
 
 def _factorise(cells: Sequence[str]) -> dict[str, list[Any]]:

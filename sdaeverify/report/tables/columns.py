@@ -15,6 +15,12 @@ MEAN = "mean_"
 TIME = "the problem's time"
 NAMES = VERDICTS[:4]
 NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"))
+ABSENT_GROUPS = (
+    NAMES[0],
+    Column("problems", "labels of all problems to which the measures do not apply for this reason"),
+    Column("measures", "names of these measures"),
+    *NOT_APPLICABLE[3:],
+)
 LEVELS = (
     *NAMES,
     number_column("h", "step size", TIME),
@@ -64,7 +70,7 @@ CLASS_COLUMNS = (
 )
 FILES = {
     folders.VERDICTS: VERDICTS,
-    folders.NOT_APPLICABLE: NOT_APPLICABLE,
+    folders.NOT_APPLICABLE: ABSENT_GROUPS,
     folders.LEVELS: LEVELS,
     folders.CLASSES: CLASS_DETAILS,
 }

@@ -19,6 +19,7 @@ from .. import folders
 from ..cells import WHOLE, Column, names
 from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
+from .absent import in_order
 from .columns import (
     CLASS_COLUMNS,
     CLASS_DETAILS,
@@ -83,7 +84,7 @@ def rows_of(results: Iterable[CellResult], *, with_classes: bool = False) -> Row
                 continue
             rows.verdicts.append(VerdictRow.from_finding(finding, result))
             rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
-    return rows
+    return rows._replace(absent=in_order(rows.absent))
 
 
 def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> dict[str, pd.DataFrame]:
