@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import importlib
 import re
 from collections import defaultdict
 from functools import cache
@@ -146,3 +147,11 @@ def test_the_picture_shows_the_rules_in_their_order():
     constants = {id(rule): name for name, rule in vars(rules).items() if isinstance(rule, Guard)}
 
     assert shown == [constants.get(id(rule)) or rule.__name__ for rule in rules.RULES]
+
+
+def test_the_pictures_are_those_of_the_program(monkeypatch):
+    """The committed pictures are what `python docs/ways.py` writes."""
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    drawn = importlib.import_module("ways").pictures()
+
+    assert drawn == {path.name: path.read_text(encoding="utf-8") for path in PICTURES.values()}
