@@ -228,7 +228,7 @@ class _Scale(NamedTuple):
         return np.asarray(self.size * START + 0.75 * self.x[:, 0])
 
     def later(self, field: Callable[[float, Array, Array], Given]) -> Callable[[float, Array, Array], Given]:
-        """Return a delayed coefficient of the equation below, constant before its start so that y exists at 0."""
+        """Return a coefficient shifted in time by `late`; before its start it is that of time 0, so that y exists."""
         return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
 
     def above(self, field: Coefficient) -> Coefficient:

@@ -441,7 +441,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
 
 
 def _held(found: Finding, doubt: str) -> Finding:
-    """Return a finding that is not verified, with the doubt after the reasons that support the claim."""
+    """Return the finding as inconclusive, with the doubt after the reasons that support the claim."""
     return withhold(replace(found, reason=found.reason.then(doubt, ", but ")), "")
 
 
