@@ -11,7 +11,13 @@ KIT = "sdaeverify.testing"
 # Name of the test property that holds the part of the kit; xdist sends it to the main process.
 PROPERTY = "sdaeverify"
 # Name of the part of the kit, by the class of a test's parameter.
-PARTS = {"Question": "checks", "ClaimCheck": "claims", "HuntCheck": "hunts", "StepTiming": "timings"}
+PARTS = {
+    "Question": "checks",
+    "ClaimCheck": "claims",
+    "HuntCheck": "hunts",
+    "ExaminationCheck": "examinations",
+    "StepTiming": "timings",
+}
 MARKERS = (
     "hunt: counterexamples of claims are looked for (sdaeverify)",
     "benchmark: steps of schemes are timed (sdaeverify, pytest-benchmark)",

@@ -41,7 +41,7 @@ from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
 from sdaeverify.forms.sde.linear_growth import grows_linearly
-from sdaeverify.forms.tree_class import placements
+from sdaeverify.forms.tree_class import TIME_0, placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -113,10 +113,14 @@ from sdaeverify.probe.linear.delay_step import (
     why_not_lasting_run,
     why_not_lasting_step,
 )
+from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.moments import (
     delay_moment_errors,
     known_moments,
+    moment_errors,
+    moment_errors_at,
     moment_orders,
+    observable_errors,
     quadratic_form,
     why_not_delay_moments,
 )
@@ -149,6 +153,7 @@ from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
+    leading_error,
     least_order,
     order_of,
     slowest_fall,
@@ -256,7 +261,7 @@ from sdaeverify.study.class_rows import HERE, ClassTask, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
-from sdaeverify.study.members.rows import MEMBERS, member_rows, refuting_class
+from sdaeverify.study.members.rows import MEMBERS, member_mistake, member_rows, refuting_class
 from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.study.unseen import unseen, unseen_features
@@ -269,6 +274,7 @@ from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
 from sdaeverify.trees.modified.equation import modified_equation
 from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
+from sdaeverify.trees.modified.linear import leading_moments
 from sdaeverify.trees.modified.lines import notation_of
 from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES, stage_mistake
 from sdaeverify.trees.modified.numbers import number_words, recognised
@@ -282,7 +288,7 @@ from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation
-from sdaeverify.trees.sdes.universal import TIME_0, Universal
+from sdaeverify.trees.sdes.universal import Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for

@@ -41,8 +41,8 @@ class Solved(NamedTuple):
 class Adaptive(Scheme):
     """Base of adaptive solvers: a subclass sets name, form and claims as a scheme does, and defines `solve`.
 
-    Its claims are about ``tolerance``, the rate of the error in the tolerance; ``tolerance-steps``, its order in the
-    mean number of steps, including rejected ones; and ``tolerance-law``, the bias of observables at the final time.
+    Claims are about ``tolerance``, the rate of the error in the tolerance; ``tolerance-steps``, its order in the mean
+    number of steps, including rejected ones; and ``tolerance-law``, the bias of observables at the final time.
 
     Attributes
     ----------

@@ -240,8 +240,8 @@ def exact(problem: Problem) -> bool:
 def truth(problem: Problem, path: Path, steps: int = GRID) -> Array:
     """Return the solution on a path at the horizon, shape (d, P).
 
-    Noise of a step beyond dW and H is omitted: on n steps this causes an error of size T^(5/2)/(27 n^2) in int e^(t -
-    T) dW, because the part of s^2 orthogonal to 1 and s has a coefficient with norm 1/(2 sqrt(180)).
+    Noise of a step beyond dW and H is omitted: on n steps this causes an error of size T^(5/2)/(27 n^2) in
+    int e^(t - T) dW, because the part of s^2 orthogonal to 1 and s has a coefficient with norm 1/(2 sqrt(180)).
 
     Parameters
     ----------

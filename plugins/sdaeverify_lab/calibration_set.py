@@ -8,7 +8,7 @@ CASES = [
     CalibrationCase(scheme="euler-maruyama", problem="gbm", order=0.5, weak=("x", "x^2")),
     CalibrationCase(scheme="milstein", problem="gbm", order=1.0),
     CalibrationCase(scheme="euler-maruyama", problem="ou", order=1.0, weak=("x", "x^2"), stationary=("x", "x^2")),
-    # The same with heavy tails, where few paths dominate the mean.
+    # Heavy tails, where few paths dominate the mean.
     CalibrationCase(scheme="euler-maruyama", problem="gbm-heavy", order=0.5, heavy=True),
     CalibrationCase(scheme="milstein", problem="gbm-heavy", order=1.0, heavy=True),
     # Constraints: a large preasymptotic range, and a truth that is not exact.

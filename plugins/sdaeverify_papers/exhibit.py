@@ -115,7 +115,7 @@ class TableEntry:
     def value_and_expected(self) -> str:
         """Agreement of the computed number with the value of the scheme without sampling.
 
-        They disagree if paths too rare to be drawn dominate the mean.
+        Both values disagree if paths too rare to be drawn dominate the mean.
         """
         return self._agreement(self.value - self.expected, STANDARD_ERRORS * self.std_error)
 

@@ -1,4 +1,4 @@
-"""Schemes whose steps receive other noise than was drawn."""
+"""Schemes whose steps receive changed noise in place of the drawn noise."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -30,19 +30,19 @@ CHANGES: Mapping[str, Callable[[Array, float], Array]] = MappingProxyType({
 
 @dataclass(frozen=True)
 class OtherNoise(Scheme):
-    """A scheme with other noise.
+    """Mixin that changes dW and H before it passes them to the step of the scheme.
 
     Attributes
     ----------
     dW, H : str
-        Change of each, a key of `CHANGES`; by default none.
+        Changes of dW and H, keys of `CHANGES`; empty for no change.
     """
 
     dW: str = ""
     H: str = ""
 
     def step(self, problem: Problem, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
+        """Make one step of the scheme with the changed increment."""
         wrong = {name: CHANGES[how] for name, how in (("dW", self.dW), ("H", self.H)) if how}
         changed = {name: change(getattr(noise, name), h) for name, change in wrong.items()}
         return super().step(problem, state, t, h, noise._replace(**changed))

@@ -58,7 +58,7 @@ class WrongVariance(EulerMaruyama):
 
 
 class OtherNoiseEuler(OtherNoise, EulerMaruyama):
-    """Euler-Maruyama with other noise, for example h xi in place of sqrt(h) xi."""
+    """Euler-Maruyama with a changed increment, for example h xi in place of sqrt(h) xi."""
 
     name: ClassVar[str] = "planted-em-noise"
 
@@ -169,7 +169,7 @@ class JumpingEuler(ScaledEuler):
 
 
 class AreaEuler(JumpingEuler):
-    """The same scheme that declares to need areas instead, without using them."""
+    """The scheme `JumpingEuler` that declares to need areas instead, without using them."""
 
     name: ClassVar[str] = "planted-em-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "A"})

@@ -113,7 +113,7 @@ class WrongSupport(PlatenWeak2):
 
 
 class OtherSigns(OtherNoise, PlatenWeak2General):
-    """Other signs V_rj, which are derived from H."""
+    """Changed signs V_rj, by changes of H, from which the scheme derives them."""
 
     name: ClassVar[str] = "planted-platen-general-signs"
 
@@ -189,7 +189,7 @@ class SwappedPairs(MilsteinAreas):
 
 
 class OtherArea(OtherNoise, SRA1):
-    """Z/h = dW/2 + H with another H."""
+    """Changed time integral Z/h = dW/2 + H, by changes of H."""
 
     name: ClassVar[str] = "planted-sra1-area"
 

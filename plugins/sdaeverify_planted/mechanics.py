@@ -76,7 +76,7 @@ class EulerOfOrderTwo(EulerMaruyama):
 
 
 class OtherNoiseHeun(OtherNoise, HeunAdditive):
-    """Heun's scheme for additive noise with other noise."""
+    """Heun's scheme for additive noise with a changed increment."""
 
     name: ClassVar[str] = "planted-heun-noise"
 

@@ -98,7 +98,7 @@ class _Undivided(ConstraintGeometry):
 
 
 class Subtracted(UniformlyAccurate):
-    """eps (1 - e^{-h/eps}) by subtraction, cancelling for eps much larger than h; no claim on the long run."""
+    """eps (1 - e^{-h/eps}) by subtraction, which cancels for eps much larger than h; no claim on invariant laws."""
 
     name: ClassVar[str] = "planted-uniform-subtraction"
     claims: ClassVar[tuple[Claim, ...]] = tuple(

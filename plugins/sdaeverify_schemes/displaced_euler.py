@@ -8,8 +8,8 @@ from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 class DisplacedEuler(Scheme):
     """x+ = x + f(t, y) h + B(t, y) dW with y = 1.05 x + 0.05: Euler-Maruyama with displaced coefficients.
 
-    It is right for constant coefficients. Otherwise it converges with an order, but to the solution of another
-    equation. It has no claims; problems use it as their negative control of the lowest order.
+    The scheme is right for constant coefficients. Otherwise it converges with an order, but to the solution of
+    another equation. It has no claims; problems use it as their negative control of the lowest order.
     """
 
     name: ClassVar[str] = "displaced-euler"

@@ -11,7 +11,7 @@ from .exit_codes import ExitCode
 
 
 def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
-    """Return the exit code of verdicts: refuted before not measured, and nothing if none applies."""
+    """Return the exit code of verdicts: refuted before not measured; `NOTHING` if all are not applicable."""
     known = {*verdicts}
     if Verdict.REFUTED in known:
         return ExitCode.REFUTED
@@ -21,7 +21,10 @@ def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
 
 
 def code_of_results(results: Iterable[CellResult]) -> ExitCode:
-    """Return the exit code of a completed run; a run whose only findings are about classes of equations has none."""
+    """Return the exit code of a completed run.
+
+    If it is `OK`, findings about classes of equations are ignored: they alone do not make a run successful.
+    """
     known = [*results]
     code = code_of_verdicts(finding.verdict for result in known for finding in result.findings)
     of_cells = (finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings)

@@ -3,16 +3,15 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
 from ..api import Result
-from ..contracts.spelling import counted
-from ..errors import UsageError
+from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..gate.against import changes, in_one_line, read_gate
-from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
-from ..gate.gated import Gated
+from ..gate.gate_plan import gate_plan, gates_everything, omitted_measures
+from ..gate.gated import Gated, Hunted
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, require_named, why_never
 from ..gate.policy import Policy
@@ -21,12 +20,10 @@ from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..report.folders import require_run_folder
-from ..report.saved import GATE, SavedAttack
+from ..report.saved import GATE
 from ..study import Plan
 from ..study.examination import Work, begin_all
 from ..study.unseen import unseen_features
-from ..testing.hunting.hunt import hunt
-from ..testing.hunting.report import HuntReport
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .codes_of_runs import code_of_gate
@@ -35,8 +32,6 @@ from .exit_codes import ExitCode
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20
-# Folder of the database of a hunt, and file of its counterexamples.
-HUNT, COUNTEREXAMPLE = "hunt", "counterexample.py"
 
 
 def is_narrowed(options: Mapping[str, Any]) -> bool:
@@ -145,7 +140,13 @@ def _begin_examinations(registry: Registry, policy: Policy) -> list[Work]:
 def _examine(run: Run, beside: list[Work], jobs: int, kind: str) -> tuple[Result | None, ExitCode]:
     """Run the examinations and return the result with them, or None with the exit code."""
     for work in beside:
-        code = run_on_workers(work, jobs, run.registry, kind)
+        try:
+            code = run_on_workers(work, jobs, run.registry, kind)
+        except (SdaeverifyError, MemoryError):
+            raise
+        except FAULTS as error:
+            complain("error", f"an examination raises {one_line(error)}; nothing is gated")
+            return None, ExitCode.NOT_MEASURED
         if code is not ExitCode.OK:
             return None, code
     run.examined = beside
@@ -166,7 +167,7 @@ def _judge(
         untested = [each for each in untested if each.claim.measure not in registry.measures]
     missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
-    hunted = _hunt(registry, policy, options) if policy.hunt and policy.budget.hunts else _Hunted()
+    hunted = _hunt(registry, policy, options["out"]) if policy.hunt and policy.budget.hunts else Hunted()
     if hunted.refuted and code is not ExitCode.NOTHING:
         code = ExitCode.REFUTED
     locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
@@ -197,35 +198,15 @@ def _judge(
     )
 
 
-class _Hunted(NamedTuple):
-    """Result of a hunt: a line for each refuted claim, lines that summarize the search, the attacks."""
-
-    refuted: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    attacks: tuple[SavedAttack, ...] = ()
-
-
-def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> _Hunted:
-    asked = {"measures": policy.measures, "seed": policy.seed, "plugins": registry.files}
-    seconds, folder = policy.hunt_seconds, options["out"] / HUNT
+def _hunt(registry: Registry, policy: Policy, folder: Path) -> Hunted:
+    # The hunt is not part of the core: an installation without it can gate.
     try:
-        report = hunt(
-            gated_schemes(registry, policy), **asked, minutes=seconds / 60.0, shrinking=seconds, database=folder
-        )
-    except UsageError as error:
-        # Schemes whose forms have no strategy for examples are gated nevertheless.
-        return _Hunted(notes=(f"hunt of {policy.hunt}: {error}",))
-    found = report.write(options["out"] / COUNTEREXAMPLE)
-    files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
-    tried, refuted = counted(report.looked_at, "example"), counted(len(report.found), "claim")
-    told = f"hunt of {policy.hunt}: {tried}, {refuted} refuted"
-    return _Hunted(tuple(attack.outcome for attack in report.found), (told, *files), _attacks(report))
-
-
-def _attacks(report: HuntReport) -> tuple[SavedAttack, ...]:
-    named = ((each.scheme, each.measure, each.form, dict(each.claims)) for each in report.attacks)
-    refuted = (each.claim if each in report.found else "" for each in report.attacks)
-    return tuple(SavedAttack(*names, claim) for names, claim in zip(named, refuted, strict=True))
+        from ..testing.hunting.hunt import hunt_of_gate  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if not str(error.name).startswith("sdaeverify.testing"):
+            raise
+        return Hunted(notes=(f"hunt of {policy.hunt}: this installation has no hunt",))
+    return hunt_of_gate(registry, policy, folder)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:

@@ -124,7 +124,7 @@ def execute(arguments: Sequence[str]) -> int:
     except BaseException as error:
         if isinstance(error, Exception):
             raise
-        # Likewise any other exception that is meant to end a program.
+        # Other exceptions that end a program, such as GeneratorExit, are errors of the plugin, too.
         return _fail(f"a plugin raised {one_line(error)}", ExitCode.NOT_MEASURED)
 
 

@@ -8,8 +8,10 @@ from math import inf
 
 from ..errors import SchemeError
 
-# Texts by which users claim exactness, and a bias below a bound.
-ROUND_OFF, UNBIASED = "round-off", "unbiased"
+# Texts by which users claim exactness, a bias below a bound, and an error below a bound at one step size.
+ROUND_OFF, UNBIASED, ERROR = "round-off", "unbiased", "error"
+# Suffix of a quantity that is its error at one step size.
+AT_H = "@h="
 # Orders in h are multiples of 1/2, so a margin of 1/2 would accept the next order below the claimed one.
 MARGIN, HALF = 0.2, 0.5
 # The sense in which an order holds. An order in mean square needs moments of the scheme that stay bounded as h falls;
@@ -79,29 +81,43 @@ class Exact:
 
 @dataclass(frozen=True)
 class Bound:
-    """Claim that a quantity does not exceed a bound at any step size.
+    """Claim that a quantity does not exceed a bound at any step size, or at one of them.
 
     Attributes
     ----------
     text : str
-        Name of the bounded quantity: ``unbiased`` for a bias, or a word defined by a measure, such as ``iterations``.
+        Name of the bounded quantity: ``unbiased`` for a bias, ``error`` for an error at a step size, or a word
+        defined by a measure, such as ``iterations``.
     most : float
         The largest absolute value, in the unit of the quantity.
     share : float
         Minimum fraction of the steps in which the bound holds.
+    at : float or None
+        Step size at which an error is bounded, in the problem's unit of time; None for every step size.
     """
 
     text: str
     most: float
     share: float = 1.0
+    at: float | None = None
 
     def __post_init__(self) -> None:
+        if (self.at is None) is (self.text == ERROR) or not 0 < (1 if self.at is None else self.at) < inf:
+            text = "a bound of an error names one positive step size at which it holds, and no other bound does"
+            raise SchemeError(f"{text}; got {self.text!r} at {self.at!r}")
         if not (0 < self.most < inf and 0 < self.share <= 1):
             given = f"{self.text!r}, {self.most!r} in a share {self.share!r} of the steps"
             raise SchemeError(f"a bound is positive and finite, its share positive and at most 1; got {given}")
 
+    @property
+    def suffix(self) -> str:
+        """What stands behind the name of a quantity of which it is a bound: ``@h=0.125``, or nothing."""
+        return "" if self.at is None else f"{AT_H}{self.at:g}"
+
     def __str__(self) -> str:
         most = str(float(self.most)).removesuffix(".0")
+        if self.at is not None:
+            return f"error at most {most} at h = {self.at:g}"
         words = f"{UNBIASED} within {most}" if self.text == UNBIASED else f"at most {most} {self.text}"
         return words if self.share == 1 else f"{words} in {100 * self.share:g} per cent of the steps"
 
@@ -130,7 +146,13 @@ class Word:
 Value = Order | Exact | Bound | Word
 
 
-def as_value(given: float | str | Value, margin: float | None, bound: float | None, share: float | None) -> Value:
+def as_value(
+    given: float | str | Value,
+    margin: float | None,
+    bound: float | None,
+    share: float | None,
+    at: float | None = None,
+) -> Value:
     """Convert the value of a claim to a record.
 
     Parameters
@@ -143,17 +165,18 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
         Bound on the quantity that the text names.
     share : float or None
         Minimum fraction of the steps in which the bound holds; None means all steps.
+    at : float or None
+        Step size at which the bound holds; None means every step size.
 
     Raises
     ------
     SchemeError
         If `margin`, `bound` or `share` does not apply to the kind of value given.
     """
-    if share is not None and bound is None:
-        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+    _require_bound(bound, share, at)
     if isinstance(given, str):
         if bound is not None:
-            return Bound(given, bound, 1.0 if share is None else share)
+            return Bound(given, bound, 1.0 if share is None else share, at)
         if given.strip().replace(".", "", 1).isdecimal():
             raise SchemeError(f"a claimed order is a number, not a text; got {given!r}")
         return Exact() if given == ROUND_OFF else Word(given)
@@ -164,3 +187,10 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
     if margin is not None:
         raise SchemeError(f"a margin belongs to an order given as a number; got {given!r}, {margin!r}")
     return given
+
+
+def _require_bound(bound: float | None, share: float | None, at: float | None) -> None:
+    if share is not None and bound is None:
+        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+    if at is not None and bound is None:
+        raise SchemeError(f"a step size is that at which a bound holds; got at = {at!r} without a bound")

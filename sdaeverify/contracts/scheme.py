@@ -17,7 +17,7 @@ from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Domain, Problem, why_not_within, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
-from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
+from .claimed import AT_H, IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
 from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -83,6 +83,8 @@ class Claim:
         is probed, in the unit of the quantity; becomes part of the value.
     share : float, optional
         Minimum fraction of the steps in which the bound holds, all if omitted; becomes part of the value.
+    at : float, optional
+        Step size at which a bound of an ``error`` holds, in the problem's unit of time; becomes part of the value.
     """
 
     measure: str
@@ -94,10 +96,11 @@ class Claim:
     margin: InitVar[float | None] = None
     bound: InitVar[float | None] = None
     share: InitVar[float | None] = None
+    at: InitVar[float | None] = None
 
-    def __post_init__(self, margin: float | None, bound: float | None, share: float | None) -> None:
-        self._require_types({"margin": margin, "bound": bound, "share": share})
-        object.__setattr__(self, "value", as_value(self.value, margin, bound, share))
+    def __post_init__(self, margin: float | None, bound: float | None, share: float | None, at: float | None) -> None:
+        self._require_types({"margin": margin, "bound": bound, "share": share, "at": at})
+        object.__setattr__(self, "value", as_value(self.value, margin, bound, share, at))
         if unknown := why_unknown(self.when):
             raise SchemeError(f"a claim holds for {unknown}")
 
@@ -125,8 +128,14 @@ class Claim:
                 raise UsageError(f"{name} of a claim expects {expected}, got {given!r:.200}")
 
     def covers(self, measure: str, quantity: str) -> bool:
-        """Return whether the claim covers a quantity of a measure; a claim for all times includes the final time."""
-        named = any(is_about(quantity, name) for name in self.quantities)
+        """Return whether the claim covers a quantity of a measure; a claim for all times includes the final time.
+
+        A bound at a step size covers the quantity with this step size as its suffix, and no other claim does.
+        """
+        name, at, h = quantity.partition(AT_H)
+        if at + h != (self.value.suffix if isinstance(self.value, Bound) else ""):
+            return False
+        named = any(is_about(name, each) for each in self.quantities)
         return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:

@@ -43,11 +43,15 @@ class GenericClass:
     features : mapping of str to str
         Parts of the equation that can be omitted: the name, and a text that continues "only with", such as
         ``a mass matrix``. A member without a feature declares the traits that follow from this.
+    mistakes : tuple
+        Known mistakes in the equation, each with a ``sentence`` and ``coefficients(problem, t, x)``, the drift and
+        the diffusion that it makes of a member, as those of `mechanics.mistakes`.
     """
 
     name: str
     draw: Callable[[Generator, frozenset[str]], Any] = field(compare=False)
     features: Mapping[str, str] = field(default_factory=dict, compare=False)
+    mistakes: tuple[Any, ...] = field(default=(), compare=False)
 
     def member(self, seed: int, index: int, without: Collection[str] = ()) -> Any:
         """Draw a random problem of the class, the same for the same arguments.

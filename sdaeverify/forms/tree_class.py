@@ -19,9 +19,14 @@ TIME = "t"
 # Difference of the times of a step on a problem below and of the step on the problem above it, whose coefficients are
 # evaluated later by this amount.
 LATER = 0.25
-# The size of a distant problem, a power of two so that scaling is exact; the delay of the problem below it; and
-# the number of Brownian motions among which those of a class are placed.
-FAR, LATE, PLACES = 2.0**20, 2.0**10, 5
+# Time at which steps on trees begin.
+TIME_0 = 0.34375
+# The size of a distant problem, a power of two so that scaling is exact, and the number of Brownian motions among
+# which those of a class are placed.
+FAR, PLACES = 2.0**20, 5
+# The number of distant pairs, each with its own times; the earliest and the latest time; and their unit, a power
+# of two so that a time minus a delay is exact.
+TIMES, EARLIEST, LATEST, UNIT = 32, 2.0**-4, 2.0**10, 2.0**-14
 # Origin of a tree's value: an integral over time, one over a Brownian motion, or the product of its subtrees itself.
 OVER_TIME, OVER_NOISE, PRODUCT = "dt", "dW", ""
 
@@ -173,6 +178,8 @@ class Relatives(NamedTuple):
         s, which detects steps that evaluate coefficients at a wrong time; 0 if they do not depend on time.
     states : ndarray, shape (m, S), or None
         States of the problem above from which steps are made; its start if None.
+    delay : float
+        Delay of the problem above: its step begins later by this amount. `later` is measured from the same time.
     """
 
     below: Any
@@ -181,10 +188,11 @@ class Relatives(NamedTuple):
     driven: Array
     later: float = 0.0
     states: Array | None = None
+    delay: float = 0.0
 
 
 def far_states(rng: np.random.Generator, m: int) -> Array:
-    """Draw states of a problem of size `FAR`, shape (m, 64).
+    """Draw states of a problem of size `FAR`, shape (m, 256).
 
     A fourth of them have the size `FAR`/8. In the others each component has a random sign and a random size between 1
     and that, so that a step defined differently in some region is evaluated inside and outside of the region.
@@ -195,8 +203,8 @@ def far_states(rng: np.random.Generator, m: int) -> Array:
     m : int
         Number of components.
     """
-    near = FAR / 8.0 * rng.standard_normal((m, 16))
-    sizes = np.exp2(rng.uniform(0.0, np.log2(FAR / 8.0), (m, 48)))
+    near = FAR / 8.0 * rng.standard_normal((m, 64))
+    sizes = np.exp2(rng.uniform(0.0, np.log2(FAR / 8.0), (m, 192)))
     return np.concatenate([near, rng.choice([-1.0, 1.0], sizes.shape) * sizes], axis=1)
 
 
@@ -212,6 +220,20 @@ def placements(motions: int) -> list[Array]:
         left.difference_update(combinations(best, size))
         found.append(np.eye(PLACES)[list(best)])
     return found
+
+
+def distant_delays(rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Draw the delays of pairs of problems, whose steps begin at times with uniform logarithms, shape (`TIMES`, 2).
+
+    A step that is different in a window of time, or at each k-th multiple of its size, is evaluated inside and
+    outside of the window, and with each remainder.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    """
+    drawn = np.exp2(rng.uniform(np.log2(EARLIEST), np.log2(LATEST), (TIMES, 2)))
+    return [(first, second) for first, second in (UNIT * np.round(drawn / UNIT) - TIME_0).tolist()]
 
 
 def among(pairs: Sequence[Relatives], states: Array) -> tuple[Relatives, ...]:
@@ -254,11 +276,11 @@ class TreeClass(ABC):
         """
 
     def distant(self, motions: int) -> Sequence[Relatives]:  # noqa: ARG002 - a class may have none
-        """Return related problems of which the one above has size `FAR` and the one below is delayed by `LATE`.
+        """Return related problems of which the one above has size `FAR`, at random times, see `distant_delays`.
 
-        A step that clips coefficients or states at some number, or evaluates them only up to some time, commutes with
-        maps between states of size 1 at times below 1. Empty if a class has no such problems: its verdicts then hold
-        for coefficients and times of size 1.
+        A step that clips coefficients or states at some number, or that is different at some times, commutes with
+        maps between states of size 1 at one time below 1. Empty if a class has no such problems: its verdicts then
+        hold for coefficients and times of size 1.
 
         Parameters
         ----------

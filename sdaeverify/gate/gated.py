@@ -46,6 +46,24 @@ class StatusChange(NamedTuple):
         return visible(f"{self.key}: {self.before} before, {self.now} now")
 
 
+class Hunted(NamedTuple):
+    """What the hunt of a gate came to.
+
+    Attributes
+    ----------
+    refuted : tuple of str
+        A line for each claim that is refuted.
+    notes : tuple of str
+        What was looked at, or why nothing was.
+    attacks : tuple of SavedAttack
+        Its outcome for each scheme, measure and form.
+    """
+
+    refuted: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
+
+
 @dataclass(frozen=True)
 class Gated:
     """Result of a gate.
@@ -60,7 +78,7 @@ class Gated:
     hunted : tuple of str
         A line for each claim that a hunt refuted.
     attacks : tuple of SavedAttack
-        What the hunt came to for each scheme, measure and form.
+        Results of the hunt for each scheme, measure and form.
     code : int
         Exit code.
     words : str

@@ -49,6 +49,8 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         Bound of the claimed quantity; None if the words have no bound.
     share : float
         Least fraction of the steps in which the bound holds.
+    at : float or None
+        Step size at which the bound holds; None for every step size.
     sense : str
         Sense of convergence; omitted from the file if it is mean square.
 
@@ -63,6 +65,7 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     words: str = ""
     within: Positive | None = None
     share: Positive = 1.0
+    at: Positive | None = None
     sense: str = IN_MEAN_SQUARE
 
     def __post_init__(self) -> None:
@@ -77,8 +80,9 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         match claim.value:
             case Order(least, margin):
                 return cls(order=float(least), margin=float(margin), sense=claim.sense)
-            case Bound(words, most, share):
-                return cls(words=words, within=float(most), share=float(share), sense=claim.sense)
+            case Bound(words, most, share, at):
+                step = None if at is None else float(at)
+                return cls(words=words, within=float(most), share=float(share), at=step, sense=claim.sense)
         return cls(words=str(claim.value), sense=claim.sense)
 
     def implies(self, other: "Locked") -> bool:
@@ -89,7 +93,7 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
             return self.order - self.margin >= other.order - other.margin
         if self.words == other.words and self.within is other.within is None:
             return True
-        if self.words != other.words or self.within is None or other.within is None:
+        if self.words != other.words or self.at != other.at or self.within is None or other.within is None:
             return False
         return self.within <= other.within and self.share >= other.share
 
@@ -97,7 +101,7 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         sense = "" if self.sense == IN_MEAN_SQUARE else f" {self.sense}"
         if self.order is not None:
             return f"order >= {self.order}{sense}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
-        value = Word(self.words) if self.within is None else Bound(self.words, self.within, self.share)
+        value = Word(self.words) if self.within is None else Bound(self.words, self.within, self.share, self.at)
         return f"{value}{sense}"
 
 

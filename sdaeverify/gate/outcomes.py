@@ -182,7 +182,7 @@ def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
 
 
 def is_gated(finding: Finding) -> bool:
-    """Tell whether a gate counts a finding: one on a claim, or one that could not be had."""
+    """Return whether a gate counts a finding: a finding on a claim, or one that could not be measured."""
     return finding.verdict in UNMEASURED or (finding.claim is not None and not is_premise_failing(finding))
 
 

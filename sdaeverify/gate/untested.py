@@ -11,6 +11,7 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
+from ..study.class_results import is_of_class
 from ..study.plan import cells_of_claims
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
@@ -48,17 +49,26 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
     made : Plan
         Plan of the gate.
     results : sequence of CellResult
-        Results of all cells of the plan.
+        Results of all cells of the plan, and of examinations.
     """
     by_cell, tested = {result.cell: result for result in results}, cells_of_claims(made)
+    examined = _examined(made, results)
     return [
         each
         for scheme in gated_schemes(registry, policy)
         for claim in dict.fromkeys(scheme.promises)
+        if (scheme, claim) not in examined
         for each in _why_not_tested(
             registry, policy, (scheme, claim), [by_cell[cell] for cell in tested.get((scheme, claim), [])]
         )
     ]
+
+
+def _examined(made: Plan, results: Iterable[CellResult]) -> set[tuple[Scheme, Claim]]:
+    """Return the claims that examinations have put to a test; classes of equations answer none of a cell."""
+    planned = {*made.cells}
+    beside = (result for result in results if result.cell not in planned and not is_of_class(result.cell))
+    return {(each.cell.scheme, found.claim) for each in beside for found in each.findings if found.claim is not None}
 
 
 def known_quantities(results: Iterable[CellResult]) -> set[str]:

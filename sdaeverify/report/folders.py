@@ -18,9 +18,9 @@ from .tables.absent import AbsentGroup, group_absent, ungroup_absent
 if TYPE_CHECKING:
     from ..study import Cell
 
-# The class where a label names none.
+# Class of a label that names none.
 GENERAL = "general"
-# Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
+# Version of the file format; version 1 had a single table for verdicts and for cells that do not apply.
 SCHEMA = 3
 # Advice of how to create a run.
 MAKE = "sdaeverify matrix --out FOLDER makes one"
@@ -52,13 +52,13 @@ class SavedTables(NamedTuple):
     ----------
     folder : Path
     verdicts, absent : sequence of mapping of str to str
-        What was claimed or measured on problems, and what does not apply.
+        Rows of claimed or measured quantities on problems, and rows of cells that do not apply.
     run : dict
         The contents of ``run.json``.
     levels, details : sequence of mapping of str to str
         Rows of levels and details; empty if they were not read.
     classes : sequence of mapping of str to str
-        The verdicts for classes of equations, with their details; empty in a folder of an earlier version.
+        Rows of verdicts on classes of equations, with details; empty in a folder of an earlier version.
     """
 
     folder: Path
@@ -91,7 +91,7 @@ def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[s
 
 def _grouped(absent: pd.DataFrame) -> pd.DataFrame:
     """Return the table of cells that do not apply as it is saved: one row for each scheme and reason."""
-    groups = group_absent(absent.to_dict("records"))
+    groups = group_absent({str(name): value for name, value in row.items()} for row in absent.to_dict("records"))
     return pd.DataFrame([group.row for group in groups], columns=[*AbsentGroup._fields])
 
 
@@ -108,7 +108,7 @@ def read_tables(folder: Path) -> SavedTables:
 
 
 def read_verdicts(folder: Path) -> SavedTables:
-    """Read what a run came to, without levels and details; raises as `read_tables`."""
+    """Read the tables of a run without levels and details; raises the same errors as `read_tables`."""
     rows, run = read_table(folder / VERDICTS), run_of(folder)
     found = run.get("schema_version")
     if found != SCHEMA:
@@ -124,19 +124,19 @@ def read_verdicts(folder: Path) -> SavedTables:
 
 
 def class_in(problem: str) -> str | None:
-    """Return the class of equations that stands in the place of a problem; None for a problem."""
+    """Return the class of equations that a label in the column of problems names; None for a problem."""
     if problem.partition("[")[0] != EVERY_EQUATION:
         return None
     return text_of((parse_label(problem).parameters or {}).get("of", GENERAL))
 
 
 def joined_classes(rows: Iterable[Mapping[str, Any]], details: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return verdicts for classes, each with the name of its class and with its details.
+    """Return verdicts on classes as rows with the name of the class and the details.
 
     Parameters
     ----------
     rows, details : iterable of mapping
-        Of the verdicts, and of the details of classes.
+        Rows of verdicts on classes, and rows of details.
     """
     known = {key_of(row): row for row in details}
     return [{**known.get(key_of(row), {}), **row, "class": class_in(row["problem"])} for row in rows]

@@ -131,7 +131,8 @@ def sample(
 ) -> Paths:
     """Simulate paths of a scheme on a problem.
 
-    They are the first paths of a run with the same seed, at the level of ``--levels 8..N`` with this number of steps.
+    The paths are the first paths of a run with the same seed, at the level of ``--levels 8..N`` with this number of
+    steps.
 
     Parameters
     ----------

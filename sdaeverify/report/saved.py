@@ -13,7 +13,7 @@ from ..contracts.settings import Settings
 from ..errors import UsageError
 from .folders import RUN, run_of
 
-# The report of a gate.
+# File name of the report of a gate.
 GATE = "gate.json"
 # Exceptions raised by missing keys or values of another type.
 WRONG = (KeyError, TypeError, msgspec.ValidationError)
@@ -48,14 +48,14 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class SavedClaim:
-    """A claim of a scheme of a run, as ``run.json`` has it.
+    """A claim of a scheme of a run, in the format of ``run.json``.
 
     Attributes
     ----------
     scheme, measure, claim, source : str
-        Label of the scheme, name of the measure, the claim in words, who claims it.
+        Label of the scheme, name of the measure, claim in words, and source of the claim.
     quantities, when : tuple of str
-        What it is about, all quantities if empty; traits that a problem must have.
+        Quantities of the claim, all if empty; and traits that a problem must have.
     """
 
     scheme: str
@@ -67,22 +67,22 @@ class SavedClaim:
 
     @classmethod
     def of(cls, scheme: Scheme, claim: Claim) -> "SavedClaim":
-        """Return a claim of a scheme."""
+        """Convert a claim of a scheme."""
         return cls(scheme.label, claim.measure, str(claim), claim.source, claim.quantities, tuple(sorted(claim.when)))
 
 
 @dataclass(frozen=True)
 class SavedAttack:
-    """What a hunt of a gate came to for the claims about a measure, as ``gate.json`` has it.
+    """Result of a hunt of a gate for the claims about a measure, in the format of ``gate.json``.
 
     Attributes
     ----------
     scheme, measure, form : str
         Label of the scheme, name of the measure, form of the examples.
     claims : dict of str to int
-        How many examples each claim is about.
+        Number of examples to which each claim applies.
     refuted : str
-        The claim that is refuted, and again by a run on the example; empty if none is.
+        Claim that an example refutes and a run on the example confirms as refuted; empty if there is none.
     """
 
     scheme: str
@@ -111,7 +111,7 @@ def read_run(folder: Path) -> SavedRun:
 
 
 def claims_of(run: Mapping[str, Any], file: object = RUN) -> tuple[SavedClaim, ...]:
-    """Return the claims of the schemes of a run; none of a run of an earlier version. See `settings_of`."""
+    """Return the claims of the schemes of a run; empty for a run of an earlier version. See `settings_of`."""
     try:
         return msgspec.convert(run.get("claims", ()), tuple[SavedClaim, ...])
     except WRONG as error:
@@ -119,12 +119,12 @@ def claims_of(run: Mapping[str, Any], file: object = RUN) -> tuple[SavedClaim, .
 
 
 def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
-    """Return what the hunt of a gate came to, if the folder is that of a gate that hunted.
+    """Return the results of the hunt of a gate; empty if the folder is not that of a gate with a hunt.
 
     Raises
     ------
     UsageError
-        If its ``gate.json`` is not as this program writes it.
+        If ``gate.json`` is not in the format of this program.
     """
     file = folder / GATE
     if not file.is_file():

@@ -137,7 +137,7 @@ class VerdictRow:
 
     @property
     def of_class(self) -> bool:
-        """Whether it is about a class of equations."""
+        """Whether the row is about a class of equations."""
         return class_in(self.problem) is not None
 
     @property

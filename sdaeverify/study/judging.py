@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from ..contracts.claimed import Order
+from ..contracts.claimed import AT_H, Order
 from ..contracts.finding import (
     SAMPLED,
     UNMEASURED,
@@ -389,6 +389,6 @@ def _missing_quantities(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[F
     for claim in promises_of(cell):
         for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
-                known = sorted({name.removesuffix(AT_T) for name in found})
+                known = sorted({name.partition(AT_H)[0].removesuffix(AT_T) for name in found})
                 reason = f"the scheme has a claim about {quantity}; this problem has only {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

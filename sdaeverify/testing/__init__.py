@@ -148,12 +148,16 @@ controls (truths)
     Expect the positive control of each order to be verified, and the negative one to be refuted.
 """
 
+from typing import TYPE_CHECKING
+
 from .benchmarks import parametrize_with_benchmarks
 from .check import LEVEL, Check
-from .claims import parametrize_with_claims
-from .hunts import parametrize_with_hunts
+from .claims import parametrize_with_claims, parametrize_with_examinations
 from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
+
+if TYPE_CHECKING:
+    from .hunts import parametrize_with_hunts
 
 __all__ = [
     "LEVEL",
@@ -164,5 +168,15 @@ __all__ = [
     "parametrize_with_benchmarks",
     "parametrize_with_checks",
     "parametrize_with_claims",
+    "parametrize_with_examinations",
     "parametrize_with_hunts",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # The hunt is no part of the core: the kit does without where it is left out.
+    if name != "parametrize_with_hunts":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .hunts import parametrize_with_hunts as found  # noqa: PLC0415
+
+    return found

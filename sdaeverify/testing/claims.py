@@ -26,8 +26,10 @@ from ..gate.words import command_of, message
 from ..registry.load import Registry
 from ..report.folders import key_in
 from ..report.plain import visible
+from ..report.tables.command import examination_command
 from ..study import Cell, CellResult, Finished, Plan, Study
 from ..study.class_results import class_cells, is_of_class, results_of_class
+from ..study.examination import Work, begin_all
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
@@ -123,6 +125,45 @@ class ClaimCheck:
         return visible(f"{self.cell.measure.name} on {self.cell.spec.label}")
 
 
+@dataclass(frozen=True)
+class ExaminationCheck:
+    """An examination, as a parameter of a test.
+
+    Attributes
+    ----------
+    work : Work
+    policy : Policy
+        With what is expected to fail.
+    """
+
+    work: Work
+    policy: Policy
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Do the work, and raise what it came to: nothing if all claims are verified.
+
+        Raises
+        ------
+        ClaimError
+            If one is refuted, could not be measured, or is verified although it was expected to fail.
+        pytest.skip.Exception, pytest.xfail.Exception
+            If one is undecided, or fails as expected.
+        """
+        __tracebackhide__ = True
+        for _ in self.work.run():
+            pass
+        found = sorted(outcomes(self.work.results, self.policy), key=lambda each: ORDER.index(each.status))
+        if red := [outcome for outcome in found if is_red(outcome, self.policy)]:
+            raise ClaimError("\n".join(map(self._words, red)))
+        _skip_or_xfail(found)
+
+    def __repr__(self) -> str:
+        return "examination"
+
+    def _words(self, outcome: Outcome) -> str:
+        return message(outcome, self.policy.settings, examination_command(outcome.key[:3], self.work.command))
+
+
 def claim_run(registry: Registry, policy: Policy) -> ClaimRun:
     """Plan the claimed cells of a policy.
 
@@ -192,6 +233,55 @@ def parametrize_with_claims(
     run = claim_run(load_plugins(), policy)
     _require_cells(run.cells, expected)
     return pytest.mark.parametrize(("subject", "check"), [_parameters(run, cell) for cell in run.cells])
+
+
+def parametrize_with_examinations(
+    tables: Mapping[str, Mapping[str, Any]],
+    *,
+    tier: str = "ci",
+    seed: int | None = None,
+    expected_failures: Iterable[Expected] | None = None,
+) -> "pytest.MarkDecorator":
+    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each examination.
+
+    ::
+
+        @parametrize_with_examinations({"adaptive": {"solvers": ["my-heun"]}})
+        def test_solvers(subject, check):
+            check(subject)
+
+    Parameters
+    ----------
+    tables : mapping of str to mapping
+        By name of the examination, its table as in ``[tool.sdaeverify.examinations]`` of a policy.
+    tier, seed, expected_failures : optional
+        As of `parametrize_with_claims`.
+
+    Returns
+    -------
+    pytest.MarkDecorator
+
+    Raises
+    ------
+    UsageError
+        If no examination is named, a name is unknown, or a table asks for what there is not.
+    """
+    import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+    if not tables:
+        raise UsageError("tables is empty; name the examinations that are to be made")
+    policy = Policy(
+        tier=tier,
+        seed=Settings().seed if seed is None else whole("seed", seed),
+        expected_failures=read_expected(expected_failures, FailingClaim),
+        examinations={name: dict(table) for name, table in tables.items()},
+    )
+    works = begin_all(load_plugins(), policy.examinations, policy.settings)
+    cases = [
+        pytest.param(name, ExaminationCheck(work, policy), id=visible(name))
+        for name, work in zip(tables, works, strict=True)
+    ]
+    return pytest.mark.parametrize(("subject", "check"), cases)
 
 
 def describe_undecided(found: Sequence[Outcome]) -> str:

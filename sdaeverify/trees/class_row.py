@@ -24,7 +24,7 @@ class ClassRow:
     motions : int
         Number of Brownian motions.
     verdict : Verdict
-        Inconclusive where a premise of the conditions fails, out of scope where nothing is claimed for the class.
+        Inconclusive if a premise of the conditions fails, out of scope if the scheme claims no order for the class.
     order : float
         Order from the examined conditions; NaN if there are none.
     claim : float
@@ -36,7 +36,7 @@ class ClassRow:
     premise : str
         The premises, or why one fails, or why the class does not apply.
     promise : Claim or None
-        The claim.
+        Claim that was examined; None without a claim.
     conditions : str
         Kind of the test: ``order conditions`` or ``random members``.
     mistake : str
@@ -61,9 +61,9 @@ class ClassRow:
     @property
     def why(self) -> str:
         """Reason of the verdict in a sentence."""
+        named = f"{self.mistake}; " if self.mistake else ""
         if self.verdict is Verdict.REFUTED and self.first:
             found, wanted = self.first.texts
-            named = f"{self.mistake}; " if self.mistake else ""
             return (
                 f"{named}order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
             )
@@ -72,7 +72,9 @@ class ClassRow:
             return f"order conditions hold, {self.held} of {self.of}{noise}"
         if self.verdict is Verdict.VERIFIED:
             return f"holds on {self.held} of {self.of} random members"
-        return f"no claim about the class {self.kind}" if self.verdict is Verdict.OUT_OF_SCOPE else self.premise
+        if self.verdict is Verdict.OUT_OF_SCOPE:
+            return f"no claim about the class {self.kind}"
+        return f"{named}{self.premise}"
 
     @property
     def cells(self) -> dict[str, object]:

@@ -8,11 +8,11 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
+from ..forms.tree_class import TIME_0
 from ..numerics import largest
 from ..numerics.statistics import EPS
 from ..probing import Nodes, OneStep
 from . import Relatives
-from .sdes.universal import TIME_0
 from .weights import NoStepError, moved
 
 # Step size for the comparison of related equations.
@@ -91,7 +91,7 @@ def _compared(scheme: Scheme, relatives: Relatives, nodes: Nodes, h: float) -> l
     z = np.concatenate(
         [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
     )
-    higher = scheme.parts(relatives.above, moved(above, x, nodes, h)[1])
+    higher = scheme.parts(relatives.above, moved(above, x, nodes, h, TIME_0 + relatives.delay)[1])
     begin, end = moved(below, z, driven(nodes, relatives.driven), h, TIME_0 + relatives.later)
     before, lower = (scheme.parts(relatives.below, state) for state in (begin, end))
     found = []

@@ -10,9 +10,10 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..forms import SDE
+from ..forms.tree_class import TIME_0
 from ..probing import Nodes, OneStep
 from .grow import Tree, closed_sets
-from .sdes.universal import TIME_0, Universal
+from .sdes.universal import Universal
 
 # Largest number of entries of the diffusion per batch, and of components for a step that solves equations.
 LARGEST, IMPLICIT = 4_000_000, 60

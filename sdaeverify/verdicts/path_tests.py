@@ -189,7 +189,7 @@ def order_tests(
 def order_resolution(share: Estimate, confidence: float, bias: float = 0.0) -> float:
     """Return the upper confidence bound on the share of a lower-order term, clipped to [0, 1].
 
-    It is infinite if the bound is not finite.
+    The result is infinite if the bound is not finite.
 
     Parameters
     ----------
@@ -296,8 +296,8 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
 def unlike(claimed: Order, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
     """Return the p-value of the hypothesis that errors look like a claimed order.
 
-    They do not if the slope is below claim - margin. They do not either if both the slope and its corrected estimate
-    are nearer to claim - margin than to the claim.
+    The hypothesis fails if the slope is below claim - margin, or if both the slope and its corrected estimate are
+    nearer to claim - margin than to the claim.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ def hold_back(
 ) -> PathTests:
     """Withhold refutation by levels that are too coarse for the problem, see `why_not_resolved`.
 
-    The same holds for levels that look too coarse for another reason, which `growth` times as many paths would
+    Refutation is also withheld if levels look too coarse for another reason, which `growth` times as many paths would
     confirm. The p-values remain as suspicion. More paths on the same steps do not decide a claim that is held back.
 
     Parameters

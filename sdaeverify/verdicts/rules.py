@@ -47,7 +47,8 @@ class Case(NamedTuple):
     objection : Objection or None
         Objection of the problem's controls to verifying the claim.
     end : Reason
-        Where the problem loses its algebraic root, so that the solution ends.
+        Reason that states where the problem loses its algebraic root, so that the solution ends; empty if it does
+        not.
     looks : int
         Number of interim analyses of the paths: each look is a test.
     finer : bool

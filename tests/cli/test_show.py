@@ -38,6 +38,16 @@ def test_a_scheme_is_shown_with_its_classes(finished, call):
     assert f"milstein: classes of equations {told}" in shown
 
 
+def test_a_leading_error_is_shown_where_it_is_known(finished, call):
+    """Of quadratic means of a linear step beside their verdicts, and of no other mean or step."""
+    shown = " ".join(call("show", "out", "milstein", "gbm").out.split())
+    wrong = " ".join(call("show", "out", "displaced-euler", "gbm").out.split())
+
+    assert shown.count("leading error") == 2
+    assert "leading error -0.206 h without sampling, C known to" in shown
+    assert "leading error" not in wrong
+
+
 def test_quiet_is_the_sentence_alone(quick):
     """One line, and the same exit code."""
     outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "-q")

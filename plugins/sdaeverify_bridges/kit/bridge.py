@@ -74,7 +74,7 @@ class Bridge(Scheme):
     def compiled(self, problem: Any) -> Compiled:
         """Return the solver's step for the formulas of a problem: (x, t, h, *noise) -> x, with paths last.
 
-        It is called once for all problems with the same formulas and for all step sizes.
+        The method is called once for all problems with the same formulas and for all step sizes.
         """
         raise NotImplementedError
 

@@ -1,12 +1,12 @@
 """The studies of a calibration: events counted over many samples, with prescribed ranges of their rates.
 
 Slopes
-    How often the jackknife's interval contains the true slope, of pathwise errors and of mean differences, and its
-    one-sided tails. The true slope comes from an independent sample: each half of the repetitions is compared with
-    the other half.
+    Coverage of the jackknife's interval for the slope of pathwise errors and of mean differences, and its one-sided
+    tails. The true slope comes from an independent sample: each half of the repetitions is compared with the other
+    half.
 Looks
-    The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks are at n =
-    UNIT, 2 UNIT, 4 UNIT, ..., POOLED UNIT paths. With the level alpha/K at each of K looks, the probability of an
+    The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks are at
+    n = UNIT, 2 UNIT, 4 UNIT, ..., POOLED UNIT paths. With the level alpha/K at each of K looks, the probability of an
     error on one side is at most alpha; with level alpha at each look (peeking), it is not.
 Published intervals and verdicts
     The strong measure as a whole, on sequences of paths, with true and false claims.

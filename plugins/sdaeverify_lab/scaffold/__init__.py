@@ -1,6 +1,6 @@
 """Template of a plugin: a package with one scheme, one problem, their claims, tests, lock file and workflow.
 
-Its files are written into a temporary folder next to the target, and moved when they are complete.
+The files are written into a temporary folder next to the target, and moved when they are complete.
 """
 
 import json

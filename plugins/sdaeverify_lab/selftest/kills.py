@@ -17,7 +17,7 @@ from ..cases import Planted
 from .trial import SelfTest
 
 CONTRACT = "contract"
-# Where a premise of order conditions fails, they say nothing of a claim.
+# Verdicts that count for a class; order conditions with a failing premise are inconclusive and do not count.
 DECIDED = {Verdict.VERIFIED, Verdict.REFUTED, Verdict.ERROR}
 MARKS = {True: ("✓", "x"), False: ("·", ".")}
 
@@ -140,7 +140,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
 
 
 def _decides(result: CellResult) -> bool:
-    """Tell whether a result is on a problem, or decides or fails to measure a claim about a class."""
+    """Return whether a result is on a problem, or verifies, refutes or fails to measure a claim about a class."""
     return not is_of_class(result.cell) or any(finding.verdict in DECIDED for finding in result.findings)
 
 

@@ -203,9 +203,9 @@ class Costs(Experiment):
 def work_of(points: int, made: Array) -> float:
     """Return the ratio of unknowns in all linear systems of a step of (B) to those of (A).
 
-    Ghost points are included as in the paper. (A) solves (2 d + 2)(N + 4) equations per iteration. (B) solves (d +
-    1)(N + 4) per iteration of the position, and three times N: for the multiplier, the projector of the velocity and
-    that of the noise.
+    Ghost points are included as in the paper. (A) solves (2 d + 2)(N + 4) equations per iteration. (B) solves
+    (d + 1)(N + 4) per iteration of the position, and three times N: for the multiplier, the projector of the velocity
+    and that of the noise.
     """
     d, nodes = 2, points + 4
     return float((made[1] * (d + 1) * nodes + 2 * points) / (made[0] * (2 * d + 2) * nodes))

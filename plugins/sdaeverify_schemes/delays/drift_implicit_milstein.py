@@ -18,10 +18,11 @@ class DriftImplicitMilstein(Scheme):
     """x+ = x + h f(t + h, x+, y+) + g dW + (1/2) sum_jk Dg_j g_k (dW_j dW_k - delta_jk h), 0 = u(t + h, x+, y+).
 
     D is the derivative along the solutions of the constraint: Dg_j z = dg_j/dx z - dg_j/dy (du/dy)^{-1} du/dx z, with
-    g and its derivative at (t, x, y). The drift at the end of the step differs from that at its beginning by Df g dW
-    + O(h), so that for commutative noise the defect of a step has the root mean square h^(3/2) and the mean h^2:
-    strong and weak order 1. Otherwise the antisymmetric parts of the iterated integrals are missing, of root mean
-    square h and mean 0: strong order 1/2. y solves the constraint at each mesh point and has the orders of x.
+    g and its derivative at (t, x, y). The drift at the end of the step differs from that at its beginning by
+    Df g dW + O(h), so that for commutative noise the defect of a step has the root mean square h^(3/2) and the mean
+    h^2: strong and weak order 1. Otherwise the antisymmetric parts of the iterated integrals are missing, of
+    root mean square h and mean 0: strong order 1/2. y solves the constraint at each mesh point and has the orders of
+    x.
 
     A path on which Newton's method fails, or on which det du/dy changes its sign, keeps its state and is counted.
     """

@@ -19,7 +19,7 @@ from ._theta import algebraic, begin_step, run_newton
 class LaggedAlgebraicTheta(Scheme):
     """x+ = x + h [theta f(t + h, x+, v+, y) + (1 - theta) f(t, x, v, y)] + g dW with the old y, then u(..., y+) = 0.
 
-    It avoids the coupled system of `stochastic-theta`, has the same orders and another region of mean-square
+    The scheme avoids the coupled system of `stochastic-theta`, has the same orders and another region of mean-square
     stability. A path on which Newton's method fails keeps its state and is counted.
 
     Attributes

@@ -55,8 +55,8 @@ class _System(NamedTuple):
 class _Local:
     """The linearisation at x', with the multiplier that solves the first equation best in the directions J = g(x')^T.
 
-    Its residual r = y + g lambda - x' satisfies J r = 0; an update solves A dx - g dlambda = r, J dx = level -
-    zeta(x').
+    The residual r = y + g lambda - x' satisfies J r = 0. An update solves A dx - g dlambda = r and
+    J dx = level - zeta(x').
     """
 
     equation: TurningNormals

@@ -17,7 +17,7 @@ MISSING = "measured; its local error is the Milstein term of sigma Pi o dW, of s
 class ConstrainedEuler(ImplicitLangevin):
     """x+ = x + sqrt(h) sigma xi + h f(x) + g lambda, zeta(x+) = 0.
 
-    It ignores eps: for eps > 0 it runs as a competitor whose error does not vanish with h, without claims.
+    The scheme ignores eps: for eps > 0 it runs as a competitor whose error does not vanish with h, without claims.
 
     Attributes
     ----------

@@ -43,8 +43,8 @@ class Projected(NamedTuple):
 def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) -> Projected:
     """Solve F = r - y - M^{-1} grad g(r) eta = 0 and g(r) = 0 in (r, eta), from (y, 0).
 
-    With H(eta) = sum_j eta_j Hess g_j, Newton's matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]]. Here Id -
-    M^{-1} H(eta) is replaced by a scalar s for each path, so that only the Gram matrix has to be inverted:
+    With H(eta) = sum_j eta_j Hess g_j, Newton's matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]]. Here
+    Id - M^{-1} H(eta) is replaced by a scalar s for each path, so that only the Gram matrix has to be inverted:
 
         G_M(r) d_eta = Dg F - s g,    s d_r = M^{-1} grad g d_eta - F.
 

@@ -25,6 +25,7 @@ from ..loading import load_and_warn
 
 CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 HEADINGS = ("", "scheme", "order", "noise", "error", "at", "steps", "work", "")
+LEADING = "leading error"
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 # Enough paths to distinguish the errors of schemes; for more paths, use --run.
 PATHS = 2048
@@ -109,13 +110,14 @@ def _show(found: Choices, result: Result) -> None:
     console = output()
     plain = console.options.ascii_only
     print_texts(console, wrap_text(visible(_heading(found)), console.width))
-    table = empty_table(*HEADINGS)
+    known = any(one.leading for one in found.found)
+    table = empty_table(*HEADINGS, *([LEADING] if known else []))
     table.columns[1].no_wrap = True
     least = min((one.seconds for one in found.found if isfinite(one.seconds)), default=nan)
     for one, following in zip_longest(found.found, found.found[1:]):
         ends = bool(one.claim and following and not following.claim)
         table.add_row(
-            *(Text(visible(cell)) for cell in _cells(one, least, plain=plain)),
+            *(Text(visible(cell)) for cell in (*_cells(one, least, plain=plain), *([one.leading] if known else []))),
             style=SYMBOLS[one.verdict][2],
             end_section=ends,
         )
@@ -165,7 +167,7 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     if open_ := [one.scheme for one in found.found if one.verdict == "inconclusive"]:
         yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
-        yield "~ more steps than were made, by the order"
+        yield "~ number of steps by the order or, where paths show no error, by the leading error"
     if unknown := [one.scheme for one in found.found if not isfinite(one.seconds)]:
         yield f"work unknown, as {_why_unknown(found, result)}: {', '.join(unknown)}"
     if found.left_out:
@@ -178,6 +180,8 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     further = found.quantities[1:] if found.quantity == found.quantities[0] else found.quantities[:1]
     if further:
         yield f"other quantities, for --quantity: {', '.join(further)}"
+    if any(one.leading for one in found.found):
+        yield f"{LEADING}: C h^p of the mean as h falls, without sampling"
     yield from _legend(found)
 
 

@@ -1,4 +1,4 @@
-"""``claims``: all that is known of each claim of a scheme from the folder of a run."""
+"""``claims``: summarize the findings of a run for each claim of a scheme."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -20,7 +20,7 @@ from ..completion import names_of
 from ..console import conclude, output, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 
-# How a claim looks, by its worst outcome.
+# Verdict whose style is used for a claim, by the worst outcome of the claim.
 LOOKS = {
     REFUTED: "refuted",
     UNMEASURED: "error",
@@ -36,10 +36,10 @@ LOOKS = {
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Claims about measures: names or globs.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each claim.")
 def claims(scheme: str, folder: Path, measures: Sequence[str], as_json: bool) -> ExitCode:
-    """Print one line for each claim of SCHEME, a label or a glob, with all that the run in a folder tells of it.
+    """Print one line for each claim of SCHEME, a label or a glob, with its findings in the run of a folder.
 
-    The line counts findings on problems, for classes of equations and of hunts: verified, refuted, undecided, not
-    measured. A claim that nothing put to a test is tested nowhere. The folder is reports/latest if left out.
+    The line counts the findings on problems, for classes of equations and of hunts: verified, refuted, undecided, not
+    measured. A claim without findings is tested nowhere. The default folder is reports/latest.
     """
     tables = read_verdicts(folder)
     rows = map(VerdictRow.from_row, (*tables.verdicts, *tables.classes))
@@ -62,7 +62,7 @@ def claims(scheme: str, folder: Path, measures: Sequence[str], as_json: bool) ->
 
 
 def code_of_claims(known: Sequence[KnownClaim]) -> ExitCode:
-    """Return the code of what is known: that of the worst outcome, a claim tested nowhere being the least.
+    """Return the exit code of the worst outcome; `NOTHING` if the worst is a claim that is tested nowhere.
 
     Parameters
     ----------
@@ -74,12 +74,12 @@ def code_of_claims(known: Sequence[KnownClaim]) -> ExitCode:
 
 
 def _hint(word: str, names: Iterable[str]) -> str:
-    """Return what a pattern that means no name was meant to be."""
+    """Return a suggestion for a pattern that matches no name, or an empty string if it matches."""
     known = {*names}
     return "" if any(is_meant(name, word) for name in known) else did_you_mean(word, known)
 
 
 def _counts(known: Sequence[KnownClaim]) -> str:
-    """Return how many claims have which outcome as their worst one."""
+    """Return a sentence with the number of claims by worst outcome."""
     found = Counter(each.worst for each in known)
     return f"{counted(len(known), 'claim')}: {', '.join(f'{count} {outcome}' for outcome, count in found.items())}"

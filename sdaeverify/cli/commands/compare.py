@@ -12,7 +12,7 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.compare.cells import compare as compared
 from ...report.compare.changes import RunPair, advice, changes, counts, list_omissions, pair_in_words, records
-from ...report.compare.runs import StoredRun, damages, read_run, verdict_pairs
+from ...report.compare.runs import StoredRun, constant_changes, damages, read_run, verdict_pairs
 from ...report.plain import visible, wrap_text
 from ..console import complain, conclude, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
@@ -85,8 +85,8 @@ def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[s
     every = compared(old, new, registry)
     found, omitted = ([each for each in every if each.found.known == known] for known in (True, False))
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
-    both = verdict_pairs(old.folder, new.folder)
-    return RunPair(old.folder, new.folder, both, list(zip(found, judged, strict=True)), omitted)
+    both, rows = verdict_pairs(old.folder, new.folder), list(zip(found, judged, strict=True))
+    return RunPair(old.folder, new.folder, both, rows, omitted, constant_changes(old.folder, new.folder))
 
 
 def _code(pairs: Sequence[RunPair]) -> ExitCode:

@@ -93,5 +93,5 @@ def _record(kind: str, entry: Registered) -> Record:
 
 
 def _plain(default: Any) -> Any:
-    # JSON knows neither infinity nor nan.
+    # JSON has neither infinity nor NaN.
     return str(default) if isinstance(default, float) and not math.isfinite(default) else default

@@ -7,13 +7,15 @@ from pathlib import Path
 import click
 from rich.text import Text
 
+from ...contracts.claimed import AT_H
 from ...contracts.spelling import did_you_mean
 from ...errors import UsageError
-from ...report.cells import grouped
+from ...report.cells import grouped, number
 from ...report.class_words import class_lines, class_notes, hint
 from ...report.folders import RUN, SavedTables, TextRow, key_of, read_tables, read_verdicts
 from ...report.plain import visible
 from ...report.sentences import ATTENTION, counts_of, ending, lines_of, overview, quantity_lines
+from ...report.tables.choice import Leading
 from ...report.tables.command import command_of, records_of
 from ...report.verdict_row import VerdictRow
 from .. import options
@@ -39,7 +41,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
         raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
     tables = read_verdicts(folder)
-    # Classes are asked for by the name of the problem that stands for them.
+    # Verdicts on classes are selected by problem name, for example `every-equation`.
     judged = [*tables.verdicts, *tables.classes] if as_json or problem else tables.verdicts
     chosen, absent = ([r for r in some if _fits(r, scheme, problem, measures)] for some in (judged, tables.absent))
     rows = [*map(VerdictRow.from_row, chosen)]
@@ -126,11 +128,22 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
             yield from _traceback(row, tables.details) if row.verdict == "error" else ()
-        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in found)
+            yield from _leading_error(row, tables.details, width)
+        # Order conditions say nothing of a bound at one step size.
+        orders = (row for row in found if AT_H not in row.quantity)
+        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in orders)
         yield from (line for each in hints if each for line in lines_of(f"    {each}", width, INDENT))
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()
+
+
+def _leading_error(row: VerdictRow, details: Sequence[TextRow], width: int) -> Iterator[Text]:
+    """Yield the leading weak error of a quantity, where it is known without sampling."""
+    for each in (each for each in details if key_of(each) == row.key):
+        if found := str(Leading.of(each)):
+            known = number(each, "error_constant_known")
+            yield from lines_of(f"    leading error {found} without sampling, C known to {known:.1g}", width, INDENT)
 
 
 def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:

@@ -9,7 +9,7 @@ root u:
 where z are components of x or y, or t - t_0. So for the solution they are products of their subtrees.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
@@ -20,7 +20,6 @@ from ...arrays import Array
 from ...noise.brownian import BROWNIAN
 from ..tree_class import (
     FAR,
-    LATE,
     LATER,
     OVER_NOISE,
     PRODUCT,
@@ -32,6 +31,7 @@ from ..tree_class import (
     TreeClass,
     Written,
     among,
+    distant_delays,
     far_states,
     placements,
 )
@@ -140,16 +140,17 @@ class IndexOneTrees(TreeClass):
 
     def relatives(self, motions: int) -> Relatives:
         """Return random equations: above, f is A^+ f(t + s, A x + c, C y + e) + N k(t, x, y); b and u likewise."""
-        return self._related(motions, _Scale(1.0, np.zeros((HIGH[0], 1))), [np.eye(motions)])[0]
+        return self._related(motions, _Scale(1.0, np.zeros((HIGH[0], 1))), np.eye(motions))
 
     def distant(self, motions: int) -> tuple[Relatives, ...]:
-        """Return the equations with the one below delayed, and the one above for `FAR` x + X, `FAR` y, 5 motions."""
-        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
-        scale = _Scale(FAR, -FAR * START[:, None], LATE - LATER)
-        return among(self._related(motions, scale, placements(motions)), far_states(rng, HIGH[0]))
+        """Return the equations at random times, with the one above for `FAR` x + X, `FAR` y, 5 motions."""
+        rng, placed = np.random.Generator(np.random.Philox(key=SEED + 1)), placements(motions)
+        scales = [_Scale(FAR, -FAR * START[:, None], *each) for each in distant_delays(rng)]
+        pairs = [self._related(motions, each, placed[k % len(placed)]) for k, each in enumerate(scales)]
+        return among(pairs, far_states(rng, HIGH[0]))
 
-    def _related(self, motions: int, scale: "_Scale", placed: Sequence[Array]) -> list[Relatives]:
-        """Return an equation below with one above for each placement of its motions among others."""
+    def _related(self, motions: int, scale: "_Scale", placed: Array) -> Relatives:
+        """Return an equation below with one above, among whose motions are those of the one below."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         maps = {name: (normal((n, m)), normal((n, 1))) for name, n, m in zip("xy", LOW, HIGH, strict=True)}
@@ -168,16 +169,14 @@ class IndexOneTrees(TreeClass):
             constraint_partials=lambda *z: (later(*z)[0], later(*z)[1] - np.eye(len(e))[..., None]),
         )
 
-        def above(motions: Array) -> Any:
-            return self._random(
-                scale.above(F),
-                lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), motions),
-                lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
-                scale.start,
-            )
-
+        above = self._random(
+            scale.above(F),
+            lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), placed),
+            lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
+            scale.start,
+        )
         moved = {"x": (A / scale.size, c - A @ scale.x / scale.size), "y": (C / scale.size, e)}
-        return [Relatives(below, above(each), moved, each, LATER + scale.late) for each in placed]
+        return Relatives(below, above, moved, placed, LATER + scale.late, delay=scale.delay)
 
     def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array, **given: Any) -> Any:
         probe = np.zeros((1, 1)) + start[:, None]
@@ -214,12 +213,13 @@ class _Scale(NamedTuple):
     size : float
     x : ndarray, shape (5, 1)
         X: the equation above is an equation for size x + X and size y.
-    late : float
-        Delay of the equation below.
+    delay, late : float
+        Delays of the equations above and below.
     """
 
     size: float
     x: Array
+    delay: float = 0.0
     late: float = 0.0
 
     @property
@@ -228,12 +228,12 @@ class _Scale(NamedTuple):
         return np.asarray(self.size * START + 0.75 * self.x[:, 0])
 
     def later(self, field: Callable[[float, Array, Array], Given]) -> Callable[[float, Array, Array], Given]:
-        """Return a delayed coefficient of the equation below, constant before its start so that y exists at 0."""
+        """Return a coefficient shifted in time by `late`; before its start it is that of time 0, so that y exists."""
         return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
 
     def above(self, field: Coefficient) -> Coefficient:
         """Return a coefficient of the equation above."""
-        return lambda t, x, y: self.size * field(t, (x - self.x) / self.size, y / self.size)
+        return lambda t, x, y: self.size * field(max(t - self.delay, 0.0), (x - self.x) / self.size, y / self.size)
 
 
 def _lifted(

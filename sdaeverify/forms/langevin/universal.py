@@ -17,7 +17,20 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import FAR, OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written, far_states
+from ..tree_class import (
+    FAR,
+    OVER_NOISE,
+    PRODUCT,
+    Grove,
+    Node,
+    Posed,
+    Relatives,
+    TreeClass,
+    Written,
+    among,
+    distant_delays,
+    far_states,
+)
 
 Q, P = frozenset({"q"}), frozenset({"p"})
 NODES = (
@@ -140,7 +153,10 @@ class LangevinTrees(TreeClass):
         """Return the same dynamics in the plane, and in R^5 the dynamics of Q = `FAR` q + C and P = `FAR` p."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 1))
         C = FAR * rng.uniform(-1.0, 1.0, (HIGH, 1))
-        return (self._related(FAR, C)._replace(states=far_states(rng, 2 * HIGH)),)
+        pair, states = self._related(FAR, C), far_states(rng, 2 * HIGH)
+        # The dynamics are autonomous: they are their own delayed ones.
+        delays = distant_delays(rng)
+        return among([pair._replace(delay=above, later=below) for above, below in delays], states)
 
     def _related(self, size: float, C: Array) -> Relatives:
         """Return dynamics in the plane, and in R^5 the dynamics of size q + C and size p."""

@@ -39,6 +39,7 @@ from ..sde.sde import SDE, zero_columns
 from ..trivial import Trivials
 from .generic import FEATURES, draw_mechanics
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
+from .mistakes import MOTION_MISTAKES
 from .motion_features import motion_features
 from .multiplied import Mechanics, Multiplied
 from .structure import Structure, Unstructured, check_structure
@@ -273,7 +274,7 @@ class HolonomicSDAE(Mechanics):
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:
         """Return the class of all polynomial problems of the form with a full mass matrix."""
-        return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES),)
+        return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES, MOTION_MISTAKES),)
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and, if it is a component, mu."""

@@ -31,6 +31,7 @@ from ..features import Feature, has_several_constraints, pilot_states
 from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, Gram
+from ..mechanics.mistakes import KEPT_MISTAKES, PENALISED_MISTAKES
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
@@ -274,8 +275,10 @@ class ConstrainedLangevin(StiffnessFamily):
     def generic_classes(cls) -> tuple[GenericClass, ...]:
         """Return the classes of polynomial problems with exact and with penalised constraints."""
         return tuple(
-            GenericClass(f"ConstrainedLangevin at eps {sign} 0", partial(draw_family, cls, kept=kept), FEATURES)
-            for sign, kept in (("=", True), (">", False))
+            GenericClass(
+                f"ConstrainedLangevin at eps {sign} 0", partial(draw_family, cls, kept=kept), FEATURES, known
+            )
+            for sign, kept, known in (("=", True, KEPT_MISTAKES), (">", False, PENALISED_MISTAKES))
         )
 
     def capability(self, kind: type[K]) -> K | None:

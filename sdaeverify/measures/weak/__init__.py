@@ -46,6 +46,7 @@ from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
 from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_probe
+from .size import bound_findings, constant_columns, probe_bounds
 
 STATE = "state"
 LOST = "{lost:.0f} paths are not finite at the finest step size"
@@ -310,6 +311,9 @@ class Weak(Measure):
         "slope_high": "upper end of its interval",
         "resolved": "smallest mean difference in standard errors",
         "informative": "whether the mean differences are large enough to estimate an order",
+        "error_power": "p of the leading term C h^p of the weak error",
+        "error_constant": "C, without sampling; empty if it is not known",
+        "error_constant_known": "bound of the error of C",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "mean": "mean of the observable",
@@ -323,14 +327,15 @@ class Weak(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return local weak defects, and errors of propagated moments."""
-        return probe_weak(scheme, view, settings)
+        return probe_weak(scheme, view, settings).merge(probe_bounds(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""
         means, probed = means_of(evidence), weak_probe(evidence)
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
-        return Judgement(tuple(findings), (row for found in means.values() for row in _levels(found)))
+        bounds = bound_findings(evidence, means)
+        return Judgement((*findings, *bounds), (row for found in means.values() for row in _levels(found)))
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
         """Return a finding for the state: the order of all test functions after one step."""
@@ -372,7 +377,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
         resolution=weak_resolution(evidence, means, _off_limit(evidence, means), covered.claim),
         order_resolution=order_resolution(sampled.share, confidence) if by_paths else float("nan"),
         method=_method(opinion.tier, means),
-        details={**probed.details, **_details(sampled, confidence)},
+        details={**probed.details, **_details(sampled, confidence), **constant_columns(evidence, means.name)},
     )
 
 
@@ -436,7 +441,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
 
 
 def _held(found: Finding, doubt: str) -> Finding:
-    """Return a finding that is not verified, with the doubt after the reasons that support the claim."""
+    """Return the finding as inconclusive, with the doubt after the reasons that support the claim."""
     return withhold(replace(found, reason=found.reason.then(doubt, ", but ")), "")
 
 

@@ -131,7 +131,20 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     MomentErrors
     """
     further = max(FURTHER, ceil(log2(view.horizon / (steps[-1] * SHORT * view.time_unit))))
-    steps = [*steps, *(steps[-1] * 2**level for level in range(1, further + 1))]
+    return moment_errors_at(scheme, view, [*steps, *(steps[-1] * 2**level for level in range(1, further + 1))])
+
+
+def moment_errors_at(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:
+    """Return the errors of first and second moments at the final time for some numbers of steps.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        As of `moment_errors`.
+    steps : sequence of int
+        Numbers N of steps to the final time.
+    """
     one_step, h = OneStep(scheme, view), [view.horizon / count for count in steps]
     start, exact = _exact(one_step)
     with np.errstate(all="ignore"):
@@ -348,8 +361,26 @@ def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
         return None
 
 
-def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrder | None:
-    """Return the order of a quadratic observable from the errors of moments; None if they do not determine it.
+class ObservableErrors(NamedTuple):
+    """Errors of the mean of one observable at H step sizes.
+
+    Attributes
+    ----------
+    h, errors, floors : ndarray, shape (H,)
+        Step sizes, errors with their signs, and how far these can be off.
+    size, exact : float
+        Of the terms of the observable together, and its mean under the solution.
+    """
+
+    h: Array
+    errors: Array
+    floors: Array
+    size: float
+    exact: float
+
+
+def observable_errors(record: MomentErrors, form: QuadraticForm) -> ObservableErrors | None:
+    """Return the errors of the mean of one quadratic observable, or None where moments are not known.
 
     Parameters
     ----------
@@ -361,7 +392,20 @@ def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrd
         return None
     errors, size = form.of_moments(record.first, record.second), record.size[:-1]
     exact = form.of_moments(record.exact[:-1, -1], record.exact[:-1, :-1])
-    return order_of(record.h, errors, form.size * record.floor, form.largest(size), float(exact))
+    return ObservableErrors(record.h, errors, form.size * record.floor, form.largest(size), float(exact))
+
+
+def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrder | None:
+    """Return the order of a quadratic observable from the errors of moments; None if they do not determine it.
+
+    Parameters
+    ----------
+    record : MomentErrors
+        Of the components that the form is about.
+    form : QuadraticForm
+    """
+    found = observable_errors(record, form)
+    return None if found is None else order_of(*found)
 
 
 def fit_quadratic(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:

@@ -109,7 +109,7 @@ def finest_usable(usable: Array) -> tuple[Array, ...]:
 
 
 def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tuple[Array, Array]:
-    """Return the orders between the finest usable level and the next one, and the one after that."""
+    """Return the orders from the second and from the third finest usable level to the finest; infinite without it."""
     last, one, two = (pick(size, index) for index in fine)
     count = usable.sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):

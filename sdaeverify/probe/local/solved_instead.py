@@ -210,8 +210,9 @@ def solved_instead(scheme: Scheme, view: Problem) -> str:
     return found
 
 
-class _Measured(NamedTuple):
-    # The equation at a few times, rates of steps there, and the exponent of the noise in h.
+class Measured(NamedTuple):
+    """Rates of short steps, the equation that they are given at a few times, and the exponent of their noise in h."""
+
     given: list[Given]
     rates: list[Rates]
     power: float
@@ -237,12 +238,11 @@ def _near(a: Array, b: Array, tolerance: float, right: Array) -> bool:
     return bool((np.abs(a - b).max(axis=axes) <= tolerance * (size + 1e-3 * size.max(initial=0.0))).all())
 
 
-def _measured(scheme: Scheme, view: Problem) -> _Measured | None:
+def _measured(scheme: Scheme, view: Problem) -> Measured | None:
     """Return the rates of short steps at states that solutions reach; None if steps cannot be compared."""
     step = short_steps(scheme, view)
     if step is None:
         return None
-    nodes, other = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
     points = equation_rates(step.view, step.equation)
     sizes = np.abs(points.x).max(axis=(1, 2))
     # Solutions of random equations may grow so large that no step size is small.
@@ -250,13 +250,18 @@ def _measured(scheme: Scheme, view: Problem) -> _Measured | None:
     if not known.size:
         return None
     when = np.unique(known[np.linspace(0, len(known) - 1, TIMES).astype(int)])
-    given = [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when]
+    return measured_at(step, [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when])
+
+
+def measured_at(step: OneStep, given: list[Given]) -> Measured | None:
+    """Return the rates of short steps at some points; None where they have no limit."""
+    nodes, other = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
     power = _power(step, given, nodes)
     if power is None:
         return None
     rates = [_limits(step, each, nodes, power) for each in given]
     again = [_limits(step, each, other, power, 0.75) for each in given]
-    measured = _Measured(given, rates, power)
+    measured = Measured(given, rates, power)
     # Without an expansion in h, or with two limits, the step solves no equation.
     return measured if measured.explained_by(again) else None
 
@@ -300,7 +305,7 @@ def _extrapolated(values: list[Array]) -> Array:
     return values[0]
 
 
-def _of_equation(measured: _Measured) -> str:
+def _of_equation(measured: Measured) -> str:
     """Return the sentence of the mistake that explains the rates; factors last, which often fit linear equations."""
     if measured.power != 0.5:
         right = measured.explained_by([each.rates for each in measured.given])
@@ -314,7 +319,7 @@ def _of_equation(measured: _Measured) -> str:
     return sentences.pop() if len(sentences) == 1 else ""
 
 
-def _explanations(measured: _Measured) -> Iterator[Mistake]:
+def _explanations(measured: Measured) -> Iterator[Mistake]:
     """Yield the mistakes whose rates agree with the measured ones at all times and states."""
     for mistake in MISTAKES:
         changed = [
@@ -328,7 +333,7 @@ def _explanations(measured: _Measured) -> Iterator[Mistake]:
             yield mistake
 
 
-def _scaled(measured: _Measured) -> str:
+def _scaled(measured: Measured) -> str:
     """Return the sentence on a drift and a noise that are multiples of those of the equation, or an empty string."""
     exact = [each.rates for each in measured.given]
     a, c = (
@@ -342,7 +347,7 @@ def _scaled(measured: _Measured) -> str:
     return ", ".join(filter(None, (_times("the drift", a), _noise_times(c))))
 
 
-def _is_ambiguous(measured: _Measured) -> bool:
+def _is_ambiguous(measured: Measured) -> bool:
     """Return whether the correction is a multiple of the drift, so that a factor of the drift may be due to it."""
     f, more = [each.drift() for each in measured.given], [each.correction for each in measured.given]
     factor = _factor(more, f)

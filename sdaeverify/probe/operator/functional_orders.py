@@ -44,7 +44,7 @@ class Coefficient(NamedTuple):
     Attributes
     ----------
     power : float
-        Exponent q of c h^q, an integer.
+        Exponent q of c h^q.
     value, known : float
         Coefficient c, and the bound of its error.
     """
@@ -110,6 +110,53 @@ def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:
 # An error is used if it is known to one digit, and can refute a scheme if it is known to two: a local order then has
 # an error below 0.03.
 ABOVE_FLOOR, FAR_ABOVE = 10.0, 100.0
+# Rounding hides the last digits of e(h)/h^p on fine steps, a remainder those on coarse ones: the steps count on which
+# errors are so many times larger than what is known of them.
+LEAST_SIGNALS = (10.0, 1e3, 1e5)
+
+
+def leading_error(h: Array, errors: Array, floors: Array, order: float) -> Coefficient | None:
+    """Return the leading term C h^p of an error, or None where C is not known to a tenth.
+
+    With p the multiple of 1/2 next to the order, e(h)/h^p is extrapolated to h = 0, in powers of h and in powers of
+    sqrt(h), which the errors of some schemes have. The better known limit counts, as well as both agree.
+
+    Parameters
+    ----------
+    h : ndarray, shape (H,)
+        Step sizes, each half of the one before.
+    errors, floors : ndarray, shape (H,)
+        Errors with their signs, and how far they can be off.
+    order : float
+        Of the error as h tends to 0; not finite where there is none.
+
+    Returns
+    -------
+    Coefficient or None
+    """
+    power = 0.5 * round(2.0 * order) if np.isfinite(order) else 0.0
+    if not power > 0.0:
+        return None
+    scaled, blur = errors / h**power, floors / h**power
+    rows = (_last_row(np.abs(errors) > least * floors) for least in LEAST_SIGNALS)
+    found = [_agreed(*(_limit(scaled[row], blur[row], step) for step in (1.0, 0.5))) for row in rows if row]
+    best = Coefficient(power, *min(found, key=lambda each: each[1], default=(0.0, 0.0)))
+    return best if best.clear else None
+
+
+def _agreed(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    """Return the better known of two limits, known no better than the other one agrees."""
+    (value, known), (again, _) = sorted((one, other), key=lambda each: each[1])
+    return value, max(known, abs(again - value))
+
+
+def _last_row(known: Array) -> slice | None:
+    """Return the finest step sizes in a row of which something is known, or None where they are too few."""
+    ends = np.concatenate([[-1], np.flatnonzero(~known), [len(known)]])
+    rows = [slice(first + 1, last) for first, last in pairwise(ends.tolist()) if last - first > FEWEST]
+    return rows[-1] if rows else None
+
+
 # Errors count as zero if this part of the observable's size would have been detected at the finest step sizes.
 EXACT = 1e-6
 # Local orders that differ by more have not settled.

@@ -292,8 +292,9 @@ def _kinks(one_step: OneStep) -> str:
     weights = rng.standard_normal((one_step.equation.dimension, 1))
 
     def image(z: Array) -> Array:
-        dW, H = (None if part is None else np.tile(part, z.shape[1] // LINES) for part in (noise.dW, noise.H))
-        step = one_step.make(chart.embed(z), 0.0, h, noise._replace(dW=dW, H=H))
+        points = z.shape[1] // LINES
+        H = None if noise.H is None else np.tile(noise.H, points)
+        step = one_step.make(chart.embed(z), 0.0, h, noise._replace(dW=np.tile(noise.dW, points), H=H))
         return np.asarray((weights * one_step.read(step.state)).sum(axis=0))
 
     with np.errstate(all="ignore"):

@@ -15,6 +15,7 @@ from ...study.holm import holm
 from ..cells import grouped
 from .cells import Comparison
 from .factors import Factor
+from .runs import ConstantChange
 
 # Smallest change of an order that is reported.
 ORDER = 0.01
@@ -127,6 +128,8 @@ class RunPair(NamedTuple):
         Comparison of each quantity whose errors are known in both runs.
     omitted : list of Comparison
         Quantities that could not be compared.
+    constants : list of ConstantChange
+        Leading weak errors that differ.
     """
 
     old: Path
@@ -134,6 +137,7 @@ class RunPair(NamedTuple):
     judged: list[dict[str, str]]
     rows: Rows
     omitted: list[Comparison]
+    constants: Sequence[ConstantChange] = ()
 
     @property
     def verdicts(self) -> list[dict[str, str]]:
@@ -163,6 +167,9 @@ def records(pair: RunPair) -> dict[str, Any]:
         "new": str(pair.new),
         "verdicts": pair.verdicts,
         "quantities": [_record(*row) for row in pair.rows],
+        "constants": [
+            {**each.key._asdict(), "before": str(each.before), "after": str(each.after)} for each in pair.constants
+        ],
         "omitted": [{**each.key._asdict(), "reason": each.found.reason} for each in pair.omitted],
     }
 
@@ -185,6 +192,8 @@ def pair_in_words(pair: RunPair, *, every: bool) -> Iterator[str]:
     """Yield the changes, one per line: verdicts, then errors, worst classification and largest factors first."""
     for change in pair.verdicts:
         yield "{} on {}, {} {}: {} -> {}".format(*change.values())
+    for each in pair.constants:
+        yield f"{each.key}: leading error without sampling {each.before} -> {each.after}"
     order = list(WORDS)
     for compared, changed in sorted(pair.rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
         if every or changed.change is not Change.SAME or changed.order_moved:

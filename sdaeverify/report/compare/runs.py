@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from ...contracts.settings import SCREENING, Settings
 from ...contracts.spelling import counted
@@ -11,9 +12,11 @@ from ...errors import UsageError
 from ...store.container import all_lanes, containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import LEVELS, Key, key_of, read_table, read_verdicts, run_of
+from ..cells import number
+from ..folders import LEVELS, Key, TextRow, key_of, read_table, read_tables, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
+from ..tables.choice import Leading
 
 # Settings that determine the noise and the step sizes.
 COMMON = ("seed", "coarsest", "levels", "block")
@@ -102,6 +105,35 @@ def verdict_pairs(old: Path, new: Path) -> list[dict[str, str]]:
     befores, afters = ({key_of(row): row["verdict"] for row in (*t.verdicts, *t.classes)} for t in tables)
     both = ((key, _verdict_in(befores, key), _verdict_in(afters, key)) for key in {**befores, **afters})
     return [{**key._asdict(), "before": before, "after": after} for key, before, after in both if before and after]
+
+
+class ConstantChange(NamedTuple):
+    """A leading weak error, known without sampling, that is another one in a later run.
+
+    Attributes
+    ----------
+    key : Key
+    before, after : Leading
+    """
+
+    key: Key
+    before: Leading
+    after: Leading
+
+
+def constant_changes(old: Path, new: Path) -> list[ConstantChange]:
+    """Return the leading weak errors of the runs in two folders that differ by more than what is known of them."""
+    befores, afters = ({key_of(row): row for row in read_tables(run).details} for run in (old, new))
+    pairs = [(key, befores[key], afters[key]) for key in befores if key in afters]
+    return [ConstantChange(key, Leading.of(a), Leading.of(b)) for key, a, b in pairs if _differ(a, b)]
+
+
+def _differ(a: TextRow, b: TextRow) -> bool:
+    before, after = Leading.of(a), Leading.of(b)
+    if not (str(before) and str(after)) or before.power != after.power:
+        return bool(str(before) and str(after))
+    known = sum(number(row, "error_constant_known") for row in (a, b))
+    return abs(before.constant - after.constant) > known
 
 
 def _verdict_in(verdicts: Mapping[Key, str], key: Key) -> str:

@@ -1,4 +1,4 @@
-"""Cells that do not apply, as ``not_applicable.csv`` has them: a row for each scheme and reason.
+"""Cells that do not apply, in the format of ``not_applicable.csv``: one row for each scheme and reason.
 
 Of S schemes, P problems and M measures most of the S P M cells do not apply, and most of the reasons are about the
 form of the problem alone. A row holds all problems and all measures of a scheme that have one reason, so that their

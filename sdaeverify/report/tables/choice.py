@@ -61,7 +61,9 @@ class Choice:
     seconds : float
         Measured time of these steps on a path.
     beyond : bool
-        Whether `steps` is extrapolated by the order because the finest step size is too coarse.
+        Whether `steps` is extrapolated by the order, or taken from the leading error: no level is as accurate.
+    leading : str
+        The leading weak error in words, such as ``-0.184 h``; empty if it is not known without sampling.
     """
 
     scheme: str
@@ -74,6 +76,7 @@ class Choice:
     steps: float = nan
     seconds: float = nan
     beyond: bool = False
+    leading: str = ""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -115,13 +118,60 @@ class CommonBasis(NamedTuple):
 OF_THE_RUN = CommonBasis()
 
 
+class Leading(NamedTuple):
+    """The leading weak error C h^p, where it is known without sampling, and the run it is of.
+
+    Attributes
+    ----------
+    constant, power : float
+        C and p; NaN where they are not known.
+    horizon : float
+        T = n h.
+    coarsest : float
+        The least number n of steps of the run.
+    """
+
+    constant: float = nan
+    power: float = nan
+    horizon: float = nan
+    coarsest: float = nan
+
+    @classmethod
+    def of(cls, details: Row, horizon: float = nan, coarsest: float = nan) -> "Leading":
+        """Return the leading error in a row of details.
+
+        Parameters
+        ----------
+        details : mapping
+        horizon : float, optional
+            T.
+        coarsest : float, optional
+            The least number of steps.
+        """
+        return cls(number(details, "error_constant"), number(details, "error_power"), horizon, coarsest)
+
+    def __str__(self) -> str:
+        if not (isfinite(self.constant) and isfinite(self.power)):
+            return ""
+        return f"{self.constant:.3g} h" + ("" if self.power == 1.0 else f"^{self.power:g}")
+
+    def steps(self, accuracy: float) -> float:
+        """Return the number of steps, no fewer than the coarsest one, with which C h^p is an accuracy; or NaN."""
+        needed = self.horizon * (abs(self.constant) / accuracy) ** (1.0 / self.power) if str(self) else nan
+        return float(ceil(max(needed, self.coarsest))) if isfinite(needed) else nan
+
+
+UNKNOWN = Leading()
+
+
 @dataclass(frozen=True)
 class Curve:
-    """Comparable errors of a scheme, coarsest first, and the time of one of its steps."""
+    """Comparable errors of a scheme, coarsest first, the time of one of its steps, and its leading error."""
 
     row: VerdictRow
     points: tuple[tuple[float, float], ...]
     step_seconds: float
+    leading: Leading = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -180,9 +230,15 @@ def curves(rows: Iterable[VerdictRow], levels: Iterable[Row], details: Iterable[
         Rows of the levels, and of the details of all measures.
     """
     of_levels = grouped(levels, key_of)
-    times = {key_of(row): number(row, "step_seconds") for row in details}
+    told = {key_of(row): row for row in details}
     wanted = (row for row in rows if row.measure in ERRORS)
-    return [Curve(row, tuple(_points(of_levels.get(row.key, ()))), times.get(row.key, nan)) for row in wanted]
+    return [_curve(row, of_levels.get(row.key, ()), told.get(row.key, {})) for row in wanted]
+
+
+def _curve(row: VerdictRow, levels: Sequence[Row], details: Row) -> Curve:
+    known = [(number(level, "steps"), number(level, "h")) for level in levels]
+    n, h = min(((n, h) for n, h in known if isfinite(n)), default=(nan, nan))
+    return Curve(row, tuple(_points(levels)), number(details, "step_seconds"), Leading.of(details, n * h, n))
 
 
 def _points(levels: Iterable[Row]) -> Iterator[tuple[float, float]]:
@@ -281,7 +337,7 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
 def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
     """Return the scheme for the common reference: verified, of the highest order, with the least error.
 
-    It is empty if no scheme is verified in the quantity and not refuted in another one.
+    The result is empty if no scheme is verified in the quantity without a refutation in another one.
 
     Parameters
     ----------
@@ -347,8 +403,11 @@ def _choice(curve: Curve, noise: str, accuracy: float) -> Choice:
     row, order = curve.row, known_order(curve.row)[0].value
     at, error = curve.points[-1] if curve.points else (nan, nan)
     steps, beyond = _steps(curve.points, accuracy, order)
-    seconds = steps * curve.step_seconds
-    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, at, steps, seconds, beyond)
+    if not isfinite(steps) and isfinite(accuracy):
+        steps = curve.leading.steps(accuracy)
+        beyond = isfinite(steps)
+    seconds, leading = steps * curve.step_seconds, str(curve.leading)
+    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, at, steps, seconds, beyond, leading)
 
 
 def _steps(points: Sequence[tuple[float, float]], accuracy: float, order: float) -> tuple[float, bool]:

@@ -1,4 +1,4 @@
-"""What is known of each claim: on problems, for classes of equations, and by hunts."""
+"""Findings on each claim of a run: on problems, for classes of equations, and by hunts."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ PROBLEMS, CLASSES, MEMBERS = "problems", "classes", "members"
 VERIFIED, REFUTED, UNDECIDED, UNMEASURED = OUTCOMES = ("verified", "refuted", "undecided", "not measured")
 UNTESTED = "tested nowhere"
 WORST_FIRST = (REFUTED, UNMEASURED, UNDECIDED, VERIFIED)
-# What a verdict says of a claim; a row without a claim has none of these.
+# Outcome of a claim for each verdict on a claim; other verdicts have no outcome.
 OUTCOME_OF = {
     "verified": VERIFIED,
     "refuted": REFUTED,
@@ -28,21 +28,21 @@ OUTCOME_OF = {
     "not_run": UNMEASURED,
 }
 WHERE = {PROBLEMS: "on problems", CLASSES: "for classes of equations", MEMBERS: "on random members of forms"}
-# Objects on which a claim is refuted that are named in a line.
+# Largest number of problems and classes that are named in the line of a refuted claim.
 MOST_NAMED = 3
 
 
 class ClaimHunt(NamedTuple):
-    """What a hunt says of a claim.
+    """Result of a hunt for a claim.
 
     Attributes
     ----------
     form : str
-        Of the examples.
+        Form of the examples.
     examples : int
-        Examples that the claim is about.
+        Number of examples to which the claim applies.
     refuted : bool
-        Whether one of them refutes it, and a run on it, too.
+        Whether an example and a run on it refute the claim.
     """
 
     form: str
@@ -51,27 +51,27 @@ class ClaimHunt(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """The result in words."""
         found = "refuted" if self.refuted else "not refuted"
         return f"{found} by a hunt, {counted(self.examples, 'example')} of {self.form}"
 
 
 @dataclass(frozen=True)
 class KnownClaim:
-    """What is known of a claim.
+    """A claim with its findings.
 
     Attributes
     ----------
     scheme, measure, claim : str
-        Label of the scheme, name of the measure, the claim in words.
+        Label of the scheme, name of the measure, and claim in words.
     when : tuple of str
         Traits that a problem must have, joined by *and*; alternatives, if the claim is made several times.
     sources : tuple of str
-        Who claims it.
+        Sources of the claim.
     counts : mapping of str to Counter
-        By kind of object (``problems``, ``classes``, ``members``), how many findings have which outcome.
+        Number of findings by outcome, for each kind of object: ``problems``, ``classes``, ``members``.
     refuted_on : tuple of str
-        Problems and classes on which it is refuted.
+        Problems and classes on which the claim is refuted.
     hunts : tuple of ClaimHunt
     """
 
@@ -86,14 +86,14 @@ class KnownClaim:
 
     @property
     def worst(self) -> str:
-        """The worst outcome on any object; examples of a hunt that refute nothing leave a claim undecided."""
+        """Worst outcome on any object; a claim with no findings but hunts that refute nothing is undecided."""
         hunted = {REFUTED if hunt.refuted else UNDECIDED for hunt in self.hunts}
         found = {outcome for counts in self.counts.values() for outcome in counts} or hunted
         return next((each for each in WORST_FIRST if each in found | (hunted & {REFUTED})), UNTESTED)
 
     @property
     def sentence(self) -> str:
-        """All of it in a line."""
+        """Claim and findings in one line."""
         where = f" where the problem has {', or '.join(self.when)}" if self.when else ""
         parts = [_counts_in_words(WHERE[kind], found) for kind, found in self.counts.items() if found]
         if self.refuted_on:
@@ -105,7 +105,7 @@ class KnownClaim:
 
     @property
     def record(self) -> dict[str, Any]:
-        """All of it for JSON."""
+        """Claim and findings for JSON."""
         named = {name: getattr(self, name) for name in ("scheme", "measure", "claim")}
         lists = {name: [*getattr(self, name)] for name in ("when", "sources", "refuted_on")}
         counts = {kind: {each: found[each] for each in OUTCOMES} for kind, found in self.counts.items()}
@@ -113,14 +113,14 @@ class KnownClaim:
 
 
 class Claimed(NamedTuple):
-    """Which claim something is about; empty words where it is about each claim of a measure."""
+    """Claim that a finding is about; `words` is empty if the finding is about all claims of a measure."""
 
     scheme: str
     measure: str
     words: str
 
 
-# Kind of object, name of the object, outcome.
+# A finding as kind of object, name of the object, and outcome.
 Told = tuple[str, str, str]
 
 
@@ -129,18 +129,18 @@ def known_claims(
     claims: Iterable[SavedClaim],
     attacks: Iterable[SavedAttack] = (),
 ) -> list[KnownClaim]:
-    """Return what is known of each claim of a run; claims of a scheme with the same words are one.
+    """Return all claims of a run with their findings; claims of a scheme with the same words are merged.
 
-    A row without a claim that could not be measured counts for each claim about its measure.
+    A row that has no claim and could not be measured counts for each claim about its measure.
 
     Parameters
     ----------
     rows : iterable of VerdictRow
-        On problems and for classes.
+        Verdicts on problems and on classes.
     claims : iterable of SavedClaim
-        All that the schemes of the run claim.
+        Claims of the schemes of the run.
     attacks : iterable of SavedAttack
-        Of the hunt of the run.
+        Results of the hunt of the run.
     """
     made = grouped(claims, lambda each: Claimed(each.scheme, each.measure, each.claim))
     found = grouped(_told(rows), lambda told: told[0])
@@ -155,14 +155,14 @@ def known_claims(
 
 
 def claims_table(rows: Iterable[VerdictRow], run: Mapping[str, Any]) -> pd.DataFrame:
-    """Return what is known of each claim as a table; counts have columns such as ``problems.verified``.
+    """Return the claims with their findings as a table; counts have columns such as ``problems.verified``.
 
     Parameters
     ----------
     rows : iterable of VerdictRow
-        On problems and for classes.
+        Verdicts on problems and on classes.
     run : mapping
-        The contents of ``run.json``.
+        Contents of ``run.json``.
     """
     known = known_claims(rows, claims_of(run))
     return pd.json_normalize([each.record for each in known]).drop(columns="hunts", errors="ignore")

@@ -40,7 +40,7 @@ DETAILS = (
     Column("traceback", "traceback of the error; empty without an error"),
     number_column("step_seconds", "mean time of a step on a path, including the recording of results", "s"),
 )
-# The name of the details of what is said of classes of equations.
+# Name of the table of details of verdicts on classes of equations.
 CLASSES = "classes"
 CLASS_FURTHER = (
     Column("motions", "largest number of Brownian motions examined", WHOLE),
@@ -57,7 +57,7 @@ CLASS_FURTHER = (
     Column("premise", "what a refuted scheme solves instead, if known; premises of the conditions, or why one fails"),
 )
 CLASS_DETAILS = (*NAMES, *CLASS_FURTHER)
-# Of a result, which tells what a row of the verdicts and one of the details have together.
+# Columns of the classes of a result, each row of which joins a row of verdicts and a row of details.
 CLASS_COLUMNS = (
     NAMES[0],
     Column("class", "class of equations; the verdict holds for every smooth equation of the class"),

@@ -133,7 +133,7 @@ class _Runner:
     def note(self, problem: Problem, truth: Parts, asked: tuple[str, str], t: float) -> None:
         """Record the errors at time `t`.
 
-        They are a running maximum of the norm, the norm at `t`, or the difference of an observable.
+        Errors are a running maximum of the norm, the norm at `t`, or the difference of an observable.
         """
         if self.broken or not truth:
             return

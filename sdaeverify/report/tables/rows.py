@@ -46,7 +46,7 @@ class Rows(NamedTuple):
     absent : list of dict
         Cells that do not apply.
     details : dict of str to list of dict
-        Further columns of the verdicts, by measure; those of classes under the name ``classes``.
+        Further columns of the verdicts, by measure; ``classes`` for verdicts on classes.
     classes : list of VerdictRow
         Verdicts on classes of equations.
     """
@@ -58,7 +58,7 @@ class Rows(NamedTuple):
 
     @property
     def every(self) -> list[VerdictRow]:
-        """The rows of ``verdicts.csv``."""
+        """All rows of ``verdicts.csv``, those on problems first."""
         return [*self.verdicts, *self.classes]
 
     @property
@@ -121,7 +121,7 @@ def classes_table(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, object]]:
-    """Return the rows of a table."""
+    """Return the rows of a table as mappings."""
     return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 

@@ -11,12 +11,20 @@ from ...contracts.claimed import Order
 from ...contracts.finding import Finding, Verdict
 from ...contracts.measure import Measure
 from ...contracts.scheme import Claim, Scheme
+from ...errors import FAULTS
+from ...forms import Problem
+from ...probe.local.solved_instead import Given, Rates, measured_at, squares
+from ...probe.local.step_law import short_steps
+from ...probe.step.states import states_near_start
+from ...probe.step.times import first_time
 from ...trees.class_row import RANDOM_MEMBERS, ClassRow
 from .classes import MemberClass, accepts, member_classes, member_of
 
 # Members on which each claim is tested. One member shows every wrong coefficient with probability one; a second keeps
 # the defect away from rounding. A refutation also needs two, since one draw may be near a degenerate equation.
 MEMBERS = 2
+# Exponent s of the noise of a step, of size h^s, that a consistent step has.
+WHITE = 0.5
 # Of orders; further digits depend on the member.
 DIGITS = 3
 
@@ -77,7 +85,9 @@ def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], 
             answer = _ask(scheme, kind, measure, seed, range(MEMBERS)) if own else Answer(())
             if any(answer.findings):
                 row = _row(scheme, kind, own, answer, _judge(scheme, kind, measure, seed, answer))
-                yield replace(row, motions=member_of(kind, seed, 0).noise_dim)
+                member = member_of(kind, seed, 0)
+                named = member_mistake(scheme, kind, member) if row.verdict is Verdict.REFUTED else ""
+                yield replace(row, motions=member.noise_dim, mistake=named)
 
 
 def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> MemberClass:
@@ -148,3 +158,33 @@ def _row(
         promise=promise,
         conditions=RANDOM_MEMBERS,
     )
+
+
+def member_mistake(scheme: Scheme, kind: MemberClass, member: Problem) -> str:
+    """Return in a sentence which mistake explains the rates of a scheme's steps on a member, or an empty text.
+
+    The rates of mean and square of short steps at states near the start are compared with those that each mistake of
+    the class makes of the member. Nothing is said where steps have the rates of the equation, where no mistake
+    explains them to the resolution, and where several do.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+    member : Problem
+        Of the class, in the scheme's form.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            step = short_steps(scheme, member) if kind.of.mistakes else None
+            if step is None:
+                return ""
+            t, x = first_time(member.horizon), states_near_start(step.view, step.equation)
+            measured = measured_at(step, [Given(step.equation, t, x)])
+            if measured is None or not measured.differs or measured.power != WHITE:
+                return ""
+            made = {each.sentence: each.coefficients(member, t, x) for each in kind.of.mistakes}
+    except FAULTS:
+        return ""
+    found = [sentence for sentence, (f, B) in made.items() if measured.explained_by([Rates(f, squares(B))])]
+    return found[0] if len(found) == 1 else ""

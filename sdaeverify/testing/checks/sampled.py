@@ -24,7 +24,7 @@ from .solutions import solution
 
 # Simulations for the comparison of truths: Euler's scheme and known solutions, on the same Brownian paths.
 #
-# They use the noise generator of the ensemble that judges schemes, and none of its other code.
+# Simulations use the noise generator of the ensemble that judges schemes, and none of its other code.
 
 
 # Steps of the coarsest grid: simulations are compared at T/2 and at T.

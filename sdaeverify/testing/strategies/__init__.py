@@ -10,9 +10,9 @@
         problem = example.build()
 
 An `Example` is a record of numbers, among them those of the terms a cos(k.z + w t + p) of each coefficient. Its
-properties hold by construction: diagonal noise is diagonal, the constraint of an equation of index 1 has |G_y| <=
-1/2, and the gradient of a holonomic constraint vanishes nowhere. Its ``source`` is a plugin file whose problem
-``counterexample(horizon)`` is the one that ``build()`` returns.
+properties hold by construction: diagonal noise is diagonal, the constraint of an equation of index 1 has
+|G_y| <= 1/2, and the gradient of a holonomic constraint vanishes nowhere. Its ``source`` is a plugin file whose
+problem ``counterexample(horizon)`` is the one that ``build()`` returns.
 
 The strategies require hypothesis: ``pip install 'sdaeverify[hunt]'``.
 """

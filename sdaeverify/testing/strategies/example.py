@@ -169,7 +169,7 @@ class Example:
     def dropped(self, terms: Drop) -> Self:
         """Return the example without some terms.
 
-        They are removed from all columns alike, so that columns that commute still do.
+        The terms are removed from all columns of the noise, so that commuting columns still commute.
         """
         given = getattr(self, terms.name)
         fewer = partial(without, row=terms.row, place=terms.place)

@@ -4,10 +4,10 @@ Overdamped dynamics dx = -grad V dt + sqrt(2 kT) dW have the density rho = exp(-
 rho (1 + h^p g) with L g = -q, where int L_p u rho = int u q rho (Abdulle, Vilmart & Zygalakis 2014). If g is a sum of
 products of derivatives of V, the scheme samples V - kT h^p g to leading order.
 
-Langevin dynamics satisfy <L_p u> + <L u>_p = 0 for the change <.>_p of means. For the energy u, L u is gamma (d kT -
-|p|^2), so that the change of the kinetic temperature follows from means with respect to the exact law. Up to p = 2
-these are, by integration by parts, multiples of the mean of the Laplacian of U and of powers of gamma, which a
-harmonic potential determines (Leimkuhler & Matthews 2013).
+Langevin dynamics satisfy <L_p u> + <L u>_p = 0 for the change <.>_p of means. For the energy u, L u is
+gamma (d kT - |p|^2), so that the change of the kinetic temperature follows from means with respect to the exact law.
+Up to p = 2 these are, by integration by parts, multiples of the mean of the Laplacian of U and of powers of gamma,
+which a harmonic potential determines (Leimkuhler & Matthews 2013).
 """
 
 from collections.abc import Iterator, Sequence

@@ -115,7 +115,7 @@ def told_apart(trees: Iterable[Tree], scaled: frozenset[str], top: int) -> dict[
     scaled : frozenset of str
         Names of scaled nodes.
     top : int
-        That weight. Products, which do not accumulate over steps, are limited to two less.
+        Largest weight of `trees`. Products, which do not accumulate over steps, are limited to two less.
     """
     groups: dict[tuple[Tree, int], list[Tree]] = {}
     for each in trees:

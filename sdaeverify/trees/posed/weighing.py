@@ -7,11 +7,11 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
+from ...forms.tree_class import TIME_0
 from ...probing import Nodes, OneStep
 from .. import Grove, Posed, TreeClass
 from ..grow import Tree, closed_sets
 from ..relatives import driven
-from ..sdes.universal import TIME_0
 from ..weights import IMPLICIT, LARGEST, NoStepError, moved
 from .grammar import grove_of
 

@@ -9,9 +9,9 @@ detect because its derivatives are nilpotent. For y = A x + c with A from R^5 on
 is related to g for every k, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. The shift s of time
 detects a step that takes a coefficient at time 0 instead of t, because trees of low weight have no leaf t.
 
-The test is repeated with an equation `above` that is far out, X = 2^20 x + C with some of five motions, and with an
-equation `below` at late times: a step that clips at 10, freezes coefficients at t = 1 or scales the fourth motion
-commutes with the maps of the first pair.
+The test is repeated with equations `above` that are far out, X = 2^20 x + C with some of five motions, and with both
+equations at random times: a step that clips at 10, freezes coefficients at t = 1, is different at each eighth
+multiple of its size or scales the fourth motion commutes with the maps of the first pair.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
-from ...forms.tree_class import FAR, LATE, LATER, Relatives, among, far_states, placements
+from ...forms.tree_class import FAR, LATER, Relatives, among, distant_delays, far_states, placements
 from ...probing import Nodes, OneStep
 from ..classes import EquationClass
 from ..weights import stepped
@@ -136,30 +136,32 @@ class Family:
 
     @cached_property
     def distant(self) -> tuple[Relatives, ...]:
-        """Pairs with `above` as X = `FAR` x + C, its motions placed among five, and with `below` at late times.
+        """Pairs with `above` as X = `FAR` x + C, its motions placed among five, and with both at random times.
 
         Empty for a linear class, because schemes that read A and a of A x + a from values at unit vectors would lose
         A to rounding of a.
         """
         if self.kind.linear:
             return ()
-        (f, B), (F, K), A = self.below, self.above, self.map
-        late = LATE - LATER
-        below = _equation(self.kind, lambda t, y: f(t - late, y), lambda t, y: B(t - late, y), self._start_below, [])
-        rng, C = np.random.Generator(np.random.Philox(key=SEED + 1)), -FAR * self.start[:, None]
-        maps = {"x": (A / FAR, self.shift - A @ C / FAR)}
-
-        def above(placed: Array) -> SDE:
-            return _equation(
-                self.kind,
-                lambda t, x: FAR * F(t, (x - C) / FAR),
-                lambda t, x: FAR * np.einsum("dlp,lm->dmp", K(t, (x - C) / FAR), placed),
-                0.0 * self.start,
-                [],
-            )
-
+        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
         placed = placements(len(self._motions)) if self.kind.motions is None else [self._motions]
-        return among([Relatives(below, above(each), maps, each, LATE) for each in placed], far_states(rng, HIGH))
+        pairs = [self._far(placed[k % len(placed)], *each) for k, each in enumerate(distant_delays(rng))]
+        return among(pairs, far_states(rng, HIGH))
+
+    def _far(self, placed: Array, delay: float, later: float) -> Relatives:
+        """Return a pair whose equations above and below are delayed."""
+        (f, B), (F, K), A = self.below, self.above, self.map
+        late, C = later - LATER, -FAR * self.start[:, None]
+        below = _equation(self.kind, lambda t, y: f(t - late, y), lambda t, y: B(t - late, y), self._start_below, [])
+        above = _equation(
+            self.kind,
+            lambda t, x: FAR * F(t - delay, (x - C) / FAR),
+            lambda t, x: FAR * np.einsum("dlp,lm->dmp", K(t - delay, (x - C) / FAR), placed),
+            0.0 * self.start,
+            [],
+        )
+        maps = {"x": (A / FAR, self.shift - A @ C / FAR)}
+        return Relatives(below, above, maps, placed, later, delay=delay)
 
     def solves(self, scheme: Scheme, nodes: Nodes) -> bool:
         """Return whether a step uses the derivative of the drift."""

@@ -22,12 +22,12 @@ import scipy
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
-from ...forms.tree_class import FAR, LATE, PLACES, Relatives, among, far_states, placements
+from ...forms.tree_class import FAR, PLACES, TIME_0, Relatives, among, distant_delays, far_states, placements
 from ...probing import Nodes, OneStep
 from ..grow import DRIFT, TIME, Tree, closure
 from ..weights import stepped
 from .equivariance import Coefficient
-from .universal import NOISE, TIME_0, with_rows
+from .universal import NOISE, with_rows
 
 SEED = 20260103
 # Number of sines per coefficient and of constant components; rates of the sines in x, and their factor in p.
@@ -183,23 +183,25 @@ class RichEquation:
 
     @cached_property
     def distant(self) -> tuple[Relatives, ...]:
-        """The equation far out, X = `FAR` x + C with its components placed among five, and at late times."""
+        """The equation far out, X = `FAR` x + C with its components placed among five, and at random times."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 2))
         C = FAR * rng.uniform(-1.0, 1.0, (PLACES + STILL, 1))
+        placed = placements(self.motions)
+        pairs = [self._far(placed[k % len(placed)], C, *each) for k, each in enumerate(distant_delays(rng))]
+        return among(pairs, far_states(rng, PLACES + STILL))
 
-        def pair(placed: Array) -> Relatives:
-            S = scipy.linalg.block_diag(placed, np.eye(STILL))
-            above = self._as_sde(
-                lambda t, x: FAR * (S.T @ self.drift(t, S @ (x - C) / FAR)),
-                lambda t, x: FAR * np.einsum("ij,ikp,kl->jlp", S, self.diffusion(t, S @ (x - C) / FAR), S),
-                C[:, 0],
-            )
-            return Relatives(below, above, {"x": (S / FAR, -S @ C / FAR)}, S, LATE)
-
-        below = self._as_sde(
-            lambda t, x: self.drift(t - LATE, x), lambda t, x: self.diffusion(t - LATE, x), self.x[:, 0]
+    def _far(self, placed: Array, C: Array, delay: float, later: float) -> Relatives:
+        """Return a pair of the equation far out and this one, both delayed."""
+        S = scipy.linalg.block_diag(placed, np.eye(STILL))
+        above = self._as_sde(
+            lambda t, x: FAR * (S.T @ self.drift(t - delay, S @ (x - C) / FAR)),
+            lambda t, x: FAR * np.einsum("ij,ikp,kl->jlp", S, self.diffusion(t - delay, S @ (x - C) / FAR), S),
+            C[:, 0],
         )
-        return among([*map(pair, placements(self.motions))], far_states(rng, PLACES + STILL))
+        below = self._as_sde(
+            lambda t, x: self.drift(t - later, x), lambda t, x: self.diffusion(t - later, x), self.x[:, 0]
+        )
+        return Relatives(below, above, {"x": (S / FAR, -S @ C / FAR)}, S, later, delay=delay)
 
     def _as_sde(self, drift: Coefficient, diffusion: Coefficient, start: Array, **given: Any) -> SDE:
         return SDE(

@@ -18,10 +18,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import SDE
+from ...forms.tree_class import TIME_0
 from ..grow import DRIFT, TIME_LEAF, Tree
 
-# Initial time of the trees; the horizon of the problem is 1.
-TIME_0 = 0.34375
+# Noise that the problem declares; its horizon is 1.
 NOISE = frozenset({"dW", "H", "K", "A"})
 
 
