@@ -103,7 +103,7 @@ class Bound:
 
     def __post_init__(self) -> None:
         if (self.at is None) is (self.text == ERROR) or not 0 < (1 if self.at is None else self.at) < inf:
-            text = "a bound of an error names one positive step size at which it holds, and no other bound does"
+            text = "a bound on an error needs the one positive step size at which it holds, other bounds take none"
             raise SchemeError(f"{text}; got {self.text!r} at {self.at!r}")
         if not (0 < self.most < inf and 0 < self.share <= 1):
             given = f"{self.text!r}, {self.most!r} in a share {self.share!r} of the steps"
@@ -191,6 +191,6 @@ def as_value(
 
 def _require_bound(bound: float | None, share: float | None, at: float | None) -> None:
     if share is not None and bound is None:
-        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+        raise SchemeError(f"a share is the part of the steps in which a bound holds; got {share!r} without bound")
     if at is not None and bound is None:
-        raise SchemeError(f"a step size is that at which a bound holds; got at = {at!r} without a bound")
+        raise SchemeError(f"at is the step size at which a bound holds; got at = {at!r} without a bound")

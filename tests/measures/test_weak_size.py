@@ -93,7 +93,7 @@ def test_what_is_not_known_is_left_open_and_says_what_would_decide():
 
     assert {row["verdict"] for row in (other, same)} == {"inconclusive"}
     assert "not 10 (--levels)" in other["reason"]
-    assert "attach a Moment of x" in same["reason"]
+    assert "unless a Moment of x is attached" in same["reason"]
 
 
 def with_truth(mean):
@@ -142,15 +142,15 @@ def test_a_bound_of_the_size_of_the_observable_says_nothing():
     row = rows("gbm", bound(5.0, 1.0 / STEPS, "x"))["x@h=0.0833333"]
 
     assert row["verdict"] == "inconclusive"
-    assert "says nothing" in row["reason"]
+    assert "no error exceeds it" in row["reason"]
 
 
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"value": "error", "bound": 0.1}, "names one positive step size"),
-        ({"value": "unbiased", "bound": 0.1, "at": 0.1}, "names one positive step size"),
-        ({"value": "error", "bound": 0.1, "at": -0.1}, "names one positive step size"),
+        ({"value": "error", "bound": 0.1}, "needs the one positive step size"),
+        ({"value": "unbiased", "bound": 0.1, "at": 0.1}, "needs the one positive step size"),
+        ({"value": "error", "bound": 0.1, "at": -0.1}, "needs the one positive step size"),
         ({"value": 1.0, "at": 0.1}, "without a bound"),
     ],
 )

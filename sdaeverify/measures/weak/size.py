@@ -49,7 +49,7 @@ WEAK, AT_STEPS = "weak", "at claimed step sizes"
 # Rounding: the number of steps to the horizon is a whole one up to that of h and T, relative.
 WHOLE = 1e-9
 BY_MOMENTS, BY_OPERATOR, ALONG_PATHS = Method("moments", 2), Method("transition operator", 2), Method("paths", 3)
-UNKNOWN = Reason("without sampling, this error is known for quadratic means of linear equations and on charts alone")
+UNKNOWN = Reason("without sampling, this error is known only for quadratic means of linear equations and on charts")
 
 
 def error_constant(evidence: Evidence, observable: str) -> Coefficient | None:
