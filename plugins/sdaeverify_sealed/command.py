@@ -60,9 +60,9 @@ SILENT = {Verdict.VERIFIED}
 def sealed(**asked: Any) -> ExitCode:
     """Run solvers that draw their own random numbers, and judge the law of what they return.
 
-    SOLVER is a name, with parameters or as a glob; all but planted ones if left out. A claim about `weak` is of the
-    errors of observables at the horizon, one about `invariant` of those of stationary means: an order in h, or
-    `unbiased` within a bound. Each step size has runs and seeds of its own.
+    SOLVER is a name, with parameters or as a glob; all but planted ones and those of other libraries if left out. A
+    claim about `weak` is of the errors of observables at the horizon, one about `invariant` of those of stationary
+    means: an order in h, or `unbiased` within a bound. Each step size has runs and seeds of its own.
     """
     begun, registry = time.monotonic(), load_and_warn(asked["plugins"], lab=True)
     budget = Budget(asked["paths"], asked["looks"], _numbers(asked["steps"]), asked["seed"])

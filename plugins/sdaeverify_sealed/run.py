@@ -88,7 +88,9 @@ class Measured(NamedTuple):
 
 
 def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Sealed]:
-    """Return the solvers that labels and globs mean, each once; all but planted ones where there are none.
+    """Return the solvers that labels and globs mean, each once.
+
+    Without any, they are all but planted ones and those that run on request.
 
     Parameters
     ----------
@@ -103,7 +105,8 @@ def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Sealed]:
     """
     entries, found = registry.entries.get(HOOK, {}), dict[str, Sealed]()
     if not patterns:
-        return [entry.thing for name, entry in entries.items() if not name.startswith(PLANTED)]
+        free = (entry.thing for name, entry in entries.items() if not name.startswith(PLANTED))
+        return [solver for solver in free if not solver.on_request]
     for pattern in patterns:
         name, texts = parse_label(pattern)
         names = [known for known in entries if fnmatchcase(known, pattern)] or [name]

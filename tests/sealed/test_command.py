@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from facade import ExitCode, execute
+from sdaeverify_sealed.run import select_solvers
+from sealed.solving import registry
 
 pytestmark = pytest.mark.long
 HERE = Path(__file__).parent
@@ -55,6 +57,11 @@ def test_the_solver_of_the_how_to_is_judged(run):
     assert code is ExitCode.OK
     assert "verified" in said.out
     assert "exact-ou" in said.out
+
+
+def test_nothing_depends_on_which_libraries_are_installed():
+    """Without a name, solvers of other libraries and planted ones are left out."""
+    assert {made.name for made in select_solvers(registry(), [])} == {"own-baoab", "own-euler", "own-platen"}
 
 
 @pytest.mark.parametrize(
