@@ -4,15 +4,13 @@ With e_l = E phi(X_l) - E phi(X) at step sizes h_0 > ... > h_L, and q = p - marg
 
     verified    |e_L| < (h_L/h_0)^q |e_0|,   |r| < |e_0 - r|/4,   r = (e_L - s e_{L-1})/(1 - s),   s = (h_L/h_{L-1})^p
     slow        |e_L| > (h_L/h_J)^q |e_J|   for every J < L
-    wrong limit |e_L| > (h_L/h_J)^(1/4) |e_J|   for every J < L
 
 No logarithm of a noisy number is tested: each line is a comparison of absolute values of expectations (`outweighs`),
 valid whatever the noise is. The error of the mean is known at each step size by itself, because the mean of the
-solution is; a limit that is wrong is an error that does not fall. No scheme converges with an order of less than 1/2.
-What is left of an error c h^p is r: an error that falls on its way to another limit is not verified. Nor is one that
-does not fall as claimed from h_{L-1} to h_L at the run's confidence, or whose local order surely falls below the
-claim if it changes once more as it did last. Errors that change their sign, or that grow
-before they fall, refute nothing: steps are too coarse for an order.
+solution is; a limit that is wrong is an error that does not fall. It is said of one that is slow for an order of 1/4.
+What is left of an error c h^p is r: an error that falls on its way to another limit is not verified. Nor is one whose
+local order, changed once more as it changed last, is surely below the claim; one whose local order may reach the
+claim in this way is not slow. Errors that change their sign refute nothing: steps are too coarse for an order.
 """
 
 from collections.abc import Iterator, Sequence
@@ -46,13 +44,10 @@ from .sample import Sample
 
 __all__ = ["Asked", "Question", "ask", "judge"]
 
-# Half of the least order that a scheme can have: an error that falls more slowly tends to another limit.
+# Half of the least order that a scheme can have: of an error that falls more slowly it is said that it does not fall.
 LIMIT = 0.25
 # Confidence at which a local order that rises with refinement may still reach what is claimed: as of chains.
 REACHES = 0.95
-# As of weak orders along paths: no order shows on errors of more than this part of the observable, and what is found
-# at this level withholds a verdict and gives none.
-COARSE, SUSPECT = 0.25, 0.01
 # As of chains: a limit is confirmed if it is known up to this part of the error at the coarsest step size.
 CONFIRMED = 0.25
 UNBIASED = "unbiased"
@@ -139,22 +134,14 @@ def _of_order(
     assert claim is not None
     spent = len(sample.sizes)
     falls = min(1.0, spent * min(p_falls(e, h, claimed, bias) for e in errors))
-    finest, reaches = _p_faster(errors[-1][:, -2:], h[-2:], claimed.floor, bias), may_reach(errors[-1], h, claimed)
-    if finest > 1.0 - question.confidence or not reaches:
-        falls = 1.0
     slow = min(1.0, spent * min(p_slower(e, h, claimed.floor, bias) for e in errors))
-    wrong = min(1.0, spent * min(p_slower(e, h, LIMIT, bias) for e in errors))
+    reaches = may_reach(errors[-1], h, claimed)
     slope = slope_of(errors[-1], h)
-    growth = max(
-        sample_growth(p_falls(errors[-1], h, claimed, bias), evidence.level / spent, GROUPS),
-        sample_growth(finest, 1.0 - question.confidence, GROUPS),
-    )
+    growth = sample_growth(p_falls(errors[-1], h, claimed, bias), evidence.level / spent, GROUPS)
     reason = _figures(errors[-1], h).then(order_tests(claim, slope, evidence, of="in law").reason)
-    if wrong <= evidence.level:
+    if not reaches and p_slower(errors[-1], h, LIMIT, bias) <= 1.0 - question.confidence:
         reason = reason.then(Reason("the error does not fall", Kind.WRONG_LIMIT))
-    rising = reaches or is_coarse(errors[-1], _size(sample, asked.quantity))
-    refuted = min(1.0, 2.0 * min(wrong, 1.0 if rising else slow))
-    tests = PathTests(falls, refuted, reason, growth, min(slow, wrong), limit=wrong)
+    tests = PathTests(falls if reaches else 1.0, 1.0 if reaches else slow, reason, growth, slow)
     if not first_is_seen(errors[-1]):
         reason = reason.then("no error is seen at the coarsest step size: take coarser steps, or claim `unbiased`")
         tests = tests._replace(reason=reason)
@@ -196,13 +183,8 @@ def p_falls(errors: Array, h: Array, claimed: Order, bias: float = 0.0) -> float
     shrunk = float((h[-1] / h[-2]) ** claimed.least)
     rest = (errors[:, -1] - shrunk * errors[:, -2]) / (1.0 - shrunk)
     confirmed = _exceeds(CONFIRMED * (errors[:, 0] - rest), rest, (1.0 + CONFIRMED) * bias)
-    return max(_p_faster(errors, h, claimed.floor, bias), confirmed)
-
-
-def _p_faster(errors: Array, h: Array, order: float, bias: float) -> float:
-    """Return the p-value of the hypothesis that the finest error is no smaller than an order makes the coarsest."""
-    ratio = float((h[-1] / h[0]) ** order)
-    return _exceeds(ratio * errors[:, 0], errors[:, -1], (1.0 + ratio) * bias)
+    ratio = float((h[-1] / h[0]) ** claimed.floor)
+    return max(_exceeds(ratio * errors[:, 0], errors[:, -1], (1.0 + ratio) * bias), confirmed)
 
 
 def p_slower(errors: Array, h: Array, order: float, bias: float = 0.0) -> float:
@@ -249,28 +231,18 @@ def may_reach(errors: Array, h: Array, claimed: Order) -> bool:
         return not jackknife(errors, ONES, ahead).upper_bound(REACHES) < claimed.floor
 
 
-def is_coarse(errors: Array, size: float) -> bool:
-    """Return whether the error at the finest step size is of the size of the observable, so that no order shows."""
-    return bool(abs(errors[:, -1].mean()) > COARSE * size)
-
-
 def why_no_order(errors: Array) -> str:
     """Return why errors tell neither an order nor a limit, or an empty string.
 
-    Errors a h - b h^2 change their sign, or grow down to some step size and fall from there on.
+    Errors a h - b h^2 that change their sign between step sizes do not fall at those near the root.
 
     Parameters
     ----------
     errors : ndarray, shape (G, L + 1)
     """
     means = errors.mean(axis=0)
-    if means.min() < 0.0 < means.max():
-        return "the error changes its sign between step sizes: finer steps would decide"
-    top = int(np.argmax(np.abs(means)))
-    if 0 < top < len(means) - 1:
-        sure = max(_exceeds(errors[:, top], errors[:, at], 0.0) for at in (0, -1))
-        return "the error grows before it falls: finer steps would decide" if sure <= SUSPECT else ""
-    return ""
+    changes = means.min() < 0.0 < means.max()
+    return "the error changes its sign between step sizes: finer steps would decide" if changes else ""
 
 
 def _figures(errors: Array, h: Array) -> Reason:

@@ -54,7 +54,7 @@ class OpenMM(Sealed):
 
     name: ClassVar[str] = "openmm-langevin-middle"
     form: ClassVar[type[Langevin]] = Langevin
-    steps: ClassVar[tuple[int, ...]] = (2, 4, 8)
+    steps: ClassVar[tuple[int, ...]] = (1, 2, 4)
     # What a run of everything contains shall not depend on which other libraries are installed.
     on_request: ClassVar[bool] = True
     source: ClassVar[str] = f"{LIBRARY}; Eastman et al. 2024"

@@ -19,7 +19,7 @@ MORE, HALF = Budget(paths=2**18, looks=3), Budget(paths=2**17, looks=3)
 OU = ("planted-half-drift", "planted-loud", "planted-clipped")
 LANGEVIN = [
     ("planted-warm", "own-baoab", ("invariant", "q^2"), MORE),
-    ("planted-first-order", "own-euler", ("weak", "p^2"), SMALL),
+    ("planted-first-order", "own-euler", ("weak", "p^2"), HALF),
     ("planted-shared", "own-euler", ("standard errors", "weak means"), SMALL),
     ("planted-seedless", "own-euler", ("own seeds", ""), SMALL),
 ]
@@ -56,11 +56,13 @@ def test_a_planted_solver_is_refuted_and_its_twin_verified(wrong, right, row, bu
         ("own-baoab", "harmonic-langevin"),
     ],
 )
-def test_right_solvers_are_refuted_on_no_seed(name, label):
-    """On 20 seeds, no claim or check of a right solver is refuted."""
-    for seed in range(1, 21):
-        found = verdicts([solver(name)], label, Budget(paths=2**15, looks=2, seed=seed))
-        assert [row for row, verdict in found.items() if verdict == "refuted"] == []
+def test_right_solvers_are_refuted_as_often_as_the_level_says(name, label):
+    """Of 20 seeds, a claim or check of a right solver is refuted on two at most.
+
+    The probability of any false refutation is 1 per cent a run: of three or more in twenty it is 0.001.
+    """
+    found = [verdicts([solver(name)], label, replace(SMALL, seed=seed)) for seed in range(1, 21)]
+    assert sum("refuted" in each.values() for each in found) <= 2
 
 
 @pytest.mark.slow
