@@ -14,6 +14,7 @@ from rich.text import Text
 from sdaeverify import UsageError
 from sdaeverify.commands import (
     ExitCode,
+    code_of_verdicts,
     codes_in_words,
     conclude,
     empty_table,
@@ -25,24 +26,17 @@ from sdaeverify.commands import (
     visible,
 )
 from sdaeverify.measuring import Verdict
-from sdaeverify.studying import UNMEASURED, select_problems
+from sdaeverify.studying import select_problems
 
 from .run import PROBLEMS, Row, SealedRun, cells, select_solvers
 from .sample import Budget
 
-WORDS = {
-    ExitCode.OK: "no claim is refuted, and no check fails",
-    ExitCode.REFUTED: "a claim is refuted, or a check fails",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "something could not be measured",
-    ExitCode.NOTHING: "nothing was there to be measured",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
 STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONCLUSIVE: "yellow"}
 SILENT = {Verdict.VERIFIED}
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Judge solvers that draw their own random numbers.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Judge solvers that draw their own random numbers.")
 @click.argument("solvers", metavar="[SOLVER]...", nargs=-1)
 @click.option(
     "-p", "--problems", multiple=True, metavar="PATTERN", help=f"Problems.  [default: {', '.join(PROBLEMS)}]"
@@ -72,14 +66,14 @@ def sealed(**asked: Any) -> ExitCode:
     if (ended := run_on_workers(run, asked["jobs"], registry, asked["progress"])) is not ExitCode.OK:
         return ended
     found = run.rows
-    code = _code(found)
+    code = code_of_verdicts(row.finding.verdict for row in found)
     if asked["as_json"]:
         click.echo(json.dumps([*_records(found)], indent=2))
         return code
     console = output(unbroken=True)
     console.print(_table(found))
     print_texts(console, (*_reasons(found), *([""] if why else []), *why, "", _counts(found)))
-    return conclude(code, WORDS, time.monotonic() - begun)
+    return conclude(code, time.monotonic() - begun)
 
 
 def _numbers(text: str | None) -> tuple[int, ...]:
@@ -89,15 +83,6 @@ def _numbers(text: str | None) -> tuple[int, ...]:
         raise UsageError(
             f"--steps expects whole numbers separated by commas, such as 4,8,16, got {text!r:.200}"
         ) from None
-
-
-def _code(found: Sequence[Row]) -> ExitCode:
-    verdicts = {row.finding.verdict for row in found}
-    if Verdict.REFUTED in verdicts:
-        return ExitCode.REFUTED
-    if verdicts & UNMEASURED:
-        return ExitCode.NOT_MEASURED
-    return ExitCode.OK if found else ExitCode.NOTHING
 
 
 def _table(found: Sequence[Row]) -> Table:

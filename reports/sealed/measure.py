@@ -108,14 +108,8 @@ def readme(tables: dict[str, pd.DataFrame]) -> Iterator[str]:
     """Yield the lines of README.md."""
     named = [f"{name} {_version(name)}" for name in ("openmm", "diffrax", "jax") if _version(name)]
     yield from ("# Sealed solvers of other libraries", "", f"Written by `measure.py` with {', '.join(named)}.")
-    for library in RUNS:
-        if library in tables:
-            yield from ("", f"## {library}", "", "| solver | problem | about | claim | found | verdict |")
-            yield "|---|---|---|---|---|---|"
-            for row in tables[library].fillna({"quantity": "", "claim": ""}).itertuples():
-                about = f"{row.measure} of {row.quantity}" if row.quantity else row.measure
-                found = f"{row.low:.2g} to {row.high:.2g}" if np.isfinite(row.low) else ""
-                yield f"| {row.solver} | {row.problem} | {about} | {row.claim} | {found} | {row.verdict} |"
+    for library in (name for name in RUNS if name in tables):
+        yield from verdict_lines(library, tables[library])
     if "openmm-moments" in tables:
         yield from moment_lines(tables["openmm-moments"])
     if "openmm-spread" in tables:
@@ -125,6 +119,16 @@ def readme(tables: dict[str, pd.DataFrame]) -> Iterator[str]:
         for row in table.itertuples():
             if row.verdict in {"refuted", "not_applicable"}:
                 yield f"* `{row.solver}` on `{row.problem}`, {row.measure}: {row.verdict}: {row.reason}"
+
+
+def verdict_lines(library: str, table: pd.DataFrame) -> Iterator[str]:
+    """Yield the table of the verdicts on the solvers of a library."""
+    yield from ("", f"## {library}", "", "| solver | problem | about | claim | found | verdict |")
+    yield "|---|---|---|---|---|---|"
+    for row in table.fillna({"quantity": "", "claim": ""}).itertuples():
+        about = f"{row.measure} of {row.quantity}" if row.quantity else row.measure
+        found = f"{row.low:.2g} to {row.high:.2g}" if np.isfinite(row.low) else ""
+        yield f"| {row.solver} | {row.problem} | {about} | {row.claim} | {found} | {row.verdict} |"
 
 
 def moment_lines(table: pd.DataFrame) -> Iterator[str]:

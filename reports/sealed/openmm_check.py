@@ -1,13 +1,14 @@
 """Moments of OpenMM's LangevinMiddleIntegrator in a harmonic well, with OpenMM and NumPy alone.
 
 `pip install openmm && python reports/sealed/openmm_check.py` prints them beside what the invariance of the covariance
-under one step of LFMiddle gives: mass 1, dq = p dt, dp = (-omega^2 q - gamma p) dt + sigma dW, kT = sigma^2/(2 gamma).
+under one step of LFMiddle gives, for mass 1 and dq = p dt, dp = (-omega^2 q - gamma p) dt + sigma dW.
 """
 
 import numpy as np
 import openmm
 
 OMEGA, GAMMA, SIGMA, TIME, PARTICLES, RUNS = 1.5, 1.0, 0.8, 32.0, 2000, 20
+# Temperature and gas constant in OpenMM's units.
 KT = SIGMA**2 / (2.0 * GAMMA)
 GAS = openmm.unit.MOLAR_GAS_CONSTANT_R.value_in_unit(openmm.unit.kilojoule_per_mole / openmm.unit.kelvin)
 
