@@ -73,7 +73,18 @@ ROOMS = (
 PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
 SHIPPED = {
     f"sdaeverify_{kind}"
-    for kind in ("adaptive", "schemes", "problems", "measures", "planted", "bridges", "lab", "papers", "wire")
+    for kind in (
+        "adaptive",
+        "schemes",
+        "problems",
+        "measures",
+        "planted",
+        "bridges",
+        "lab",
+        "papers",
+        "sealed",
+        "wire",
+    )
 }
 
 STRING_METHODS = set(dir(str)) - set(dir(object)) | {"__contains__"}

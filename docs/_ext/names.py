@@ -22,6 +22,7 @@ ROOMS = {
     "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
     "sdaeverify_papers": "sdaeverify_papers: experiments of papers",
     "sdaeverify_lab": "sdaeverify_lab: planted bugs and calibration cases",
+    "sdaeverify_sealed": "sdaeverify_sealed: solvers that draw their own random numbers",
     "sdaeverify_wire": "sdaeverify_wire: programs in other languages",
 }
 # Groups of the first room, by the module that has a name; the first that fits.

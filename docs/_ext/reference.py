@@ -76,6 +76,7 @@ EXAMPLES = {
     "new-plugin": "new-plugin my-schemes",
     "orders": "orders sra1 --class additive",
     "reproduce": "reproduce 'lindner-*' --budget smoke",
+    "sealed": "sealed own-euler -p ou --json",
     "selftest": "selftest --only 'planted-*'",
     "show": "show reports/latest milstein gbm",
     "wire": "wire --check ./my_solver",

@@ -1,0 +1,321 @@
+"""A run: sealed solvers on problems, what independent runs say of their claims, and what the checks find."""
+
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Problem, Settings, UsageError
+from sdaeverify.errors import FAULTS, one_line
+from sdaeverify.measuring import Finding, Kind, Opinion, Reason, Verdict
+from sdaeverify.studying import Advanced, ProblemSpec, Registry, Source, in_turn, one_thread, parse_label, unknown
+
+from .checks import MOTIONS, REPEATS, SEEDS, Answer, check_repeats, check_seeds, statistical
+from .contract import Sealed
+from .judging import Asked, Question, ask, is_decided, judge
+from .references import WEAK
+from .sample import Budget, Plan, Runner, Sample, check_steps, plans, samples
+
+HOOK, PLANTED = "sdaeverify_sealed", "planted-"
+PROBLEMS = ("gbm", "ou", "harmonic-langevin")
+# Claims among which the error probability is shared when a look decides that no further one is needed.
+RESERVED = 100
+
+
+class Cell(NamedTuple):
+    """A solver and a problem.
+
+    Attributes
+    ----------
+    solver : Sealed
+    spec : ProblemSpec
+        Recipe of the problem.
+    problem : Problem
+    view : Problem
+        As the solver sees it.
+    """
+
+    solver: Sealed
+    spec: ProblemSpec
+    problem: Problem
+    view: Problem
+
+    @property
+    def label(self) -> str:
+        """The label of the problem."""
+        return self.spec.label
+
+
+class Row(NamedTuple):
+    """A row of the table: what was found of a claim, or by a check.
+
+    Attributes
+    ----------
+    cell : Cell
+    measure : str
+        Of the claim, or the name of the check.
+    finding : Finding
+    """
+
+    cell: Cell
+    measure: str
+    finding: Finding
+
+
+class Measured(NamedTuple):
+    """What came of a cell, fit to be sent from another process.
+
+    Attributes
+    ----------
+    samples : tuple of Sample
+        One for each plan that was carried out.
+    answers : tuple of Answer
+        Of the checks that need no statistics.
+    failed : Opinion or None
+        Why nothing is judged.
+    seconds : float
+    """
+
+    samples: tuple[Sample, ...] = ()
+    answers: tuple[Answer, ...] = ()
+    failed: Opinion | None = None
+    seconds: float = 0.0
+
+
+def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Sealed]:
+    """Return the solvers that labels and globs mean, each once.
+
+    Without any, they are all but planted ones and those that run on request.
+
+    Parameters
+    ----------
+    registry : Registry
+        Loaded with the lab.
+    patterns : sequence of str
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown.
+    """
+    entries, found = registry.entries.get(HOOK, {}), dict[str, Sealed]()
+    if not patterns:
+        free = (entry.thing for name, entry in entries.items() if not name.startswith(PLANTED))
+        return [solver for solver in free if not solver.on_request]
+    for pattern in patterns:
+        name, texts = parse_label(pattern)
+        names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
+        if names == [name] and name not in entries:
+            raise UsageError(f"{unknown('sealed solver', name, entries)} (known: {', '.join(entries)})")
+        made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
+        found |= {solver.label: solver for solver in made}
+    return list(found.values())
+
+
+def cells(solvers: Sequence[Sealed], specs: Iterable[ProblemSpec], budget: Budget) -> tuple[list[Cell], list[str]]:
+    """Return the pairs that can be measured, and why the others cannot, a line each.
+
+    Parameters
+    ----------
+    solvers : sequence of Sealed
+    specs : iterable of ProblemSpec
+        Recipes of the problems.
+    budget : Budget
+        Its numbers of steps are checked, or those of each solver.
+    """
+    found, why = list[Cell](), list[str]()
+    for spec in specs:
+        problem = spec.build()
+        for solver in solvers:
+            view = solver.view_of(problem)
+            reason = why_not(solver, spec, view, budget)
+            if reason or view is None:
+                why.append(f"{solver.label} on {spec.label}: {reason}")
+            else:
+                found.append(Cell(solver, spec, problem, view))
+    return sorted(found, key=lambda cell: cell.solver.label), why
+
+
+def why_not(solver: Sealed, spec: ProblemSpec, view: Problem | None, budget: Budget) -> str:
+    """Return why a solver cannot be measured on a problem, or an empty string.
+
+    Parameters
+    ----------
+    solver : Sealed
+    spec : ProblemSpec
+    view : Problem or None
+        As the solver sees it.
+    budget : Budget
+    """
+    if view is None:
+        return f"{solver.name} solves no such form"
+    if solver.problems and not {spec.label, spec.name} & set(solver.problems):
+        return f"{solver.name} solves {', '.join(solver.problems)} alone"
+    check_steps(budget.steps or solver.steps)
+    claimed = plans(solver, view, budget.steps or solver.steps)
+    return solver.why_not(view) or ("" if claimed else "it claims nothing here of an observable whose mean is known")
+
+
+class SealedRun:
+    """The work on some cells: complete when `run` has come to its end.
+
+    Parameters
+    ----------
+    pairs : sequence of Cell
+    budget : Budget
+    confidence : float
+        One less the probability of any false refutation.
+    """
+
+    def __init__(self, pairs: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
+        self.cells, self.budget, self.confidence = list(pairs), budget, confidence
+        self.done: list[Measured] = []
+
+    @property
+    def total(self) -> int:
+        """Number of cells."""
+        return len(self.cells)
+
+    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
+        """Measure all cells.
+
+        Parameters
+        ----------
+        executor : Executor, optional
+            Cells are measured in this process if left out.
+        window : int, optional
+            Cells in flight.
+        """
+        given = self.budget, self.confidence
+        calls = ((cell, partial(measured, cell.solver, cell.spec, *given)) for cell in self.cells)
+        for cell, found in in_turn(executor, window, calls):
+            self.done.append(found)
+            yield Advanced(len(self.done), self.total, cell.label)
+
+    @property
+    def rows(self) -> list[Row]:
+        """All rows, cell by cell: verdicts hold for all of their tests together."""
+        known = [*zip(self.cells, self.done, strict=True)]
+        asked = [(cell, one) for cell, each in known for one in questions(cell, each, self.confidence)]
+        judged = judge([one for _, one in asked], self.confidence)
+        found = [Row(cell, one.measure, finding) for (cell, one), finding in zip(asked, judged, strict=True)]
+        found = withhold(found)
+        found += [row for cell, each in known for row in _further(cell, each)]
+        places = {id(cell): place for place, cell in enumerate(self.cells)}
+        return sorted(found, key=lambda row: places[id(row.cell)])
+
+
+def withhold(found: Sequence[Row]) -> list[Row]:
+    """Return rows in which nothing is verified of a cell whose limit, or whose motion, is refuted.
+
+    An observable that falls on its way to a wrong limit looks as if it had an order: the evidence of a cell is one.
+
+    Parameters
+    ----------
+    found : sequence of Row
+        Of claims and of checks that are tests.
+    """
+    against = {id(row.cell): row for row in found if _is_wrong(row)}
+    return [
+        row._replace(finding=_withheld(row.finding, against[id(row.cell)])) if id(row.cell) in against else row
+        for row in found
+    ]
+
+
+def _is_wrong(row: Row) -> bool:
+    law = row.measure == MOTIONS or row.finding.reason.has(Kind.WRONG_LIMIT)
+    return law and row.finding.verdict is Verdict.REFUTED
+
+
+def _withheld(finding: Finding, against: Row) -> Finding:
+    if finding.verdict is not Verdict.VERIFIED or finding.claim is None:
+        return finding
+    text = f"but {against.measure} of {against.finding.quantity} is refuted on the same runs"
+    reason = finding.reason.then(text, ", ")
+    excluded = frozenset({Verdict.VERIFIED})
+    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason, p_verified=1.0, excluded=excluded)
+
+
+def questions(cell: Cell, each: Measured, confidence: float) -> Iterator[Asked]:
+    """Yield what the samples of a cell say of claims, and the checks that are tests.
+
+    Parameters
+    ----------
+    cell : Cell
+    each : Measured
+        What came of it.
+    confidence : float
+        Of the intervals.
+    """
+    if each.failed is None:
+        for sample in each.samples:
+            question = Question(cell.solver, cell.problem, cell.view, sample, confidence)
+            yield from ask(question)
+            yield from statistical(question)
+
+
+def _further(cell: Cell, each: Measured) -> Iterator[Row]:
+    """Yield the rows of a cell that are no tests."""
+    if each.failed is not None:
+        yield Row(cell, WEAK, Finding(quantity="", verdict=each.failed.verdict, reason=each.failed.reason))
+    for answer in each.answers:
+        verdict = Verdict.REFUTED if answer.failed else Verdict.NOT_APPLICABLE if answer.told else Verdict.VERIFIED
+        reason = Reason(answer.failed or answer.told)
+        yield Row(cell, answer.check, Finding(quantity="", verdict=verdict, reason=reason, tier=0))
+
+
+def measured(solver: Sealed, spec: ProblemSpec, budget: Budget, confidence: float) -> Measured:
+    """Return what comes of a solver on a problem; what the solver raises is an opinion on it.
+
+    Parameters
+    ----------
+    solver : Sealed
+        With its parameters.
+    spec : ProblemSpec
+        From which the problem is built, in whatever process.
+    budget : Budget
+    confidence : float
+        For the end of sampling.
+    """
+    begun, problem = time.monotonic(), spec.build()
+    view = solver.view_of(problem)
+    assert view is not None
+    cell = Cell(solver, spec, problem, view)
+    found, answers = list[Sample](), dict[str, Answer]()
+    failed = None
+    try:
+        with one_thread():
+            for plan in plans(solver, view, budget.steps or solver.steps):
+                if SEEDS not in answers or not answers[SEEDS].failed:
+                    found += _carried_out(cell, plan, budget, answers, confidence)
+    except FAULTS as error:
+        failed = Opinion(Verdict.ERROR, Reason(one_line(error)))
+    if failed is None and any(not np.isfinite(look.means).all() for sample in found for look in sample.looks):
+        failed = Opinion(Verdict.DIVERGED, Reason("a mean of the solver's states is not finite"))
+    if failed is None and SEEDS in answers and answers[SEEDS].failed:
+        failed = Opinion(Verdict.INCONCLUSIVE, Reason(answers[SEEDS].failed))
+    return Measured(tuple(found), tuple(answers.values()), failed, time.monotonic() - begun)
+
+
+def _carried_out(
+    cell: Cell, plan: Plan, budget: Budget, answers: dict[str, Answer], confidence: float
+) -> list[Sample]:
+    """Return the sample of a plan, made look by look until its claims are decided; note what the checks find."""
+    runner = Runner(cell.solver, cell.view, Source(budget.seed, cell.label, 0, budget.paths))
+    level, last = (1.0 - confidence) / RESERVED, list[Sample]()
+    for look, (sample, digests) in enumerate(samples(runner, plan, budget)):
+        last = [sample]
+        seeds = [seed for step in range(len(plan.h)) for seed in runner.seeds(plan, step, look)]
+        finite = bool(np.isfinite(sample.looks[-1].means).all())
+        answers[SEEDS] = check_seeds(digests, seeds) if finite else Answer(SEEDS, told="states are not finite")
+        if REPEATS not in answers:
+            answers[REPEATS] = check_repeats(runner, plan, budget.sizes[0], digests[0])
+        question = Question(cell.solver, cell.problem, cell.view, sample, confidence)
+        if answers[SEEDS].failed or not finite or is_decided([*ask(question)], level):
+            break
+    return last
