@@ -11,8 +11,8 @@ from sdaeverify import Array, ProblemError
 # Two numbers agree that differ by no more than four standard errors, and half a unit of what is printed: by chance
 # they disagree once in 16000 times.
 STANDARD_ERRORS = 4.0
-AGREES, DISAGREES, FEW = "agrees", "disagrees", "few paths"
-# A standard error that is taken from fewer effective paths than this says nothing.
+AGREES, DISAGREES, FEW = "agrees", "disagrees", "void"
+# With fewer effective paths a comparison is void, whatever it gives: mean and standard error rest on the same few.
 FEWEST_EFFECTIVE = 30.0
 
 
@@ -123,9 +123,9 @@ class TableEntry:
     def _agreement(self, difference: float, allowed: float) -> str:
         if not isfinite(difference) or not isfinite(allowed):
             return ""
-        if abs(difference) > allowed:
-            return DISAGREES
-        return FEW if self.effective < FEWEST_EFFECTIVE else AGREES
+        if self.std_error > 0.0 and self.effective < FEWEST_EFFECTIVE:
+            return FEW
+        return DISAGREES if abs(difference) > allowed else AGREES
 
     def record(self) -> dict[str, object]:
         """Return the row of the file: numbers with all their digits."""
