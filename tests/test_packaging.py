@@ -95,10 +95,10 @@ def sources(tmp_path_factory):
 
 
 def test_sdist_leaves_out_what_nothing_reads(sources):
-    """Pages of runs stay in the repository; tables that tests and the site read are there."""
+    """Pages and pictures of runs stay in the repository; tables that tests and the site read are there."""
     reports = sources / "reports"
 
-    assert not [*reports.rglob("report.html"), *reports.glob("field/*/levels.csv")]
+    assert not [*reports.rglob("report.html"), *reports.rglob("*.svg"), *reports.glob("field/*/levels.csv")]
     assert (reports / "reference" / "levels.csv").is_file()
     assert (reports / "field" / "sdes" / "verdicts.csv").is_file()
 
