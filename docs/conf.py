@@ -30,6 +30,8 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "running",
     "generated",
+    "narrow",
+    "slimming",
     "checking",
 ]
 exclude_patterns = [
