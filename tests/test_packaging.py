@@ -1,6 +1,7 @@
 """The built wheel carries everything: framework, schemes, problems, entry points."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -68,6 +69,17 @@ def test_extras_are_named_for_what_they_hold(installed):
     assert names["dask"] == ["distributed"]
     assert names["cluster"] == ["dask-jobqueue", "distributed"]
     assert names["all"] == ["dask-jobqueue", "distributed", "hypothesis", "matplotlib", "xarray"]
+
+
+def test_versions_of_python_are_those_of_the_install_page(installed):
+    """A version that the metadata name is one whose tests have passed, as the page says."""
+    (metadata,) = installed.glob("*.dist-info/METADATA")
+    named = re.findall(
+        r"(?m)^Classifier: Programming Language :: Python :: (3\.\d+)$", metadata.read_text(encoding="utf-8")
+    )
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    tested = re.findall(r"3\.\d+", " ".join(re.findall(r"(?m)^\| Linux, CPython ([^|]*) \| yes \|", page)))
+    assert named == sorted(tested, key=lambda version: int(version.partition(".")[2]))
 
 
 def test_wheel_holds_no_tests(installed):
