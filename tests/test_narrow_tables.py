@@ -26,6 +26,12 @@ def table(headings, row):
     return f'<table class="table">\n<thead>\n<tr>{head}</tr>\n</thead>\n<tbody>\n<tr>{cells}</tr>\n</tbody>\n</table>'
 
 
+def test_empty_cells_are_marked(label_cells):
+    """They are left out of a block; a cell with a picture alone is not empty."""
+    told = label_cells(table("abc", ("1", "", '<img src="x">')))
+    assert [" data-empty" in cell for cell in re.findall(r"<td[^>]*>", told)] == [False, True, False]
+
+
 def test_cells_have_the_heading_of_their_column(label_cells):
     """Markup of a heading is left out, and quotes are escaped."""
     told = label_cells(f"<p>before</p>{table(['<code>x</code> &amp; y', 'a &quot;b&quot;', 'c'], '123')}<p>after</p>")
@@ -36,8 +42,8 @@ def test_cells_have_the_heading_of_their_column(label_cells):
 
 
 @pytest.mark.parametrize(
-    "body", [table("ab", "12"), table("abc", "123").replace("<td>", '<td colspan="2">'), "<p>text</p>"]
+    "body", [table("a", "1"), table("abc", "123").replace("<td>", '<td colspan="2">'), "<p>text</p>"]
 )
 def test_other_tables_are_as_they_were(label_cells, body):
-    """Two columns fit a narrow screen, and a cell of several columns has no one heading."""
+    """One column fits a narrow screen, and a cell of several columns has no one heading."""
     assert label_cells(body) == body
