@@ -35,7 +35,7 @@ WORDS = {
     ExitCode.REFUTED: "a claim is refuted, or a check fails",
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.NOT_MEASURED: "something could not be measured",
-    ExitCode.NOTHING: "nothing was there to be measured",
+    ExitCode.NOTHING: "nothing was measured",
     ExitCode.PLUGIN: "a requested plugin failed to load",
 }
 STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONCLUSIVE: "yellow"}
