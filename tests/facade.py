@@ -4,7 +4,7 @@ from functools import partial
 
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.codes_of_runs import code_of_gate
-from sdaeverify.cli.exit_codes import WORDS, ExitCode
+from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
     contract_violation,
@@ -17,6 +17,7 @@ from sdaeverify.conformance.own_numbers import draws_own_numbers
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.conformance.violation import LAW, departure
 from sdaeverify.conformance.violation import violation as _violation
+from sdaeverify.contracts.finding import Status
 from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
@@ -54,7 +55,7 @@ from sdaeverify.gate.github import (
     source_in,
 )
 from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock, write_lock
-from sdaeverify.gate.outcomes import Status, idle, outcomes
+from sdaeverify.gate.outcomes import idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, _classify, log_spaced, quadrature, quantile
@@ -262,7 +263,6 @@ from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
-from sdaeverify.trees.class_row import ClassVerdict
 from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined

@@ -1,4 +1,4 @@
-"""Steps that are given other noise than was drawn for them."""
+"""Schemes whose steps receive other noise than was drawn."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from sdaeverify import Array, Increment, Problem, Scheme, Step
 
 
 def first(rows: Array) -> Array:
-    """Return the first row in the place of all."""
+    """Return an array with all rows replaced by the first one."""
     return np.repeat(rows[:1], len(rows), axis=0)
 
 
-# What becomes of dW and of H in a step of size h.
+# Changes of dW and H in a step of size h.
 CHANGES: Mapping[str, Callable[[Array, float], Array]] = MappingProxyType({
     "none": lambda rows, h: 0.0 * rows,
     "of size h": lambda rows, h: np.sqrt(h) * rows,
@@ -35,7 +35,7 @@ class OtherNoise(Scheme):
     Attributes
     ----------
     dW, H : str
-        What becomes of them, one of `CHANGES`; the right ones if left out.
+        Change of each, a key of `CHANGES`; by default none.
     """
 
     dW: str = ""

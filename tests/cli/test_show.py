@@ -26,7 +26,7 @@ def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
     assert lines[0].startswith("15 quantities: ")
     assert len(lines) <= 40
     assert any(line.startswith("euler-maruyama") for line in lines)
-    assert "the page is out/report.html; verdicts.csv, classes.csv, levels.csv, columns.csv" in finished.out
+    assert "the page is out/report.html; verdicts.csv, levels.csv, columns.csv" in finished.out
     assert "sdaeverify show out [SCHEME] [PROBLEM] gives the reasons" in lines
     assert lines[-1].startswith("exit code ")
 
@@ -49,7 +49,7 @@ def test_json_is_all_that_is_said(quick):
     """A list of objects with one meaning a key, for matrix as for show."""
     outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "--json")
     rows = json.loads(outcome.out)
-    assert [row["quantity"] for row in rows] == ["x", "x@T"]
+    assert [row["quantity"] for row in rows] == ["x", "x@T", *3 * ["order conditions"]]
     assert {"claim", "margin", "local_order", "path_order", "path_low", "path_high", "decided_by"} <= {*rows[0]}
 
 

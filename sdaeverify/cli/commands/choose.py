@@ -1,4 +1,4 @@
-"""``choose``: which scheme needs the least work for an accuracy on a problem."""
+"""``choose``: find the scheme that needs the least work for an accuracy on a problem."""
 
 from collections.abc import Iterator
 from itertools import zip_longest
@@ -23,21 +23,16 @@ from ..console import complain, output, output_to_stderr, print_json, print_text
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 
-WORDS = {
-    ExitCode.OK: "at least one scheme reaches the accuracy",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "no scheme is known to reach it",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 HEADINGS = ("", "scheme", "order", "noise", "error", "at", "steps", "work", "")
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
-# Enough for errors to be told from each other; a run of more paths is given by --run.
+# Enough paths to distinguish the errors of schemes; for more paths, use --run.
 PATHS = 2048
 WIDEST = 1000
 OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Find the scheme that needs the least work on a problem.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Find the scheme that needs the least work on a problem.")
 @click.argument("problem", metavar="PROBLEM[PARAMETERS]", shell_complete=names_of("problems"))
 @options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Kind of error.")
 @options.once("--quantity", metavar="NAME", help="Component or observable.  [default: the first]")
@@ -62,10 +57,10 @@ OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any) -> ExitCode:
     """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
 
-    All errors are those to one reference, which the last line names: the solution on each path or, where it is not
-    known, the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out;
-    those that claim nothing come last. The work is the time of the steps of a path, measured on this machine; the
-    verdict is the one on what the scheme claims of these errors on this problem.
+    All errors refer to one reference, named in the last line: the solution on each path or, where it is not known,
+    the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out; schemes
+    without a claim come last. The work is the time of the steps of a path, measured on this machine. The verdict is
+    that on the claim of the scheme about these errors on this problem.
     """
     accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
     if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):
@@ -92,7 +87,7 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
 
 
 def _require_none_given(context: click.Context) -> None:
-    """Refuse options of a run where nothing is run: they would change nothing."""
+    """Raise if an option of a run is given together with --run, where it would have no effect."""
     names = [name for name in OF_A_RUN if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
     if names:
         given = ", ".join(f"--{name}" for name in names)
@@ -107,7 +102,7 @@ def _result(problem: str, asked: dict[str, Any]) -> Result:
 
 
 def _label(result: Result, problem: str, *, alone: bool) -> str:
-    """Return the label under which a problem is in a result: the only one if it was run alone."""
+    """Return the label of a problem in a result: the given one, an equivalent one, or the only one."""
     labels = list(dict.fromkeys(row.problem for row in result.rows.verdicts))
     if problem in labels or not labels:
         return problem
@@ -129,7 +124,7 @@ def _show(found: Choices, result: Result) -> None:
             style=SYMBOLS[one.verdict][2],
             end_section=ends,
         )
-    # Names are not broken: a table that needs more than the terminal has is as wide as it needs.
+    # Names are not broken: a table may be wider than the terminal.
     natural = Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
     table.width = natural if natural > console.width else None
     console.print(table, crop=False)
@@ -162,7 +157,7 @@ def _time(seconds: float) -> str:
 
 
 def _views(found: Choices, result: Result) -> Iterator[str]:
-    """Yield which schemes solve the problem in another form, in which steps know nothing of a constraint."""
+    """Yield which schemes solve the problem in another form, such as one without the constraint."""
     here = [row for row in result.rows.verdicts if (row.problem, row.measure) == (found.problem, found.measure)]
     for view in sorted({row.view for row in here if row.view}):
         names = ", ".join(dict.fromkeys(row.scheme for row in here if row.view == view))

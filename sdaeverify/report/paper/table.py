@@ -1,4 +1,4 @@
-"""Verdicts as a table for a paper: LaTeX with booktabs, or Markdown; escaped, with signs and a caption."""
+"""Verdicts as a table for a paper, in LaTeX with booktabs or in Markdown, with symbols and a caption."""
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise, takewhile
@@ -29,10 +29,10 @@ QUANTITY = "quantity"
 # Columns that the caption replaces if all rows have the same value.
 NAMES = ("scheme", "problem")
 HEADINGS = ("", "scheme", "problem", "quantity", "claim", "one step", "along paths", "other value", "tier")
-# What the text font of LaTeX may lack is shown by its number: a table compiles with pdflatex.
+# Characters missing from the LaTeX font are shown by code point, so that a table compiles with pdflatex.
 PACKAGES = r"% needs \usepackage[T1]{fontenc}, \usepackage{array}, \usepackage{amssymb}, \usepackage{booktabs}"
 LONG = r"\usepackage{longtable}, which needs a page of one column"
-# Rows that fit on a page; longer tables are of the package longtable, which breaks them.
+# Rows that fit on a page; longer tables use the package longtable, which breaks across pages.
 PAGE = 40
 
 
@@ -42,7 +42,7 @@ class PaperTable(NamedTuple):
     Attributes
     ----------
     cells : tuple of tuple of str
-        By row: texts in the order of `HEADINGS`, with the verdict in place of its sign.
+        Rows of texts in the order of `HEADINGS`; the first text is the verdict, which is replaced by its symbol.
     caption : str
     """
 
@@ -51,18 +51,18 @@ class PaperTable(NamedTuple):
 
     @classmethod
     def of(cls, rows: Sequence[VerdictRow], caption: str) -> "PaperTable":
-        """Return the table of rows.
+        """Create the table from rows of verdicts.
 
         Parameters
         ----------
         rows : sequence of VerdictRow
         caption : str
-            How the verdicts were found; the signs are explained behind it.
+            Description of the method; a legend of the symbols is appended.
 
         Raises
         ------
         UsageError
-            If there is no row.
+            If there are no rows.
         """
         if not rows:
             raise UsageError("no table: the result has no row of these names")
@@ -89,7 +89,7 @@ class PaperTable(NamedTuple):
         return "\n".join([*start, rf"\begin{{tabular}}{{c{columns}}}", *heading, *lines, *end])
 
     def to_markdown(self) -> str:
-        """Return a table with its caption as the paragraph below."""
+        """Return a Markdown table, followed by its caption."""
         lines = [[_sign(first), *map(escape, rest)] for first, *rest in self._shown]
         table = [self._headings, ["---"] * len(self._headings), *lines]
         rows = (f"| {' | '.join(line)} |" for line in table)
@@ -182,7 +182,7 @@ def _interval(order: Interval) -> str:
 
 
 def _value(row: VerdictRow) -> str:
-    """Return what is estimated besides an order, with its meaning, which names the unit."""
+    """Return the estimate other than an order, with its meaning and unit; empty if there is none."""
     if not row.estimate.known or not isnan(row.local_order) or row.path.known:
         return ""
     return _interval(row.estimate) if ORDER in row.value_of else estimate_in_words(row)

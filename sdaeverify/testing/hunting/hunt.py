@@ -1,4 +1,4 @@
-"""The hunt: each claim of some schemes is attacked by examples of each form that they solve."""
+"""The hunt: search for counterexamples to each claim of some schemes, among problems of each form they solve."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,25 +12,26 @@ if TYPE_CHECKING:
 
 
 def hunt(schemes: Schemes, **options: Any) -> "HuntReport":
-    """Look for problems on which schemes break their claims.
+    """Search for problems on which claims of schemes fail.
 
-    Problems are drawn at random, and each is looked at by what one step tells. One that refutes a claim, also from
-    another start and with larger coefficients, is shrunk and put to `verify`, with and without what one step tells.
+    Problems are drawn at random and examined by one step, or by a few paths. A problem that refutes a claim, also
+    from another start and with larger coefficients, is shrunk and run by `verify`, with and without evidence of one
+    step.
 
     Parameters
     ----------
     schemes : str, Scheme or sequence of them
-        As `verify` takes them.
+        As in `verify`.
     **options
-        By name. ``measures``: whose claims are attacked, all that the schemes claim if left out. ``when``: traits
-        that each example has. ``forms``: of the examples, those that a scheme solves itself if left out;
-        ``registered`` are the registered problems with other numbers. ``examples``: how many are looked at for each
-        scheme, measure and form, 200 without ``minutes``: the time of the search of all together, in place of a
-        number; what is found is shrunk and confirmed on top. ``shrinking``: seconds for it, 60 by default, and at
-        most as long as may be searched. ``seed``: 1 by default, not that of runs as for the command; the same finds
-        the same, where no time ends the search. ``database``: a folder that remembers what was looked at; an
-        interrupted hunt goes on, and the next begins with what was found. ``tell``: a function that is given a line
-        of text now and then. ``plugins``, ``jobs``, ``executor``: as `verify` has them.
+        Keyword options. ``measures``: measures whose claims are attacked, by default all claimed ones. ``when``:
+        required traits of the examples. ``forms``: forms of the examples, by default those that a scheme solves
+        directly; ``registered`` means registered problems with other numbers. ``examples``: number of examples for
+        each scheme, measure and form, by default 200. ``minutes``: time of the whole search, instead of a number;
+        counterexamples are shrunk and confirmed in addition. ``shrinking``: seconds for shrinking, by default 60, at
+        most the time of the search. ``seed``: by default 1, unlike the command, which uses that of runs; the same
+        seed gives the same result unless time ends the search. ``database``: folder that stores examined shares; an
+        interrupted hunt continues, and the next hunt begins with the counterexamples. ``tell``: function called with
+        a line of text for progress. ``plugins``, ``jobs``, ``executor``: as in `verify`.
 
     Returns
     -------
