@@ -30,6 +30,8 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "running",
     "generated",
+    "narrow",
+    "slimming",
     "checking",
 ]
 exclude_patterns = [
@@ -66,6 +68,8 @@ html_sidebars = {name: [] for name in ("index", "install", "tutorial", "project"
 html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "navigation_with_keys": False,
+    # Each of 470 pages would list all of them at its side: 35 of 39 MB of the site.
+    "collapse_navigation": True,
     "use_edit_page_button": False,
     "logo": {"text": f"sdaeverify {version}"},
     # A host of several versions names a file of them in DOCS_SWITCHER; without it a page tells its own version.

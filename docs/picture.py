@@ -4,9 +4,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib import pyplot as plt
-from matplotlib.ticker import NullFormatter
 
 from sdaeverify.report.folders import read_tables
+from sdaeverify.report.paper.axes import label_steps
 from sdaeverify.report.plots import Plots
 from sdaeverify.report.verdict_row import VerdictRow
 
@@ -28,8 +28,8 @@ def draw() -> None:
         ax.set_title(f"{cell[0]} on {cell[1]}\n{row.claim}: {row.verdict}", fontsize=9)
     drift = Plots(drawn, tables.levels).drift("pendulum", "g", ax=axes[-1])
     drift.set_title("violation of the constraint\non pendulum", fontsize=9)
+    label_steps(drift, [float(h) for line in drift.get_lines() for h in line.get_xdata()])
     for ax in axes:
-        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(fontsize=7)
     figure.savefig(HERE / "_static" / "verdicts.svg", metadata={"Date": None})
 

@@ -1,6 +1,7 @@
 """The built wheel carries everything: framework, schemes, problems, entry points."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -70,6 +71,17 @@ def test_extras_are_named_for_what_they_hold(installed):
     assert names["all"] == ["dask-jobqueue", "distributed", "hypothesis", "matplotlib", "xarray"]
 
 
+def test_versions_of_python_are_those_of_the_install_page(installed):
+    """A version that the metadata name is one whose tests have passed, as the page says."""
+    (metadata,) = installed.glob("*.dist-info/METADATA")
+    named = re.findall(
+        r"(?m)^Classifier: Programming Language :: Python :: (3\.\d+)$", metadata.read_text(encoding="utf-8")
+    )
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    tested = re.findall(r"3\.\d+", " ".join(re.findall(r"(?m)^\| Linux, CPython ([^|]*) \| yes \|", page)))
+    assert named == sorted(tested, key=lambda version: int(version.partition(".")[2]))
+
+
 def test_wheel_holds_no_tests(installed):
     """Only the eleven packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
@@ -93,10 +105,10 @@ def sources(tmp_path_factory):
 
 
 def test_sdist_leaves_out_what_nothing_reads(sources):
-    """Pages of runs stay in the repository; tables that tests and the site read are there."""
+    """Pages and pictures of runs stay in the repository; tables that tests and the site read are there."""
     reports = sources / "reports"
 
-    assert not [*reports.rglob("report.html"), *reports.glob("field/*/levels.csv")]
+    assert not [*reports.rglob("report.html"), *reports.rglob("*.svg"), *reports.glob("field/*/levels.csv")]
     assert (reports / "reference" / "levels.csv").is_file()
     assert (reports / "field" / "sdes" / "verdicts.csv").is_file()
 

@@ -18,6 +18,8 @@ def gallery_conf(here: Path) -> dict[str, Any]:
         "abort_on_example_error": True,
         # Its page asks another place for a script.
         "write_computation_times": False,
+        # Of a program that is not run in this build, or draws nothing.
+        "default_thumb_file": str(here / "_static" / "mark.svg"),
         "download_all_examples": False,
         "capture_repr": ("_repr_html_",),
         "remove_config_comments": True,

@@ -46,7 +46,7 @@ def kept_pages(reports: Path) -> dict[str, str]:
 
 def _costs(known: Mapping[str, Any]) -> str:
     """Return what each command took."""
-    heads = ["command", "CPU", "from start to end", "cores", "exit code", "on"]
+    heads = ["command", "CPU time", "elapsed time", "cores", "exit code", "date"]
     return table(
         heads,
         (

@@ -26,7 +26,7 @@ def mistake_pages() -> dict[str, str]:
         for block in (
             f"## Of a {kind}",
             table(
-                ["check", "it says"],
+                ["check", "message"],
                 ([f"`{name}`", f"[{title}](mistakes/{kind}-{name}.md)"] for name, (title, _) in pages.items()),
             ),
             toctree(f"{name} <mistakes/{kind}-{name}>" for name in pages),
@@ -54,7 +54,7 @@ def _pages(kind: str) -> Iterator[tuple[str, tuple[str, str]]]:
             "## How to repair it",
             REPAIRS[kind][name],
             *_planted(subject, name, kind),
-            f"Make this check alone, in Python: `check_{kind}(...)`, row `{name}`. All checks: [](../mistakes.md).",
+            f"To run this check in Python: `check_{kind}(...)`, row `{name}`. All checks: [](../mistakes.md).",
         )
         yield name, (title, text)
 

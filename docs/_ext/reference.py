@@ -89,7 +89,7 @@ def words(title: str, chosen: Callable[[str], bool]) -> str:
     names = sorted(filter(chosen, concept_names(registry)))
     sections = (f"## {name}\n\n{verbatim(_wrapped(describe_concept(name, registry)))}" for name in names)
     told = ", ".join(f"`sdaeverify info {name}`" for name in names)
-    return page(title, f"The same in a terminal: {told}.", *sections)
+    return page(title, f"In a terminal: {told}.", *sections)
 
 
 def _wrapped(lines: list[str]) -> str:
@@ -100,7 +100,7 @@ def _wrapped(lines: list[str]) -> str:
 def exit_codes() -> str:
     """Return a section for each exit code."""
     sections = (f"## Exit code {code.value}: {code.words}\n" for code in ExitCode)
-    told = "One meaning each, never a count; the last line of a run says its code in words."
+    told = "Each exit code has one meaning. The last line of a run prints the code with its meaning."
     return page("Exit codes", told, *sections)
 
 
@@ -117,7 +117,7 @@ def columns() -> str:
         )
         for file, rows in files.items()
     )
-    return page("Columns of the files", "The same is in `columns.csv` beside the tables of each run.", *sections)
+    return page("Columns of the files", "Each run writes the same to `columns.csv`.", *sections)
 
 
 def hooks() -> str:
@@ -132,18 +132,18 @@ def entry_points() -> str:
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
     groups = project["entry-points"] | {"console_scripts": project["scripts"]}
     sections = (
-        f"## {group}\n\n{GROUPS.get(group, '')}\n\n" + table(["name", "leads to"], sorted(names.items()))
+        f"## {group}\n\n{GROUPS.get(group, '')}\n\n" + table(["name", "object"], sorted(names.items()))
         for group, names in groups.items()
     )
-    return page("Entry points", "What an installed distribution can bring along, and what this one does.", *sections)
+    return page("Entry points", "The groups of entry points, and those of this distribution.", *sections)
 
 
 GROUPS = {
-    "sdaeverify": "Modules with hooks; of a package, each module without underscore is a plugin.",
-    "sdaeverify.lab": "Modules whose hooks only some commands ask for.",
-    "sdaeverify.hooks": "Hooks that a plugin brings, each with the class of what it returns.",
-    "sdaeverify.commands": "Commands: objects of click.",
-    "sdaeverify.executors": "Functions that make an executor for `--executor NAME`.",
+    "sdaeverify": "Modules with hooks. In a package, each module without a leading underscore is a plugin.",
+    "sdaeverify.lab": "Modules whose hooks are loaded only by some commands.",
+    "sdaeverify.hooks": "Hooks defined by plugins, with the class of their results.",
+    "sdaeverify.commands": "Commands of click.",
+    "sdaeverify.executors": "Context managers that yield an executor for `--executor NAME`.",
     "console_scripts": "The command.",
 }
 
@@ -151,6 +151,6 @@ GROUPS = {
 def traits() -> str:
     """Return the traits and what they mean."""
     rows = ([f"`{name}`", prose(trait.meaning)] for name, trait in sorted(known_traits().items()))
-    told = "A trait is a fact of a problem; a claim holds where the problem has the traits that it names in `when=`."
+    told = "A trait is a property of a problem. A claim applies to problems that have the traits in its `when=`."
     asked = "`sdaeverify info traits` also shows which schemes ask for each."
     return page("Traits", told, asked, table(["trait", "meaning"], rows))

@@ -2,11 +2,12 @@
 Fixed against adaptive steps
 ============================
 
-Does it pay to choose the steps? Heun's scheme with steps of one length, and with an embedded estimate and a
-controller, on the same Brownian paths. The first equation is stiff, dx = -40 x dt + 0.7 dW: explicit steps have to be
-short enough to be stable, and a controller finds that out. The second one grows with heavy tails, dx = 2 x dt + x dW:
-paths differ in size by orders of magnitude, and most of the error is made on few of them. The third one has two time
-scales, dx = r(t) (sin 6 t - x) dt + dW/2: the rate r is 1 but for a hundredth of the time, when it is up to 300.
+When are adaptive steps more efficient? This example compares Heun's scheme with fixed steps and with an embedded
+error estimate and a controller, on the same Brownian paths. The first equation is stiff, dx = -40 x dt + 0.7 dW:
+explicit steps have to be short enough to be stable, and the controller finds a stable length. The second one grows
+with heavy tails, dx = 2 x dt + x dW: paths differ in size by orders of magnitude, and most of the error is made on
+few of them. The third one has two time scales, dx = r(t) (sin 6 t - x) dt + dW/2: the rate r is 1 but for a hundredth
+of the time, when it is up to 300.
 """
 
 import numpy as np
@@ -47,12 +48,12 @@ def sizes(errors):
 
 
 # %%
-# Tries are counted, rejected ones too: each costs two evaluations of the coefficients. Where fixed steps are
-# unstable, no point is shown. On the stiff equation the noise is additive and the same everywhere: there is nothing
-# to be gained but stability, and a try that is rejected is lost. With two time scales short steps are needed for a
-# moment only, and a controller that notices needs about a third of the tries for the same error; at the larger
-# tolerances it steps over the moment on some paths, so that the root of the mean square is far above the median.
-# The truth of the third equation is 2^13 fixed steps.
+# The work is the number of attempted steps, including rejected ones: each costs two evaluations of the coefficients.
+# Points where fixed steps are unstable are not shown. On the stiff equation the noise is additive and constant, so
+# that the controller gains only stability, and rejected steps are lost. With two time scales, short steps are needed
+# only for a short time, and the controller needs about a third of the steps for the same error. At the larger
+# tolerances it misses this time on some paths, so that the root mean square error is far above the median. The truth
+# of the third equation is 2^13 fixed steps.
 
 problems = {label: select_problems(registry, label)[0].build() for label in ("ou[a=40]", "gbm-heavy")}
 problems["two time scales"] = two_scales()
@@ -75,4 +76,4 @@ axes[0].legend(fontsize="small")
 plt.show()
 
 # %%
-# A tolerance that keeps its promise is another question than one that pays. It is asked by `sdaeverify adaptive`.
+# Whether the error falls with the tolerance as claimed is another question: `sdaeverify adaptive` tests it.

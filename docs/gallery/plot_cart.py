@@ -10,7 +10,7 @@ cart.
     g = (1 - (X - x)^{2} - Y^{2})/2 = 0
 
 Gravity is vertical and the rod's force is internal: the horizontal momentum p = M x' + X' is p(0) + sigma W exactly,
-whatever the pendulum does. Its mean square is p(0)^2 + sigma^2 t.
+for any motion of the pendulum. Its mean square is p(0)^2 + sigma^2 t.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ axes[1].plot(paths["r"][:, 1], paths["r"][:, 2], lw=0.8)
 axes[1].set(title="the pendulum", xlabel="X", ylabel="Y", aspect="equal")
 
 # %%
-# A scheme whose velocities forget the rod: its force acts on the positions alone.
+# A wrong scheme: the force of the rod acts only on the positions, not on the velocities.
 
 
 @dataclass(frozen=True)

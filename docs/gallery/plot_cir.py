@@ -8,9 +8,9 @@ The diffusion of the interest rate of Cox, Ingersoll and Ross is a square root, 
 
     \,dx = k (a - x) \,dt + s \sqrt{x} \,dW
 
-Mean and second moment solve linear equations. A scheme must do something where its state is negative; the one here
-takes the root of the positive part. Beside it a scheme that takes the root at a predicted state, which looks like an
-improvement of second order, and solves another equation: the noise of Ito does not anticipate.
+Mean and second moment solve linear equations. A scheme has to treat negative states; the first scheme
+takes the root of the positive part. The second scheme takes the root at a predicted state. This looks like an
+improvement, but it solves another equation: the integrand of Ito's integral must not anticipate the noise.
 """
 
 from typing import ClassVar

@@ -2,12 +2,13 @@
 A foreign solver on a cluster
 =============================
 
-A solver that knows nothing of this package: a function that integrates an equation over a grid and draws its own
-noise unless it is given some. As a scheme it makes one step at a time, on the increments that all schemes are given.
-It is put to the test on a cluster of Dask, here of workers on one machine; an address names any other.
+The solver of this example is independent of this package: a function that integrates an equation over a grid and
+draws its own noise unless it gets increments. A scheme calls it for one step at a time, with the increments that all
+schemes get. It is tested on a Dask cluster, here with workers on one machine; the address of another cluster works in
+the same way.
 
-Heun's method solves Stratonovich's equations. Beside the bridge that says so and hands it the drift it needs is one
-that gives it Ito's formulas as they are, the most frequent mistake of all.
+Heun's method solves equations in the sense of Stratonovich. The first bridge converts the drift accordingly. The
+second one passes the Ito coefficients unchanged, which is the most frequent mistake.
 """
 
 import os
@@ -110,8 +111,8 @@ file = Path(tempfile.mkdtemp()) / "foreign_heun.py"
 written = file.write_text(PLUGIN)
 
 # %%
-# A client of Dask has the interface of an executor. This one has a scheduler and two workers here, each a process of
-# its own that has never seen the file; ``Client("tcp://host:8786")`` is one elsewhere.
+# A Dask client has the interface of an executor. This client starts a scheduler and two worker processes, which get
+# the plugin file with each call; ``Client("tcp://host:8786")`` connects to a running scheduler.
 
 
 def judged(executor=None):
@@ -127,7 +128,7 @@ with SubprocessCluster(n_workers=2, worker_kwargs=worker) as cluster, Client(clu
 result
 
 # %%
-# Tables are the same, to the last bit, wherever blocks are computed.
+# The tables do not depend on the executor, bit for bit.
 
 assert result.levels.equals(judged("serial").levels)
 

@@ -8,8 +8,8 @@ An oscillator is controlled by a force that is late: with v(t) = x(t - tau),
 
     \,dx_{1} = x_{2} \,dt, \qquad \,dx_{2} = (-x_{1} - d x_{2} - k v_{1}) \,dt + \sigma \,dW
 
-The means solve the same equation without noise. A Runge-Kutta method of order 4 solves it here, a second way that
-shares nothing with the schemes but the equation; it hits every multiple of the delay.
+The means satisfy the same equation without noise. Here a Runge-Kutta method of order 4 solves it, independently of
+the schemes, with steps that hit every multiple of the delay.
 """
 
 from typing import ClassVar
@@ -75,8 +75,8 @@ t, x = means(2.0)
 line = ax.plot(t, x[:, 0], "k", lw=2)
 
 # %%
-# The theta method, for which weak order 1 is claimed here, and the same that takes the present state in the place of
-# the past one. It is refuted before any path is drawn, on a trivial equation that it should solve exactly.
+# The theta method, for which weak order 1 is claimed here, and a wrong variant that uses the present state instead of
+# the past one. The variant is refuted before any path is drawn, on a trivial equation that it should solve exactly.
 
 
 class Delayed(StochasticTheta):

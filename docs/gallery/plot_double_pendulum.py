@@ -2,8 +2,8 @@ r"""
 Double pendulum
 ===============
 
-Two masses on rods of length 1, with noise on both. There is no solution in closed form, but Ito's formula knows the
-mean of the energy: of n = 4 directions the constraints take 2, and each one left is heated at the rate sigma^2/2.
+Two masses on rods of length 1, with noise on both. There is no solution in closed form, but Ito's formula gives
+the mean of the energy: the m = 2 constraints leave n - m = 2 of n = 4 directions, each heated at the rate sigma^2/2.
 
 .. math::
 
@@ -54,8 +54,8 @@ ax.plot(paths["r"][:, 2], paths["r"][:, 3], lw=0.8)
 ax.set(title="the lower mass", xlabel="x", ylabel="y", aspect="equal")
 
 # %%
-# A scheme with a tenth too little noise looks right on a picture. It heats too slowly, and the first tier finds it
-# without a single path.
+# A scheme whose noise is 10 per cent too small looks right on a picture, but it heats too slowly. One step is enough
+# to refute it, without any path.
 
 
 @dataclass(frozen=True)

@@ -68,8 +68,8 @@ for path in range(6):
 ax.set(xlabel="x", ylabel="y", zlabel="z")
 
 # %%
-# Beside the half-explicit scheme, Euler-Maruyama on the inherent SDE: it has the same strong order, but never
-# projects, and here it claims that it keeps the constraints.
+# The half-explicit scheme, and Euler-Maruyama on the inherent SDE. The latter has the same strong order but does not
+# project; here it wrongly claims to keep the constraints.
 
 
 class Unprojected(EulerMaruyama):

@@ -2,9 +2,9 @@ r"""
 Jump-diffusion, a form of its own
 =================================
 
-Merton's model jumps. Neither its form nor its noise is part of the framework: a plugin brings both, the equation,
-the record of jump times and marks that refines from level to level like a Brownian path, the trivial equations that a
-step must solve exactly, and the schemes.
+Merton's model has jumps. Neither its form nor its noise is part of the framework. A plugin defines both: the
+equation, the record of jump times and marks, which is refined from level to level like a Brownian path, the trivial
+equations that a step has to solve exactly, and the schemes.
 
 .. math::
 
@@ -36,7 +36,7 @@ figure, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 axes = paths.plot(ax=ax)
 
 # %%
-# Euler's scheme with jumps, one that subtracts their mean and one that takes Marcus' canonical jumps instead. All
+# Euler's scheme with jumps, a variant that subtracts their mean, and a variant with Marcus' canonical jumps. All
 # three claim strong order 1/2 and weak order 1.
 
 wrong = [CompensatedJumpEuler(), MarcusJumpEuler()]

@@ -2,9 +2,9 @@ r"""
 Kubo oscillator, with a measure of its own
 ==========================================
 
-A rotation whose frequency is noisy keeps its energy on every path. How fast does a scheme lose it? None of the
-shipped measures asks that. A measure is a plugin, here beside an equation with an exact solution, a scheme that keeps
-its promise, and one that leaves out Milstein's correction and does not.
+A rotation with a noisy frequency conserves its energy on every path. How fast does the energy of a scheme drift? No
+shipped measure answers this, so the example defines one, with an equation whose solution is known, a scheme whose
+claim holds, and a scheme without Milstein's correction whose claim does not hold.
 
 .. math::
 
@@ -31,13 +31,13 @@ for run, ax in zip(paths, axes, strict=True):
     ax.set(title=run.scheme, xlabel="t", ylabel="energy")
 
 # %%
-# The measure asks: with which order in h does the energy drift? Both schemes claim order 1.
+# The measure estimates the order in h of the energy drift. Both schemes claim order 1.
 
 result = verify("kubo-*", "kubo-oscillator", "energy-drift", plugins=files, paths=2048)
 result
 
 # %%
-# What is not as it is told here ends the build of this site.
+# The build of this site fails if the verdicts differ from this text.
 
 assert dict(zip(result.verdicts.scheme, result.verdicts.verdict, strict=True)) == {
     "kubo-milstein": "verified",

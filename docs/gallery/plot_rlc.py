@@ -2,15 +2,15 @@ r"""
 RLC circuit with thermal noise
 ==============================
 
-A source U, a resistor R with its thermal noise, an inductor L and a capacitor C in series; beside the capacitor leaks
-a resistor R'. The current i and the voltage u have differential equations. The current y through the leak obeys Ohm's
-law without any: the equation is a differential-algebraic one, of index 1.
+A source U, a resistor R with its thermal noise, an inductor L and a capacitor C in series; a resistor R' in parallel
+to the capacitor is a leak. The current i and the voltage u have differential equations. The current y through the
+leak obeys Ohm's law without any: the equation is a differential-algebraic one, of index 1.
 
 .. math::
 
     L \,di = (U - R i - u) \,dt + \sigma \,dW, \qquad C \,du = (i - y) \,dt, \qquad 0 = R' y - u
 
-It is linear, so that its expectations are those of matrix exponentials: nothing has to be simulated to know them.
+The equation is linear, so that its expectations follow from matrix exponentials, without simulation.
 """
 
 from dataclasses import dataclass
@@ -72,8 +72,8 @@ for index, name in enumerate(("i", "u")):
     axes[index].plot(paths.times, [rlc_circuit().truths[index].value(t) for t in paths.times], "k", lw=2)
 
 # %%
-# The stochastic theta method is of weak order 2 here for theta = 1/2 and of order 1 for theta = 1. Both are put to
-# the test with the same claim.
+# Here the stochastic theta method has weak order 2 for theta = 1/2 and weak order 1 for theta = 1. The same claim is
+# tested for both.
 
 
 class Trapezoidal(StochasticTheta):

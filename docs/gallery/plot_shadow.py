@@ -2,8 +2,8 @@
 The equation that Euler-Maruyama really solves
 ==============================================
 
-Euler-Maruyama samples a double well. With a step size that is not small its density is another one, and which one is
-known beforehand: that of the modified equation.
+Euler-Maruyama samples a double well. If the step size is not small, the density of its samples differs from the right
+one. The modified equation predicts it.
 """
 
 from typing import ClassVar
@@ -17,9 +17,9 @@ from sdaeverify import SDE, Claim, Scheme, Step, modified_equations, orders
 [(str(term.forest[0]), round(term.value, 6)) for term in shadow.drift]
 
 # %%
-# The drift f = -V' is changed by -h/2 (f'f + f''), for kT = 1, and the covariance by -2 h f'. The density that
-# follows is that of the potential V - h V'^2/4 + h V''/2. Here it is drawn beside the given one and beside a
-# histogram of Euler-Maruyama at h = 0.2.
+# The drift f = -V' is changed by -h/2 (f'f + f''), for kT = 1, and the covariance by -2 h f'. This is the
+# density of the potential V - h V'^2/4 + h V''/2. The picture compares it with the given density and with a histogram
+# of Euler-Maruyama at h = 0.2.
 
 
 def potential(x):
@@ -47,8 +47,8 @@ ax.set(xlabel="x", ylabel="density", title="h = 0.2")
 ax.legend()
 
 # %%
-# A mistake has an equation, too. This scheme takes the diffusion at both ends of the step, as Heun's method does, but
-# its drift is Ito's.
+# A wrong scheme also solves some equation. This scheme evaluates the diffusion at both ends of the step, as Heun's
+# method does, but uses the Ito drift.
 
 
 class BothEnds(Scheme):

@@ -9,9 +9,9 @@ a noisy load pushes. In these coordinates the equations are simple, with two hol
 
     g = ( (1 - x_{1}^{2} - y_{1}^{2})/2, \qquad (b^{2} - (x_{2} - x_{1})^{2} - y_{1}^{2})/2 ) = 0
 
-In the angle of the crank there is none, but forces of inertia instead. The one form is given to the schemes. The
-other one, which is derived by Lagrange's equations and solved with strong order 3/2, is the truth that they are
-judged by.
+With the angle of the crank as coordinate there is no constraint, but there are forces of inertia. The schemes solve
+the first form. The second form, derived with Lagrange's equations and solved with strong order 3/2, is the truth with
+which they are compared.
 """
 
 from dataclasses import dataclass
@@ -107,8 +107,8 @@ axes[1].plot(paths["r"][:, 0], paths["r"][:, 1], lw=0.8)
 axes[1].set(title="end of the crank", xlabel="x_1", ylabel="y_1", aspect="equal")
 
 # %%
-# The half-explicit scheme has strong order 1 here, and keeps both constraints to round-off. The same scheme under
-# another name claims order 3/2: that is refuted.
+# The half-explicit scheme has strong order 1 here, and keeps both constraints to round-off. A copy of the
+# scheme that claims order 3/2 is refuted.
 
 
 @dataclass(frozen=True)

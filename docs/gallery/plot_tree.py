@@ -2,11 +2,11 @@
 A wrong coefficient, found by its tree
 ======================================
 
-Platen's explicit scheme of weak order 2 evaluates the drift at the end of the step, at time t + h. Here is the scheme
-with one slip: it evaluates the drift there at time t.
+Platen's explicit scheme of weak order 2 evaluates the drift at the end of the step, at time t + h. The scheme of this
+example has a mistake: it evaluates this drift at time t.
 
-On an equation that does not depend on time nobody can see the slip, and most test equations do not. The order
-conditions show it without any test equation: time is one of the leaves of the trees.
+On an equation that does not depend on time, such as most test equations, the mistake has no effect. Order conditions
+find it without any test equation, because time is one of the leaves of the trees.
 """
 
 from pathlib import Path
@@ -55,8 +55,8 @@ report = orders(SlippedPlaten(), "scalar")
 print(report.table[["class", "measure", "claim", "order", "first", "found", "wanted"]].to_string(index=False))
 
 # %%
-# The report writes the condition as an equation, a plugin file. The scheme misses its order there, in one step and
-# along paths.
+# The report writes the condition as a problem, a plugin file. On this problem the scheme does not have its order, in
+# one step and along paths.
 
 file = Path(mkdtemp()) / "counterexample.py"
 file.write_text(report.to_problem(report.failing[0]))
@@ -67,7 +67,7 @@ result.plot.convergence("slipped-platen", "gbm", "weak", ax=axes[0])
 missed.plot.convergence("slipped-platen", "counterexample", "weak", ax=axes[1])
 
 # %%
-# What is not as it is told here ends the build of this site.
+# The build of this site fails if the verdicts differ from this text.
 
 assert set(result.verdicts.verdict[result.verdicts.claim.notna()]) == {"verified"}
 assert report.failing[0].name == "f(t)"

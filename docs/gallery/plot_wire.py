@@ -2,15 +2,15 @@ r"""
 A program in C
 ==============
 
-A solver need not be in Python. This one is a program in C that reads a step on its stdin, asks for drift, diffusion
-and the derivative of the diffusion at the states it was sent, and writes the new states on its stdout:
+A solver need not be in Python. This solver is a C program that reads the data of a step on its stdin, requests the
+drift, the diffusion and its derivative at the states, and writes the new states to its stdout:
 
 .. math::
 
     x^{+} = x + h f(x) + B(x) \,\Delta W + \tfrac12 B'(x) B(x) (\Delta W^2 - h)
 
-The header that it includes is the one that ``sdaeverify wire --client c`` prints. Compiled with ``-DSIGN=-`` the last
-term has the wrong sign. Where no C compiler is installed, nothing is run here.
+It includes the header that ``sdaeverify wire --client c`` prints. Compiled with ``-DSIGN=-``, its last term has the
+wrong sign. Without a C compiler this example runs nothing.
 """
 
 import shutil
@@ -40,8 +40,8 @@ def built(name, sign):
 print(source.read_text())
 
 # %%
-# The hello of the program has its name, what a problem must have, and its claims. On geometric Brownian motion both
-# orders are verified; the wrong sign is refuted.
+# The hello of the program declares its name, the traits that it needs, and its claims. On geometric Brownian motion
+# both orders are verified; the wrong sign is refuted.
 
 if COMPILER:
     right, wrong = built("right", "+"), built("wrong", "-")
@@ -52,7 +52,7 @@ if COMPILER:
     assert set(found["-"].verdicts.query("measure == 'strong'").verdict) == {"refuted"}
 
 # %%
-# The errors along paths, as the two programs have made them.
+# The errors along paths of the two programs.
 
 if COMPILER:
     figure, ax = plt.subplots(figsize=(6, 3), layout="constrained")
@@ -63,7 +63,7 @@ if COMPILER:
     ax.legend()
 
 # %%
-# One step on rooted trees tells which term it is: the program has never heard of trees.
+# One step on the equation of rooted trees identifies the wrong term. The program needs no code for this.
 
 if COMPILER:
     print(orders(wrong, "scalar"))

@@ -2,9 +2,9 @@
 Work and precision
 ==================
 
-Which scheme needs the least work for an accuracy? Errors are compared on the same noise, the work is the measured
-time of the steps of a path. Each scheme stands beside what it claims and what was found of that: the slope of its
-line is minus its order, as far as a step costs the same at all step sizes.
+Which scheme needs the least work for an accuracy? Errors are compared on the same noise, and the work is the
+measured time of the steps of a path. The legend has the claim of each scheme and its verdict. The slope of a line is
+minus the order of the scheme if steps of all sizes take the same time.
 """
 
 from matplotlib import pyplot as plt
@@ -16,8 +16,8 @@ result.plot.work("gbm")
 plt.show()
 
 # %%
-# In numbers: steps and noise for an error of 0.02. Where the finest step size is too coarse, the order says how many
-# steps are needed.
+# Steps and noise needed for an error of 0.02. If the finest step size is too coarse, the number of steps is
+# extrapolated with the order.
 
 found = {one.scheme: one for one in result.choose("gbm", accuracy=0.02).found}
 for name, one in found.items():

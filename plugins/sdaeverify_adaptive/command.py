@@ -35,13 +35,15 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONCLUSIVE: "yellow"}
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Judge solvers that choose their steps.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Test the claims of adaptive solvers.")
 @click.argument("solvers", metavar="[SOLVER]...", nargs=-1)
 @click.option(
     "-p", "--problems", multiple=True, metavar="PATTERN", help=f"Problems.  [default: {', '.join(PROBLEMS)}]"
 )
 @options.once("--paths", type=int, default=Budget().paths, help="Number of paths.")
-@options.once("--tolerances", metavar="LIST", help="Such as 1e-2,1e-3,1e-4.  [default: those of each solver]")
+@options.once(
+    "--tolerances", metavar="LIST", help="Tolerances, such as 1e-2,1e-3,1e-4.  [default: those of each solver]"
+)
 @options.seed
 @options.jobs
 @options.progress_of_cells

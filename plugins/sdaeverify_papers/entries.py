@@ -16,12 +16,12 @@ WIDTH = 80
 SMALL = 1e-3
 # Fraction of effective paths below which a remark on few paths is made.
 FEW_PATHS = 0.1
-WORDS = {AGREES: "yes", DISAGREES: "NO", FEW: "few", "": ""}
+WORDS = {AGREES: "yes", DISAGREES: "NO", FEW: "void", "": ""}
 COLUMNS = ("here", "eff.", "scheme", "=scheme", "exact", "paper", "=here", "=exact")
 EXPLAINED = {
     "here": "Brackets hold the standard error in units of the last digit.",
-    "eff.": "eff.: effective paths, (sum y)^2/sum y^2, where they are fewer than a tenth of the paths; below 30 no "
-    "comparison is said to agree.",
+    "eff.": "eff.: effective paths, (sum y)^2/sum y^2, where they are fewer than a tenth of the paths; below 30 a "
+    "comparison is void.",
     "scheme": "scheme: the scheme's own mean, found without sampling.",
     "=scheme": "=scheme: whether ours is within four standard errors of it.",
     "=here": "=here, =exact: whether the print agrees with ours, and with the exact number, up to half a unit of its "

@@ -11,8 +11,8 @@ from sdaeverify import Array, ProblemError
 # Numbers agree if they differ by at most this many standard errors plus half a unit of the last printed digit; by
 # chance they disagree once in 16000 times.
 STANDARD_ERRORS = 4.0
-AGREES, DISAGREES, FEW = "agrees", "disagrees", "few paths"
-# Least number of effective paths for a meaningful standard error.
+AGREES, DISAGREES, FEW = "agrees", "disagrees", "void"
+# Least number of effective paths for a meaningful standard error; a comparison with fewer is void.
 FEWEST_EFFECTIVE = 30.0
 
 
@@ -126,9 +126,9 @@ class TableEntry:
     def _agreement(self, difference: float, allowed: float) -> str:
         if not isfinite(difference) or not isfinite(allowed):
             return ""
-        if abs(difference) > allowed:
-            return DISAGREES
-        return FEW if self.effective < FEWEST_EFFECTIVE else AGREES
+        if self.std_error > 0.0 and self.effective < FEWEST_EFFECTIVE:
+            return FEW
+        return DISAGREES if abs(difference) > allowed else AGREES
 
     def record(self) -> dict[str, object]:
         """Return the row of the file, numbers with all digits."""

@@ -53,13 +53,13 @@ CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN, Ex
     "--budget",
     type=click.Choice([each.value for each in Budget]),
     default=Budget.SMOKE.value,
-    help="How much it may cost.",
+    help="Budget.",
 )
 @options.once("--paths", type=int, help="Number of paths of each run.  [default: the experiment's]")
 @options.plugins
 @options.seed
 @options.once("--out", type=options.PLACE, help=f"Folder of the files.  [default: {FOLDER}/NAME]")
-@options.once("--format", type=click.Choice(FORMATS), default=FORMATS[0], help="Of the picture.")
+@options.once("--format", type=click.Choice(FORMATS), default=FORMATS[0], help="Format of the picture.")
 @options.jobs
 @options.progress_of_cells
 @click.pass_context

@@ -20,10 +20,12 @@ CLIENTS = {
 }
 
 
-@click.command("wire", short_help="Check a solver that is a program of its own.")
+@click.command("wire", short_help="Check a solver that is a separate program.")
 @options.once("--check", "program", metavar="COMMAND", help="The program with its arguments.")
-@click.option("--golden", is_flag=True, help="It must be golden-euler, and answer as the golden transcript does.")
-@options.once("--patience", type=click.FloatRange(0.01), default=PATIENCE, help="Seconds that an answer may take.")
+@click.option(
+    "--golden", is_flag=True, help="The program must be golden-euler; compare it with the golden transcript."
+)
+@options.once("--patience", type=click.FloatRange(0.01), default=PATIENCE, help="Time limit of an answer in seconds.")
 @options.once("--client", type=click.Choice(sorted(CLIENTS)), help="Print the client of a language, a file to copy.")
 def wire(program: str | None, golden: bool, patience: float, client: str | None) -> ExitCode:
     """Check that a program speaks the wire protocol, by which a solver in any language is a scheme.

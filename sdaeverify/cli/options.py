@@ -45,7 +45,10 @@ plugins = click.option(
 seed = once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
 jobs = once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
 progress_of_cells = once(
-    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, plain lines, nothing."
+    "--progress",
+    type=click.Choice(KINDS),
+    default=KINDS[0],
+    help="Progress on stderr: a bar, plain lines, or nothing.",
 )
 
 
@@ -102,7 +105,7 @@ selection = combine_options(
 as_json = click.option(
     "--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity."
 )
-quiet = click.option("-q", "--quiet", is_flag=True, help="Say the counts alone.")
+quiet = click.option("-q", "--quiet", is_flag=True, help="Print only the counts.")
 
 
 def levels_text(settings: Settings) -> str:
@@ -116,12 +119,12 @@ limits = combine_options(
         "--timeout",
         type=float,
         metavar="SECONDS",
-        help=f"What a scheme may take on a block of paths; 0 for no limit.  [default: {TIMEOUT:.0f}]",
+        help=f"Time limit of a scheme for a block of paths; 0 for none.  [default: {TIMEOUT:.0f}]",
     ),
     once(
         "--memory",
         metavar="SIZE",
-        help=f"Memory of each worker, such as 2G; 0 for no limit.  [default: {SHARE:.0%} of all, shared]",
+        help=f"Memory limit of each worker, such as 2G; 0 for none.  [default: {SHARE:.0%} of all, shared]",
     ),
 )
 

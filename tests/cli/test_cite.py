@@ -25,8 +25,9 @@ def test_the_table_of_a_run(call, run):
     """As LaTeX or Markdown, lines unbroken and indentation kept."""
     latex, markdown = (call("cite", str(run), "--table", kind).out for kind in ("latex", "markdown"))
     assert "\\begin{tabular}" in latex
-    assert " & milstein & gbm & strong x & order $\\geq$ 1.0 & " in latex
-    assert " | milstein | gbm | strong x | order ≥ 1.0 | " in markdown
+    assert " & strong x & order $\\geq$ 1.0 & " in latex
+    assert " | strong x | order ≥ 1.0 | " in markdown
+    assert "Scheme: milstein. Problem: gbm." in latex
 
 
 def test_a_folder_without_a_run_is_told(call):

@@ -31,6 +31,9 @@ QUICK = (
     "lindner-2017-constants",
     "lindner-2017-estimate-3-17",
     "lindner-2017-figure-5-1",
+    "lindner-2017-remark-3-5",
+    "lindner-2018-lemma-9",
+    "laurent-2022-theorem-2-12",
 )
 
 
@@ -147,11 +150,104 @@ def test_errata(registry):
     assert branch.value < 1.0
 
 
+def test_slips_in_proofs(registry):
+    """The right line holds to rounding, and the printed one is off by far more."""
+    found = {(entry.group.split()[0], entry.at["of"]): entry.value for entry in ran(registry, "errata").entries}
+
+    mass, bound, theta = (
+        [found[paper, f"{of}, {name}"] for name in ("right", "printed")]
+        for paper, of in (
+            ("LS", "|g| at the step's own kappa, M = diag(1, 2, 4)"),
+            ("LS", "|eta - 1| over its bound, at most 1; |v| = 100, h = 0.01"),
+            ("Qu", "difference of the two sides of (4.2)"),
+        )
+    )
+    for right, printed in (mass, theta):
+        # A few roundings of numbers of size 1.
+        assert right < 1e-14
+        assert printed > 1e-3
+    assert bound[0] < 1.0 < bound[1]
+    assert found["Qu", "rate of E x^2 at the a between, which is said to be stable"] > 0.0
+
+
+def test_weaker_truncation(registry):
+    """Both truncations keep the powers of h, and the weaker one alone lets a remainder grow with the velocity."""
+    found = {tuple(entry.at.values())[:2]: [] for entry in ran(registry, "lindner-2017-remark-3-5").entries}
+    for entry in ran(registry, "lindner-2017-remark-3-5").entries:
+        found[tuple(entry.at.values())[:2]].append(entry.value)
+
+    for (truncation, part), (in_h, in_v) in found.items():
+        assert in_h == pytest.approx(2.0 if part == "lambda^re" else 1.0, abs=0.02)
+        if (truncation, part) == ("weak, |v|", "lambda^re"):
+            # |v| (tan phi - sin phi) at the constant angle phi that the truncation leaves.
+            assert in_v == pytest.approx(1.0, abs=1e-3)
+        else:
+            assert in_v <= 0.0
+
+
+def test_gram_determinant(registry):
+    """The bound of Lemma 9 holds; that of the straight fibre itself, ds^(-2N), does not hold near the manifold."""
+    least = [entry.value for entry in ran(registry, "lindner-2018-lemma-9").entries]
+    assert min(least) > 0.0
+    assert max(least) < np.log(4.0)
+    # Shortening the first segment of N = 2 to 3 ds/4 is among the displacements.
+    assert least[0] <= np.log(4.0) + np.log(9.0 / 16.0) / 2.0 + 1e-12
+
+
+def test_contraction(registry):
+    """The shipped step is a fixed point of the map of the theorem, whose factor falls like h^(1/2)."""
+    exhibit = ran(registry, "laurent-2022-theorem-2-12")
+    values = {next(iter(entry.at.values())): entry.value for entry in exhibit.entries}
+
+    assert float(exhibit.remarks[0].split()[-1].rstrip(".")) < 1e-14
+    assert all(values[h] < 1.0 for h in values if not isinstance(h, str))
+    # The next power of h is still seen in the slope.
+    assert values["slope over h = 2^-6 to 2^-16"] == pytest.approx(0.5, abs=0.05)
+    assert values["largest over smallest eps, at any h"] < 2.0
+
+
+def test_moments_for_all_stiffnesses(registry):
+    """Moments fall with eps to those on the circle; explicit Euler's are lost where h is far above eps."""
+    entries = ran(registry, "laurent-2022-moments", paths=50).entries
+    found = {(entry.group.split(", ")[1], *entry.at.values()): entry for entry in entries}
+
+    for h in (0.125, 0.03125):
+        first = found["uniformly accurate (2.2)", 1e-8, h]
+        assert abs(first.value - 1.0) < 4.0 * first.std_error + 1e-3
+        assert np.isnan(found["Euler (1.5)", 1e-8, h].value)
+
+
+def test_fourth_moments(registry):
+    """They grow with the time, and stay below the bound with C = 1."""
+    entries = ran(registry, "lindner-2018-theorem-7", paths=20).entries
+    found = {(entry.group.split()[0], entry.at["T"]): entry.value for entry in entries if "T" in entry.at}
+
+    moments = [found["E", T] for T in (1, 2, 4, 8)]
+    assert moments == sorted(moments)
+    assert all(np.log(found["E", T]) < found["log", T] for T in (1, 2, 4, 8))
+
+
+@pytest.mark.slow
+def test_penalised_dynamics(registry):
+    """Both dynamics are off by eps in the mean square, and E zeta^2 is the leading term of each, not the other's."""
+    found = {
+        (entry.group[:6], *entry.at.values()): entry for entry in ran(registry, "laurent-2022-theorem-2-3").entries
+    }
+
+    for form, other in (("(1.3)", "(1.4)"), ("(1.4)", "(1.3)")):
+        entry = found["E zeta", "E zeta(X^eps(T))^2", form]
+        # The leading term is off by O(eps), eps = 2^-8, and Euler's steps by 1 %.
+        assert abs(entry.value - entry.exact) < 4.0 * entry.std_error + 0.02 * entry.exact
+        assert abs(entry.value - found["E zeta", "E zeta(X^eps(T))^2", other].exact) > 8.0 * entry.std_error
+        assert found["expone", "sup_t E |X^eps - X^0|^2", form].value == pytest.approx(1.0, abs=0.1)
+
+
 def test_sup_norms(registry):
     """On the grid v has order 1 with additive noise, in continuous time about the slope of (h log 1/h)^{1/2}."""
     found = {
         (entry.group.split(", ")[1], entry.at["of"], entry.at["sup over"]): entry
         for entry in ran(registry, "lindner-2017-theorem-4-1", paths=40).entries
+        if "sup over" in entry.at
     }
 
     for part in ("r", "v", "mu"):

@@ -126,6 +126,20 @@ def test_a_bound_is_refuted_where_chains_diverge():
     assert any("hains diverge at h = 0.25" in reason for reason in found["reason"])
 
 
+@pytest.mark.long
+def test_divergence_is_the_cause_that_is_told():
+    """Not the bias of the chains that are left, which is within the bound; a bias beyond one is told."""
+    diverging, biased = (
+        verify([scheme], problem, "invariant").verdicts.set_index("quantity").loc["x^2"]
+        for scheme, problem in ((Within(10.0), "double-well"), (Within(0.01), "ou"))
+    )
+    assert diverging["verdict"] == biased["verdict"] == "refuted"
+    assert diverging["reason"].startswith("No stationary mean at h = 0.25")
+    assert "largest bias -0.03" not in diverging["reason"]
+    assert np.isnan(diverging["value"])
+    assert abs(biased["value"]) > 0.01
+
+
 def test_a_step_that_jumps_has_no_operator():
     """What says that it accepts or rejects is not judged at nodes."""
     assert "discontinuous" in why_not_operator(MALA(), ou())

@@ -41,12 +41,15 @@ REPETITIONS = 1000
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Try out intervals and tests over many seeds.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Count the errors of intervals and tests over many seeds.")
 @options.once(
-    "--repetitions", type=int, default=REPETITIONS, help="Samples of 400 paths; more smaller and fewer larger ones."
+    "--repetitions",
+    type=int,
+    default=REPETITIONS,
+    help="Number of samples of 400 paths; more of smaller, fewer of larger samples.",
 )
 @click.option(
-    "--only", multiple=True, metavar="PATTERN", help="Studies or cells in whose names this is found. Repeatable."
+    "--only", multiple=True, metavar="PATTERN", help="Only studies or cells whose names contain this. Repeatable."
 )
 @options.seed
 @options.once("--out", type=options.PLACE, default=FOLDER, help=f"Folder for {CSV} and {MARKDOWN}.")

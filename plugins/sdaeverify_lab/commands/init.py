@@ -10,7 +10,7 @@ from sdaeverify.commands import ExitCode, options, output, print_texts
 from ..scaffold.library import adopt
 
 
-@click.command("init", short_help="Make a library that exists gate its schemes.")
+@click.command("init", short_help="Add a gate to an existing library.")
 @click.argument("folder", metavar="[DIR]", type=options.PLACE, default=Path())
 def init(folder: Path) -> ExitCode:
     """Write the files that a gate of its schemes needs into DIR, the folder of a library; by default this folder.

@@ -10,7 +10,7 @@ from sdaeverify.commands import ExitCode, options, output, print_texts
 from ..scaffold import names_of, write_plugin
 
 
-@click.command("new-plugin", short_help="Write a plugin to begin with.")
+@click.command("new-plugin", short_help="Write a new plugin package.")
 @click.argument("folder", metavar="DIR", type=options.PLACE)
 @options.once("--name", metavar="NAME", help="Name of the distribution.  [default: the last part of DIR]")
 def new_plugin(folder: Path, name: str | None) -> ExitCode:

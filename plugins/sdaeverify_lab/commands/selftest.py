@@ -34,12 +34,14 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 FILE = "kill.csv"
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Refute planted bugs, and nothing else.")
+@click.command(
+    epilog=codes_in_words(*CODES), short_help="Check that planted bugs are refuted and right schemes are not."
+)
 @options.once(
     "--only", metavar="PATTERN", default="*", help="Schemes or problems, planted or not, whose names match a glob."
 )
 @options.plugins
-@options.once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
+@options.once("--paths", type=int, default=DEFAULTS.paths, help="Largest number of paths.")
 @options.seed
 @options.once("--out", type=options.PLACE, help=f"Folder for {FILE}; nothing is written if left out.")
 @options.jobs

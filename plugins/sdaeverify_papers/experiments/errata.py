@@ -19,6 +19,7 @@ from sdaeverify_papers import (
 )
 
 from ._estimates import slope
+from ._slips import READ, SLIPS, slip_entries
 
 SIZES = 2.0 ** -np.arange(6, 13)
 # Probabilities of the drawn quantiles.
@@ -134,15 +135,17 @@ class Errata(Experiment):
         "Smaller ones, without a number: LF (3.3), (3.6): coefficients at the integration variable; LF Lemma 9: "
         "entries of G~ in the recursion; LS (3.12): d nu in the first line; LS (2.7): M^{-1} grad g maps R^m to "
         "R^n.",
+        *READ,
     )
 
     def work(self, budget: Budget) -> Work:
         """Return the probes."""
-        return dict(PROBES)
+        return {**PROBES, **SLIPS}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the numbers, a group for each error."""
-        return Exhibit((*_lindner(evidence), *_laurent(evidence), *_qu(evidence)), _panels(evidence))
+        slips = slip_entries({name: evidence.probe(name) for name in SLIPS})
+        return Exhibit((*_lindner(evidence), *_laurent(evidence), *_qu(evidence), *slips), _panels(evidence))
 
 
 def _number(group: str, of: str, value: float, exact: float = np.nan) -> TableEntry:

@@ -171,8 +171,6 @@ class Costs(Experiment):
         "Times are the least of some repetitions and change from run to run and from machine to machine.",
         "The paper: Gram solve and projection of r cost a fraction of a Newton step, and (B) up to 70 % less than "
         "(A).",
-        "Here a fraction it is for (B), Gram, alone: (B), Newton, whose systems are dense, costs more than (A) from "
-        "20 points on.",
     )
 
     def work(self, budget: Budget) -> Work:
@@ -197,7 +195,7 @@ class Costs(Experiment):
                     )
                 )
         counted = [_count_unknowns(points, made[row]) for row, points in enumerate(SIZES)]
-        return Exhibit((*entries, *counted), (_costs_panel(seconds, made),))
+        return Exhibit((*entries, *counted), (_costs_panel(seconds, made),), (_fractions(seconds),))
 
 
 def work_of(points: int, made: Array) -> float:
@@ -209,6 +207,15 @@ def work_of(points: int, made: Array) -> float:
     """
     d, nodes = 2, points + 4
     return float((made[1] * (d + 1) * nodes + 2 * points) / (made[0] * (2 * d + 2) * nodes))
+
+
+def _fractions(seconds: Array) -> str:
+    """Return for which solver of (B) the paper's "fraction" holds in these times."""
+    ratios = seconds / seconds[:, :1]
+    told = [f"{name} costs {low:.2g} to {high:.2g} of (A)" for name, low, high in
+            zip(list(COSTED)[1:], ratios[:, 1:].min(axis=0), ratios[:, 1:].max(axis=0), strict=True)]  # fmt: skip
+    below = [name for name, most in zip(COSTED, ratios.max(axis=0), strict=True) if most < 1.0]
+    return f"{'; '.join(told)}. At every number of points a fraction: {' and '.join(below) or 'neither'}."
 
 
 def _count_unknowns(points: int, made: Array) -> TableEntry:

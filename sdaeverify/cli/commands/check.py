@@ -28,14 +28,14 @@ LISTED = "; sdaeverify list shows all"
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Put schemes and problems to the conformance kit.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Run the conformance checks on schemes and problems.")
 @click.argument(
     "names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True, shell_complete=names_of("schemes", "problems")
 )
 @click.option(
-    "-p", "--problems", multiple=True, help="Problems that schemes are put to.  [default: three small ones]"
+    "-p", "--problems", multiple=True, help="Problems on which schemes are checked.  [default: three small ones]"
 )
-@click.option("--level", type=int, help="Newest level of the kit whose checks are made.  [default: all]")
+@click.option("--level", type=int, help="Run the checks up to this level of the kit.  [default: all]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each answer.")
 @plugins
 def check(**options: Any) -> ExitCode:

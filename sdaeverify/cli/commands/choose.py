@@ -33,17 +33,22 @@ WIDEST = 1000
 OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Tell which scheme needs the least work on a problem.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Find the scheme that needs the least work on a problem.")
 @click.argument("problem", metavar="PROBLEM[PARAMETERS]", shell_complete=names_of("problems"))
-@options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Of which errors.")
-@options.once("--quantity", metavar="NAME", help="Of which component or observable.  [default: the first]")
-@options.once("--accuracy", type=float, help="Error that is wanted.  [default: what half of the schemes reach]")
+@options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Kind of error.")
+@options.once("--quantity", metavar="NAME", help="Component or observable.  [default: the first]")
+@options.once("--accuracy", type=float, help="Error to reach.  [default: one that half of the schemes reach]")
 @options.selected("-s", "schemes", f"Schemes. {options.SELECTION}")
 @options.once(
-    "--run", type=options.PLACE, metavar="DIR", help="Take errors and times of a finished run; run nothing."
+    "--run", type=options.PLACE, metavar="DIR", help="Read errors and times from a finished run; run nothing."
 )
-@options.once("--paths", type=int, default=PATHS, help="Number of paths at most.")
-@options.once("--levels", metavar="COARSEST..FINEST", default="8..256", help="Numbers of steps, doubling.")
+@options.once("--paths", type=int, default=PATHS, help="Largest number of paths.")
+@options.once(
+    "--levels",
+    metavar="COARSEST..FINEST",
+    default="8..256",
+    help="Smallest and largest number of steps; each level doubles it.",
+)
 @options.seed
 @options.once("-j", "--jobs", type=click.IntRange(min=1), default=1, help="Worker processes.")
 @options.progress_of_cells

@@ -13,7 +13,7 @@ from ..exit_codes import ExitCode
 LATEX, MARKDOWN = "latex", "markdown"
 
 
-@click.command(short_help="Tell how to cite a run, and print its table for a paper.")
+@click.command(short_help="Print how to cite a run, or its table for a paper.")
 @click.argument("folder", type=options.PLACE, metavar="[RUN]", default=Path("reports", "latest"))
 @options.once("--table", type=click.Choice([LATEX, MARKDOWN]), help="Print the table of the verdicts instead.")
 def cite(folder: Path, table: str | None) -> ExitCode:

@@ -23,11 +23,11 @@ MARGIN, ALPHA = 1.1, 0.01
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Tell what changed from one run to the next.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Compare runs: verdicts, orders, sizes of errors.")
 @click.argument("runs", nargs=-1, required=True, type=PLACE)
-@once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
-@once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in a comparison.")
-@click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
+@once("--factor", type=float, default=MARGIN, help="Factor by which an error may grow.")
+@once("--alpha", type=float, default=ALPHA, help="Probability of a false alarm in the comparison.")
+@click.option("--all", "every", is_flag=True, help="Also show what has not changed.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
 @plugins
 def compare(**options: Any) -> ExitCode:

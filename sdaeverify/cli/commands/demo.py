@@ -25,7 +25,7 @@ SCHEMES, PROBLEMS, MEASURES = "euler-maruyama,milstein,half-explicit-euler", "gb
 SETTINGS = Settings(paths=1024, levels=5)
 
 
-@click.command(short_help="A first table and a first picture, in seconds.")
+@click.command(short_help="Run three schemes on two problems, in seconds.")
 @once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @click.pass_context
 def demo(context: click.Context, /, out: Path) -> ExitCode:

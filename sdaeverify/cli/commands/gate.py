@@ -29,21 +29,23 @@ GITHUB, SUMMARY, WORKSPACE = "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WO
 SEEDS = ("fixed", "date")
 
 
-@click.command(epilog=codes_in_words(), short_help="Run the claims of a project; fail where one is wrong.")
+@click.command(epilog=codes_in_words(), short_help="Test the claims of a project; fail if one is refuted.")
 @selection
 @plugins
-@once("--config", type=PLACE, metavar="FILE", help="Policy.  [default: nearest pyproject.toml]")
+@once("--config", type=PLACE, metavar="FILE", help="File of the policy.  [default: nearest pyproject.toml]")
 @once("--tier", metavar="TIER", help=f"Budget: {', '.join(TIERS)}.  [default: that of the policy, ci]")
-@once("--alpha", type=float, help="Probability of any false alarm in a run.  [default: that of the policy, 0.01]")
+@once("--alpha", type=float, help="Probability of a false alarm in the run.  [default: that of the policy, 0.01]")
 @once("--seed", type=int, help="Seed of all noise.  [default: that of the policy]")
-@once("--seed-from", type=click.Choice(SEEDS), help="The seed of the policy, or one made of today's date (UTC).")
+@once("--seed-from", type=click.Choice(SEEDS), help="Use the seed of the policy, or one from today's date (UTC).")
 @once("--out", type=PLACE, default=FOLDER, help="Folder of gate.json and of the run.")
 @jobs
 @progress_of_cells
-@once("--against", type=PLACE, metavar="DIR", help="Tell what changed against an earlier gate, by its gate.json.")
-@click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
+@once(
+    "--against", type=PLACE, metavar="DIR", help="List the claims whose status differs from that in an earlier gate."
+)
+@click.option("--write-lock", is_flag=True, help="Write the claims of this run into the lock file.")
 @limits
-@click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
+@click.option("--reuse/--fresh", help="Reuse evidence in the folder if the code and its results are unchanged.")
 @click.pass_context
 def gate(context: click.Context, /, **options: Any) -> ExitCode:
     """Test the claims of a project and fail if one is significantly wrong.

@@ -20,20 +20,22 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCo
 DATABASE = ".sdaeverify-hunt"
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Look for problems on which claims do not hold.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Search for problems on which claims fail.")
 @click.argument("schemes", metavar="SCHEME...", nargs=-1, required=True)
-@click.option("-m", "--measure", "measures", multiple=True, help="Whose claims are attacked.  [default: all]")
-@click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")
+@click.option("-m", "--measure", "measures", multiple=True, help="Measure of the claims to test.  [default: all]")
+@click.option(
+    "--when", multiple=True, metavar="TRAITS", help="Traits that all examples must have, separated by commas."
+)
 @click.option("--form", "forms", multiple=True, help="Form of the examples.  [default: those of the scheme]")
 @once("--examples", type=int, help="Examples drawn for each scheme, measure and form.  [default: 200]")
-@once("--minutes", type=float, help="Time of the search of all, in place of a number.")
+@once("--minutes", type=float, help="Total time of the search, instead of a number of examples.")
 @once(
     "--shrinking",
     type=float,
     default=SHRINKING,
-    help="Seconds that what is found is shrunk, and confirmed, on top.",
+    help="Additional seconds to shrink and confirm a counterexample.",
 )
-@once("--out", type=PLACE, metavar="FILE.py", help="Write a counterexample as a plugin file, and a test beside it.")
+@once("--out", type=PLACE, metavar="FILE.py", help="Write a counterexample as a plugin file, and a test next to it.")
 @seed
 @jobs
 @progress_of_cells

@@ -41,7 +41,7 @@ THETAS = (0.0, 0.25, 0.5, 1.0)
 LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parameters"}
 
 
-@click.command(short_help="Show all about one of them.")
+@click.command(short_help="Describe a scheme, a problem, a measure, a plugin or a term.")
 @click.argument("name", metavar="NAME[PARAMETERS]", shell_complete=names_of("schemes", "problems", "measures"))
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
 @plugins

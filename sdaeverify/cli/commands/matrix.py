@@ -44,14 +44,14 @@ FOLDER = Path("reports", "latest")
 COUNT = re.compile("[0-9]{1,9}")
 
 
-@click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
+@click.command(epilog=codes_in_words(), short_help="Run schemes on problems and judge every claim.")
 @selection
 @plugins
 @once(
     "--paths",
     type=int,
     default=DEFAULTS.paths,
-    help="Number of paths at most; of chains an eighth, and 1024 at least.",
+    help="Largest number of paths. Chains: an eighth, at least 1024.",
 )
 @once(
     "--levels",
@@ -62,11 +62,16 @@ COUNT = re.compile("[0-9]{1,9}")
 @once(
     "--first-levels",
     type=int,
-    help="Levels that paths begin with, enough to guard what one step decides.  "
+    help="Number of levels computed first, enough to guard verdicts from one step.  "
     f"[default: {DEFAULTS.first_levels}; all that --levels gives]",
 )
 @seed
-@once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
+@once(
+    "--confidence",
+    type=float,
+    default=DEFAULTS.confidence,
+    help="Confidence of intervals, and of all verdicts of a run together.",
+)
 @once(
     "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
 )
@@ -74,13 +79,13 @@ COUNT = re.compile("[0-9]{1,9}")
     "--max-looks",
     type=int,
     default=DEFAULTS.max_looks,
-    help="How often a cell is judged at most, until it is decided.",
+    help="Largest number of times that a cell is judged.",
 )
 @once(
     "--tests-reserved",
     type=int,
     default=DEFAULTS.tests_reserved,
-    help="Tests that early decisions share their error level among.",
+    help="Number of tests that share the error level of early decisions.",
 )
 @once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @jobs
@@ -88,20 +93,18 @@ COUNT = re.compile("[0-9]{1,9}")
     "--executor",
     metavar="NAME[:ADDRESS]",
     default="processes",
-    help="Who runs blocks: processes, serial, dask, dask://HOST:PORT, or one that a plugin brings.",
+    help="Executor: processes, serial, dask, dask://HOST:PORT, or one of a plugin.",
 )
-@once("--shard", metavar="I/N", help="Run the I-th of N parts of all pairs of a scheme and a problem, for merge.")
+@once("--shard", metavar="I/N", help="Run the I-th of N parts of all pairs of scheme and problem, for merge.")
 @progress_of_cells
 @limits
-@click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
-@click.option("-x", "--exitfirst", is_flag=True, help="End with the first problem on which a claim is refuted.")
-@click.option(
-    "--lf", is_flag=True, help="Run what was not verified in the last run into the folder, and nothing else."
-)
+@click.option("--fresh", is_flag=True, help="Compute everything again; ignore evidence in the folder.")
+@click.option("-x", "--exitfirst", is_flag=True, help="Stop after the first problem on which a claim is refuted.")
+@click.option("--lf", is_flag=True, help="Run only the cells that the last run into the folder did not verify.")
 @as_json
 @quiet
-@click.option("--no-html", is_flag=True, help="Write no page, report.html.")
-@click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
+@click.option("--no-html", is_flag=True, help="Do not write the page report.html.")
+@click.option("--dry-run", is_flag=True, help="List all cells, and why some cannot be run; run and write nothing.")
 @click.pass_context
 def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     """Cross schemes with problems, measure every cell, judge every claim.

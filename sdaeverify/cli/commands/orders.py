@@ -32,7 +32,7 @@ HEADINGS = ("class", "motions", "claim", "order", "held", "verdict")
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
 
 
-@click.command(epilog=codes_in_words(*CODES), short_help="Put the claims of schemes to classes of equations.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Test the claims of schemes on classes of equations.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once(
@@ -42,7 +42,7 @@ CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, E
 )
 @options.once("--weight", type=int, help="Largest weight of trees.  [default: 2 p + 1 for a claimed order p]")
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
-@click.option("--modified", is_flag=True, help="Show the equations that schemes solve to one order more.")
+@click.option("--modified", is_flag=True, help="Show the equations that the schemes solve to one order more.")
 @options.once("--problem", type=options.PLACE, metavar="OUT.py", help="Write a problem on which a claim is refuted.")
 @options.plugins
 def orders(

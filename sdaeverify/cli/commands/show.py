@@ -26,10 +26,10 @@ FOLDER = Path("reports", "latest")
 INDENT = "    "
 
 
-@click.command(short_help="Look again at a finished run.")
+@click.command(short_help="Show the results of a finished run.")
 @click.argument("what", nargs=-1, metavar="[DIR] [SCHEME] [PROBLEM]")
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures: names or globs.")
-@click.option("--open", "left_open", is_flag=True, help="What is refuted, failed or inconclusive, all of it.")
+@click.option("--open", "left_open", is_flag=True, help="List everything that is refuted, failed or inconclusive.")
 @options.as_json
 @options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:

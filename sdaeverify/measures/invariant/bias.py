@@ -44,6 +44,8 @@ class StationaryBias(NamedTuple):
 BALANCE = Method("detailed balance", 1)
 # Theorem: detailed balance leaves the law invariant, Hastings (1970).
 NO_BIAS = StationaryBias(0.0, 0.0, 0.0)
+# Of chains without a stationary mean.
+UNKNOWN_BIAS = StationaryBias(np.nan, np.nan, np.nan)
 
 
 def bias_bound(claim: Claim | None) -> float | None:

@@ -26,7 +26,7 @@ from ...verdicts.opinions import finding, judge_claim, rounded_up
 from ...verdicts.path_tests import RESOLVED, order_in
 from ...verdicts.rules import withhold_in_doubt
 from ..resolution import stationary_resolution
-from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
+from .bias import UNKNOWN_BIAS, StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
 METHOD = Method("paired replicated chains", 3)
@@ -178,21 +178,22 @@ def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opi
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
     if not record.stationary:
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0, p_refuted=1.0)
-    return with_bias(found, bias, _heed_divergence(record, opinion))
+    sizes = _blown_up(record)
+    if not sizes or opinion.verdict is Verdict.REFUTED:
+        return with_bias(found, bias, opinion)
+    # The chains that are left at other step sizes have a bias within the bound: it is not what decides.
+    return with_bias(found, UNKNOWN_BIAS, _refute_by_divergence(sizes))
 
 
-def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
+def _refute_by_divergence(sizes: Sequence[float]) -> Opinion:
     """Return the opinion on a bound, refuted by step sizes at which chains diverge.
 
     A chain that can diverge does so eventually: there is no stationary mean then, and none within a bound. An
     order is about small steps, a bound about every step size that is probed, so no step is too coarse for it.
     """
-    sizes = _blown_up(record)
-    if not sizes or opinion.verdict is Verdict.REFUTED:
-        return opinion
     text = "chains diverge at h = {sizes}, so that no stationary mean exists; the bound is claimed at every step size"
     reason = Reason(text, numbers={"sizes": ", ".join(f"{h:.3g}" for h in sizes)})
-    return Opinion(Verdict.REFUTED, reason.then(opinion.reason), p_verified=1.0, p_refuted=0.0)
+    return Opinion(Verdict.REFUTED, reason, p_verified=1.0, p_refuted=0.0)
 
 
 def _opinion(

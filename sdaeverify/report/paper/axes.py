@@ -38,6 +38,10 @@ STYLES: dict[str, dict[str, Any]] = {SCREEN: {}, PAPER: PAPER_STYLE}
 MOST_TICKS = {SCREEN: 8, PAPER: 6}
 # Length in decades of a logarithmic axis up to which 2 and 5 times each power of 10 are labelled as well.
 MOST_DECADES = 2.0
+# Matplotlib defines both in its own preamble, and recommends that each document repeat it.
+PGF_COMMANDS = r"""\providecommand\mathdefault[1]{#1}%
+\catcode`\_=\active\def_{\ifmmode\sb\else\textunderscore\fi}%
+"""
 KINDS = (".pdf", ".pgf", ".svg", ".png")
 
 
@@ -143,10 +147,13 @@ def save_figure(ax: Axes, files: Sequence[str | Path]) -> None:
             raise UsageError(f"save expects a file that ends in {', '.join(KINDS)}, got {str(file)!r:.200}")
         if kind == ".pgf" and shutil.which(PAPER_STYLE["pgf.texsystem"]) is None:
             raise UsageError(f"{file} needs pdflatex, which measures the texts of a PGF file; PDF needs none")
-        metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(kind)
+        # The writer of PGF takes no argument of this name, not even None.
+        undated = {".pdf": {"metadata": {"CreationDate": None}}, ".svg": {"metadata": {"Date": None}}}.get(kind, {})
         try:
-            with in_style(PAPER):
-                _figure_of(ax).savefig(file, dpi=300, metadata=metadata)
+            with in_style(PAPER), _latex_errors(file):
+                _figure_of(ax).savefig(file, dpi=300, **undated)
+            if kind == ".pgf":
+                _define_commands(file)
         except OSError as error:
             raise UsageError(f"cannot write {file}: {error.strerror or error}") from error
 
@@ -154,6 +161,24 @@ def save_figure(ax: Axes, files: Sequence[str | Path]) -> None:
 def as_label(text: str) -> str:
     r"""Escape a text for matplotlib, which would interpret text between two $ as a formula."""
     return text.replace("$", r"\$")
+
+
+@contextmanager
+def _latex_errors(file: Path) -> Iterator[None]:
+    from matplotlib.backends.backend_pgf import LatexError  # noqa: PLC0415 - optional
+
+    try:
+        yield
+    except (LatexError, ValueError) as error:
+        first = next((line for line in str(error).splitlines() if line.startswith("!")), "")
+        raise UsageError(f"LaTeX cannot set the texts of {file}{first and ': ' + first.lstrip('! ')}") from error
+
+
+def _define_commands(file: Path) -> None:
+    """Define within a PGF file what its texts use, so that a document needs the package pgf alone."""
+    text = file.read_text(encoding="utf-8")
+    start, group, rest = text.partition("\\begingroup%\n")
+    file.write_text(f"{start}{group}{PGF_COMMANDS}{rest}", encoding="utf-8")
 
 
 def _figure_of(ax: Axes) -> Any:

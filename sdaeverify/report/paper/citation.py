@@ -10,6 +10,7 @@ from ..cells import Row, text
 from ..sentences import counts_in_words
 from ..tables.rows import Rows
 from ..verdict_row import VerdictRow
+from .latex import escape_latex
 from .table import PaperTable
 
 # Copies of CITATION.cff, which is not in the wheel; tests compare them.
@@ -51,7 +52,7 @@ def bibtex(run: Mapping[str, Any]) -> str:
         "author": f"{{{AUTHOR}}}",
         "title": f"{{{TITLE}}}",
         "year": YEAR,
-        "version": run.get("versions", {}).get("sdaeverify", ""),
+        "version": escape_latex(run.get("versions", {}).get("sdaeverify", "")),
         "url": URL,
     }
     lines = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items() if value)
