@@ -80,7 +80,7 @@ OF_ONE_STEP = (
         tier=ONE_STEP,
         reason="a step follows the equation at much shorter step sizes only, as taming does",
         remedy="shorter steps than a run has",
-        planted="",
+        planted="balanced Euler in slow time, along paths",
     ),
     Guard(
         asks=WeakOrder.rises,
@@ -88,7 +88,7 @@ OF_ONE_STEP = (
         tier=ONE_STEP,
         reason="the local weak order rises at much shorter step sizes",
         remedy="shorter steps than a run has",
-        planted="",
+        planted="balanced Euler in slow time, in law",
     ),
     Guard(
         asks=_unless_slow,
@@ -96,7 +96,7 @@ OF_ONE_STEP = (
         tier=ONE_STEP,
         reason="the equation is slow, and rounding hides the errors of steps short enough for the scheme",
         remedy="a longer horizon",
-        planted="",
+        planted="balanced Euler, slow and small",
     ),
 )
 OF_PATHS = (
@@ -106,7 +106,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the sample is too small for the level of the test, or its tails are heavy",
         remedy="more paths",
-        planted="",
+        planted="balanced Euler with a strong pull, 40 paths",
     ),
     Guard(
         asks=resolve_order,
@@ -138,7 +138,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the order along paths still rises with refinement",
         remedy="finer steps",
-        planted="",
+        planted="Milstein on growth that falls fast",
     ),
     Guard(
         asks=_seems_early,
@@ -170,7 +170,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="paths are lost at step sizes hardly longer than those that are fitted",
         remedy="finer steps",
-        planted="",
+        planted="balanced Euler on a loud double well",
     ),
     Guard(
         asks=_coarse,
@@ -178,7 +178,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the error of a component is a quarter of its motion, and still changes as h is halved",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler on fast growth",
     ),
     Guard(
         asks=_on_its_way,
@@ -186,7 +186,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the order is as claimed at the next step size if it rises once more as it did last",
         remedy="finer steps",
-        planted="",
+        planted="balanced Euler with a growing volatility",
     ),
     Guard(
         asks=_is_coarse_mean,
@@ -194,7 +194,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the error of a mean is a quarter of the mean",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler on growth, in law",
     ),
     Guard(
         asks=_grows,
@@ -202,7 +202,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="mean differences do not fall yet",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler and means that grow fast",
     ),
     Guard(
         asks=_shrinks,
@@ -210,7 +210,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the finest mean difference is larger than all others",
         remedy="finer steps",
-        planted="",
+        planted="Euler-Maruyama with the truth of slower growth",
     ),
     Guard(
         asks=is_suspect,
@@ -218,7 +218,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the same paths speak against the claim",
         remedy="finer steps",
-        planted="",
+        planted="errors of a rate of 1/2 with a mean that stays",
     ),
     Guard(
         asks=doubt_few_paths,

@@ -252,7 +252,7 @@ RESOLUTION = Guard(
     tier=None,
     reason="an error of the size that the policy of a gate asks about would not have shown",
     remedy="more paths",
-    planted="",
+    planted="another noise, and a gate that asks for a hundredth",
 )
 Step = Callable[[Finding, Case], Finding]
 # In the order of events: guards, and steps that count tests or say what a run waits for.
