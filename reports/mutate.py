@@ -49,7 +49,6 @@ TESTS = (
         "tests/study/test_controlled.py",
         "tests/study/test_families.py",
         "tests/study/test_guards.py",
-        "tests/study/test_suspicion.py",
     ),
 )
 SECONDS = 120

@@ -292,7 +292,7 @@ from sdaeverify.verdicts.guards import GUARDS
 from sdaeverify.verdicts.opinions import beside, of_smooth, too_coarse, up_to
 from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike, why_vacuous
 from sdaeverify.verdicts.rules import FINER as way_FINER
-from sdaeverify.verdicts.rules import Case, Objection, forbid, lies_below, send, withhold
+from sdaeverify.verdicts.rules import Case, Objection, forbid, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory

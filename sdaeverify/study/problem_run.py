@@ -7,7 +7,6 @@ Where paths contradict one step on these as well, finer ones are drawn, until bo
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 
 from ..contracts.claimed import Exact, Order
 from ..contracts.finding import SAMPLED, Finding, Kind, Verdict
@@ -16,7 +15,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, SchemeEvidence, Task
-from ..verdicts.rules import Case, lies_below, send
+from ..verdicts.rules import Case, send
 from .agreement import agreeing
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
@@ -46,8 +45,6 @@ class CellRun:
         Whether a stage ended that it was not decided on, without need of the next one.
     halted : str
         Why no further look is taken; empty if that is open.
-    below : dict of str to float
-        By quantity, the half width of the narrowest interval that lay below its claim at a look of this stage.
     """
 
     cell: Cell
@@ -58,15 +55,6 @@ class CellRun:
     enough: int = 0
     over: bool = False
     halted: str = ""
-    below: dict[str, float] = field(default_factory=dict)
-
-    def look(self, result: CellResult) -> None:
-        """Take over the result of a look, held against those of the looks before it on the same levels."""
-        found = result.findings
-        held = (send(each, Case(half_width=self.below.get(each.quantity, inf))) for each in found)
-        self.result = replace(result, findings=tuple(held))
-        for each in filter(lies_below, found):
-            self.below[each.quantity] = min(self.below.get(each.quantity, inf), each.high - each.estimate)
 
     @property
     def final_evidence(self) -> CellEvidence:
@@ -171,7 +159,7 @@ class ProblemRun:
         """Judge the open cells at the end of a look."""
         runs = [run for run in self.runs if run.asking]
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
-            run.look(result)
+            run.result = result
         self.look += 1
         if self.stages:
             self._set_apart([run for run in runs if not run.pathless])
@@ -205,7 +193,7 @@ class ProblemRun:
             run.over, run.finer = run.over or not run.finer, False
         self._begin_stage()
         for run in self._running():
-            run.evidence, run.stage, run.below = run.evidence.without_paths, self.stage, {}
+            run.evidence, run.stage = run.evidence.without_paths, self.stage
             run.enough = min(run.enough, self.sampled.paths)
 
     def _begin_stage(self) -> None:

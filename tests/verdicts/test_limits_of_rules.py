@@ -15,7 +15,6 @@ from facade import (
     claim_for,
     gbm,
     judge_strong,
-    lies_below,
     path_tests,
     resolve_order,
     rules,
@@ -308,14 +307,6 @@ class TestAgreement:
         found = left(agreeing(PROBLEM, [result(PATHS, finding), *others]))
         assert found == {("of paths", "q"), ("of law", "q^2")} | ({("of paths", "state")} if stays else set())
 
-    def test_an_interval_below_the_claim_is_remembered_by_its_half_width(self):
-        """It lies below if its upper end does; the narrower of two half widths counts."""
-        wide = replace(low(0.9), claim=ONE, estimate=0.7)
-        assert not lies_below(wide)
-        assert lies_below(wide, 0.09)
-        assert not lies_below(wide, 0.11)
-        assert lies_below(replace(wide, high=0.79), inf)
-
 
 class TestLevels:
     """Levels that a slope is fitted to."""
@@ -395,13 +386,6 @@ class TestRules:
         """An error that nobody asks about stays verified."""
         assert send(replace(SURE, resolution=seen), Case(resolution=0.02)).verdict is verdict
         assert send(replace(SURE, resolution=inf), Case()).verdict is Verdict.VERIFIED
-
-    @pytest.mark.parametrize(("half_width", "verdict"), [(0.05, Verdict.INCONCLUSIVE), (0.2, Verdict.VERIFIED)])
-    def test_a_narrower_interval_below_the_claim_is_not_forgotten(self, half_width, verdict):
-        """The estimate is 0.7, and the claim holds from 0.8 on."""
-        found = send(replace(SURE, estimate=0.7, high=1.0), Case(half_width=half_width))
-        assert found.verdict is verdict
-        assert found.settled is (verdict is Verdict.VERIFIED)
 
     def test_what_waits_for_finer_levels_is_open(self):
         """And may be decided by them."""
