@@ -303,7 +303,7 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
-        early = _above(fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
+        early = _above(fitted, claim) or seems_early(quantity, fitted.levels, bias.bound)
         tests = _with_limit(tests, fitted, early=early)
     else:
         reason = tests.reason.then("towards the scheme's own limit, as no exact solution is known", ", but ")
@@ -315,19 +315,25 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
         tests = tests.held("the order still rises: take finer steps")
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
-        coarse = _coarse(evidence, int(fitted.levels[-1]))
-        if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
+        coarse = why_coarse(evidence, int(fitted.levels[-1]))
+        if not coarse and (coarse := why_on_its_way(quantity, fitted.levels, claim)):
             growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
     return hold_back(fitted.calibrate(tests), evidence, fitted.levels, coarse, growth)
 
 
-def _coarse(evidence: Evidence, finest: int) -> str:
+def why_coarse(evidence: Evidence, finest: int) -> str:
     """Return which component the finest steps do not resolve, and how far they are from it; empty if there is none.
 
     Its error is a large part of what the solution moves, and halving the step still changes it by as much as it does
     where errors of order 1/2 or more fall: they have not begun to. No other component, which it drives, shows its
     order then. Nor have they where a scheme holds its solution far below the true one, and lets it come up by more
     with each halving. At a wrong limit errors are large and flat as well, but steps change it less and less.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    finest : int
+        Finest level of the fit.
     """
     for each in quantities_of(evidence):
         changes = each.difference[:, max(finest - 2, 0) : finest].sum(axis=0) / each.paths
@@ -340,8 +346,16 @@ def _coarse(evidence: Evidence, finest: int) -> str:
     return ""
 
 
-def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
-    """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not."""
+def why_on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
+    """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    levels : ndarray of int
+        Levels of the fit.
+    claim : Claim
+    """
     rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
     if not (isinstance(claim.value, Order) and rise > RISING and ahead >= claim.value.floor):
         return ""
@@ -365,10 +379,18 @@ def _above(fitted: Fit, claim: Claim) -> bool:
     return isinstance(claim.value, Order) and fitted.interval[0] > claim.value.least
 
 
-def _seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
+def seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
     """Tell whether the finest errors fall like their differences, or surely begin to: then others are too coarse.
 
     Towards a wrong limit they level off further with each halving of the step.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    levels : ndarray of int
+        Levels of the fit.
+    bias : float
+        Bound of the bias of the slope.
     """
     if len(levels) <= FEWEST:
         return False

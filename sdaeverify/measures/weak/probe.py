@@ -198,13 +198,13 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     sharp = evidence.scheme.local_order_is_global
     opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance, sharp)
     opinion = opinion and of_smooth(of_law(opinion, least, evidence, paths=False), least, evidence)
-    opinion = opinion and _of_mesh(opinion, least, evidence)
+    opinion = opinion and of_mesh(opinion, least, evidence)
     final = opinion is not None and opinion.final
     if claim.quantities and known and not final:
         return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
-    further = _up_to_memory(_unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
+    further = _up_to_memory(unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
     # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
     if further is not None and (undecided or further.final or further.verdict is Verdict.REFUTED):
@@ -212,12 +212,20 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
 
 
-def _of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+def of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
     """Return what a local order says of a claim: nothing for one above 1 where lagged values are interpolated.
 
     One step has the older solution at its ends. Between the points x_k and x_{k+1} of a mesh, Brownian motion is a
     bridge of variance delta (1 - delta) h about the line through them: whatever depends on a lagged value not only
     linearly has a mean that is off by h.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    evidence : Evidence
     """
     delayed = evidence.view.capability(Delayed)
     if delayed is None or not delayed.mesh(evidence.step_sizes[-1]).delta:
@@ -261,7 +269,7 @@ def _judge_named(
     own = evidence.without_paths.read(_read_own, evidence.view, observable)
     if own is not None:
         judged = _judge_in_runs(own, claim.least, max(TOLERANCE, claim.margin), weak_probe(evidence).memory)
-        judged = _unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
+        judged = unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
         if judged.verdict is Verdict.REFUTED:
             return judged, False
     return local_doubt(f"{opinion.reason}; it is for other functions, and {observable} may be better"), False
@@ -291,10 +299,10 @@ def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float, sh
     probed = tally.read(_read_probe, view)
     if probed.local is None:
         return None
-    return _unless_taken_back(_judge_in_runs(probed.local, claim, tolerance, probed.memory), sharp=sharp)
+    return unless_taken_back(_judge_in_runs(probed.local, claim, tolerance, probed.memory), sharp=sharp)
 
 
-def _unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
+def unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
     """Return what one step says of a weak order: nothing against it if later steps take its errors back.
 
     Parameters
@@ -323,7 +331,7 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     return _opinion(found.low, found.high, claim, text)
 
 
-def _unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
+def unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
     """Return what is known at T, which does not refute alone where the equation is slow.
 
     A scheme that bounds its noise by 1 has its order on steps whose errors are below rounding there.
@@ -392,7 +400,7 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     values = (claim.value for claim in scheme.promises if claim.measure == "weak")
     orders = (value for value in values if isinstance(value, Order))
     judged = (judge_weak(order, value.least, max(TOLERANCE, value.margin)) for value in orders)
-    return [_unless_taken_back(opinion, sharp=scheme.local_order_is_global).verdict for opinion in judged]
+    return [unless_taken_back(opinion, sharp=scheme.local_order_is_global).verdict for opinion in judged]
 
 
 @lru_cache(maxsize=16)
@@ -420,7 +428,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
-    opinion = _unless_taken_back(judge_weak(order, value.least, TOLERANCE), sharp=scheme.local_order_is_global)
+    opinion = unless_taken_back(judge_weak(order, value.least, TOLERANCE), sharp=scheme.local_order_is_global)
     evidence = Evidence.of_one_step(scheme, view)
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})
