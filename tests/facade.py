@@ -95,7 +95,8 @@ from sdaeverify.numerics.statistics import (
     lower_term_weights,
 )
 from sdaeverify.probe.balance import balance, say_imbalance, why_not_balanced
-from sdaeverify.probe.explosion import explosion
+from sdaeverify.probe.explosion import NAME as EXPLOSION
+from sdaeverify.probe.explosion import Explosion, explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
@@ -286,6 +287,7 @@ from sdaeverify.trees.sdes.universal import TIME_0, Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for
+from sdaeverify.verdicts.divergence import why_divergent
 from sdaeverify.verdicts.fitted_levels import sound_levels
 from sdaeverify.verdicts.guard import Guard
 from sdaeverify.verdicts.guards import GUARDS

@@ -2,14 +2,19 @@
 
 from dataclasses import replace
 from math import inf
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from facade import (
+    EXPLOSION,
     Case,
     EulerMaruyama,
+    Explosion,
+    Invariant,
     Objection,
+    Strong,
     StrongOrder,
     beside,
     claim_for,
@@ -23,11 +28,13 @@ from facade import (
     too_coarse,
     unlike,
     up_to,
+    why_divergent,
     why_vacuous,
 )
 from measures import test_mean_order as mean_orders
 from sdaeverify import Claim, Scheme, Settings
 from sdaeverify.measuring import (
+    Coverage,
     Estimate,
     Evidence,
     Finding,
@@ -41,8 +48,11 @@ from sdaeverify.measuring import (
     decide,
     group_sums,
     guard,
+    judge_claim,
     local_doubt,
     order_tests,
+    packed,
+    why_not_claimed,
     with_sample,
 )
 from study.test_agreement import CLAIM, LAW, PATHS, PROBLEM, agreeing, left, result, verified
@@ -52,10 +62,73 @@ LOCAL = Opinion(Verdict.VERIFIED, Reason("strong order 1.00"), 1)
 NOTHING = PathTests(1.0, 1.0, Reason("figures"))
 
 
+class Traited(EulerMaruyama):
+    """A scheme with claims for every problem, for a trait that growth has, and for one that it has not."""
+
+    name: ClassVar[str] = "traited"
+    claims: ClassVar[tuple[Claim, ...]] = (
+        ONE,
+        replace(ONE, measure="near", when=frozenset({"linear-growth"})),
+        replace(ONE, measure="far", when=frozenset({"additive-noise"})),
+    )
+
+
+def claim(value):
+    """Return a claim of a value."""
+    return replace(ONE, value=value) if isinstance(value, float) else Claim(measure="any", value=value, source="test")
+
+
 def evidence(paths=4096, **settings):
     """Return evidence of a number of paths, and of nothing else."""
     tally = Tally(sums={"paths": group_sums(np.ones(paths))} if paths else {})
     return Evidence(EulerMaruyama(), gbm(), gbm(), Settings(paths=8192, **settings), tally, Tally())
+
+
+class TestKnownClaims:
+    """Which claim covers a quantity, and whether its measure knows what is claimed."""
+
+    def test_a_claim_is_judged_if_its_measure_knows_the_value(self):
+        """Orders are known to measures without words, words to those that list them; nothing else is judged."""
+        judged = [
+            (value, words, judge_claim(Coverage("x", claim(value)), lambda _: LOCAL, words, tier=2))
+            for value in (1.0, "stable", "round-off")
+            for words in ((), ("stable",), ("other",))
+        ]
+        known = {(value, words) for value, words, found in judged if found is LOCAL}
+        assert known == {(1.0, ()), ("stable", ("stable",))}
+        unknown = [found for *_, found in judged if found is not LOCAL]
+        assert {(found.verdict, found.tier, found.reason.kind) for found in unknown} == {
+            (Verdict.INCONCLUSIVE, 2, Kind.UNKNOWN_VALUE)
+        }
+
+    def test_without_a_claim_nothing_is_judged(self):
+        """The quantity is out of scope, for the reason of the gap."""
+        found = judge_claim(Coverage("x", None, Reason("a gap")), lambda _: LOCAL)
+        assert (found.verdict, str(found.reason)) == (Verdict.OUT_OF_SCOPE, "a gap")
+
+    def test_a_measure_without_a_claim_is_named(self):
+        """A claim counts if it is about the measure and its traits are those of the problem."""
+        assert why_not_claimed(Traited(), gbm(), "any") == why_not_claimed(Traited(), gbm(), "near") == ""
+        assert why_not_claimed(Traited(), gbm(), "far") == "no claim about far here"
+        assert why_not_claimed(Traited(), gbm(), "none", "this") == "no claim about this here"
+
+    @pytest.mark.parametrize(
+        ("claimed", "measure", "power", "why"),
+        [
+            (ONE, Strong(), 2.0, "E|x_n|^p grows"),
+            (ONE, Strong(), 1.0, ""),
+            (None, Strong(), 2.0, ""),
+            (replace(ONE, sense="in probability"), Strong(), 2.0, ""),
+            (ONE, Invariant(), 2.0, "rare paths"),
+            (replace(ONE, sense="in probability"), Invariant(), 2.0, "rare paths"),
+        ],
+    )
+    def test_a_claim_that_rests_on_moments_fails_where_they_explode(self, claimed, measure, power, why):
+        """In mean square, or of an invariant law; what was not probed is not known to explode."""
+        known = packed(EXPLOSION, Explosion(*map(np.float64, (power, 0.5, 1e3, 1e9))))
+        assert why_divergent(claimed, measure, known).startswith(why)
+        assert bool(why_divergent(claimed, measure, known)) is bool(why)
+        assert why_divergent(claimed, measure, Tally()) == ""
 
 
 class TestOrders:
