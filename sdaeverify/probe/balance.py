@@ -24,6 +24,7 @@ from .step.one_step import OneStep
 from .step.states import WHEN, reached_states
 
 # Pairs of x and y at each step size.
+# Size: pairs that are compared.
 PAIRS = 64
 # Uniform variables at which the step is seen to take the proposal or not; where it begins or ceases to is bisected.
 # The extremes stand for 0 and 1.

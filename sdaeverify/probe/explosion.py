@@ -27,8 +27,10 @@ from .step.nodes import SEED
 # By which factors the noise of one step is larger than by law, and how many paths each of them has. The first factors
 # are close, as states of steep coefficients overflow at once beyond them.
 FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
+# Size: paths of a run.
 PATHS = 6
 # Ordinary steps before the large one, so that no start is special; largest and least number of steps after it.
+# Size: steps of a run.
 BEFORE, MOST, FEWEST = 2, 12, 5
 # Step sizes as a part of the unit of time: what runs away at the first is confirmed at the second.
 PARTS = 2.0**8, 2.0**10

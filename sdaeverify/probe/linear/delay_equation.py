@@ -30,8 +30,10 @@ from ..step.states import WHEN
 
 EPS = float(np.finfo(float).eps)
 # Rounding of a handful of operations, and of the slack per unit of its two terms.
+# Rounding: EPS for each operation.
 ROUNDING = 32.0 * EPS
 # e^CLIP can be squared.
+# Rounding: e^600 is less than the largest number, e^709.
 CLIP = 300.0
 # Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14

@@ -216,6 +216,7 @@ def _advance(
 # Noise at which the step must be what it is by its values at 0 and at one standard deviation.
 REACH, TRIALS = 4.0, 3
 # Of the times in all parts of the horizon, one in so many.
+# Size: times that are tried.
 FEWER = 4
 
 

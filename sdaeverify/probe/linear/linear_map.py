@@ -15,10 +15,12 @@ from ..step.states import cloud
 from .affine import at_corners, corners, defect, with_trials
 
 # Steps of a run after which memory is tried: as many as `probe.step.times` compares in a row.
+# Size: steps in a row.
 ROW = 128
 # Memory beyond this is that of steps that are not stable.
 LARGEST = 1e8
 # Of the cloud's states, one in so many: the start, the last of the pilot and of the scattered ones.
+# Size: states that are tried.
 EVERY = 6
 
 

@@ -39,20 +39,26 @@ from .second_moments import smat, svec
 from .step_moments import step_moments
 
 # Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
+# Rounding: EPS for each operation of a product.
 ROUNDING = 16.0
+# Size: further step sizes.
 FURTHER = 6
 # Of the unit of time: step sizes go down to this one on long horizons too, where a scheme that has a time of its own
 # shows no order on longer ones.
 SHORT = 2.0**-8
 # An error is used where it is known to two digits: a local order is then off by less than 0.03.
+# Rounding: log2 of 1.01/0.99 is 0.029.
 ABOVE_FLOOR = 100.0
 # Accuracy that truths are asked to have, relative to the largest moment: further step sizes would not tell more.
 KNOWN = 1e-10
 DELAY_FURTHER, FEWEST = 2, 3
 # What an observable is off by beside a quadratic function, relative to its terms, is rounding. It is held against one
 # at the trial states and beyond.
+# Rounding: of the sums of an observable.
 QUADRATIC = 1e-12
+# Size: of the trial states.
 SCALES = (1.0, 8.0)
+# Size: moments that are compared.
 POWERS = (1, 2)
 
 

@@ -18,6 +18,7 @@ from .linear_map import MemoryStep
 from .second_moments import Operator
 
 # Directions that add less to the others, relative, are taken to add nothing.
+# Rounding: of a projection on the directions before.
 ADDS = 1e-12
 
 

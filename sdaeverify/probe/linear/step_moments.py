@@ -30,12 +30,14 @@ from .linear_map import LinearMap, MemoryStep, factors_at, linear_map
 from .second_moments import Operator
 
 # Panels to begin with, an even number of them, and nodes of each: one of them resolves the normal density.
+# Size: panels and nodes.
 FIRST, NODES = 8, 16
 GAUSS_LEGENDRE = np.polynomial.legendre.leggauss(NODES)
 # A panel and its halves agree within this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump, the error of a panel is its length: that of the last round is below 1e-12.
 ROUNDS = 44
+# Size: panels at most.
 MOST_PANELS = 256
 FAR = 60.0
 SPACING = 0.125
@@ -43,19 +45,25 @@ SPACING = 0.125
 ZOOM, ZOOMS = 8, 8
 # Peaks that so many zooms have not raised beyond the first one, nor far beyond the grid, are zoomed no further.
 LOOKED, FLAT, RISEN = 3, 1.001, 2.0
+# Size: peaks at most.
 MOST_PEAKS = 64
 # Nodes along lines at which a step is made at once: more states of many components do not stay near the processor.
+# Size: nodes of a call.
 AT_ONCE = 4_400
 # |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
 EXPONENT = 0.45
 # Where a state goes, shape (k, K), where the normals are x, shape (variables, K).
 Image = Callable[[Array], Array]
 # Where kinks are looked for next, no more than a few rules of the ladder are tried.
+# Size: nodes of the rules.
 LADDER, FEW = (5, 9, 15, 25, 41), 3
+# Size: nodes of the rules on either side of a kink.
 SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
 # Entries of the matrices at all nodes, at most: 64 MiB.
+# Size: memory.
 ENTRIES = 1 << 23
+# Size: states that are tried.
 TRIALS = 3
 
 

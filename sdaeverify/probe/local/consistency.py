@@ -29,6 +29,7 @@ from .strong_defects import LEVELS
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
 # is not hidden by what is right.
 SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
+# Size: nodes of a variable.
 NODES = 4
 
 
@@ -134,6 +135,7 @@ def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
 # between a step and two half steps.
 
 
+# Size: nodes of a variable.
 DELAY_NODES = 5
 
 

@@ -31,13 +31,16 @@ from ..step.states import time_unit
 from .step_law import FINER, ROUNDINGS, SETTLED, EquationRates, equation_rates, short_steps, state_words
 
 # Draws in all, and at how many times of the run; fewer draws of large systems, whose draws have more motions each.
+# Size: draws and times.
 DRAWS, TIMES, WORK, FEWEST = 10_000, 4, 2**21, 512
 # The least p of clipped increments that allow an order of 1/2; see the law's `most`.
+# Theorem: the one that `Law.most` names.
 LEAST_CLIP = 0.5
 # A difference is followed to shorter steps beyond this part of the noise: of a right scheme it falls like sqrt(h), or
 # like the power h^(1/4) of a tamed one.
 SMALL = 1e-3
 # Standard errors of a mean at which the law of a step is not that of the noise: one in 10^6 by chance.
+# Level: 6e-7 of a normal mean, two-sided.
 STANDARD_ERRORS = 5.0
 
 

@@ -20,6 +20,7 @@ from ..step.nodes import SEED
 
 # Paths of a run, the parts it is compared in, its steps, and how often these are halved to see what vanishes; and how
 # often where they do not seem to: what a scheme does every so many steps need not be in a part of so few.
+# Size: paths, parts and steps of the runs.
 PATHS, PARTS, COARSE, FINER, FINEST = 64, 8, 40, 2, 4
 # In parts of what the solution moves: below, memory may do what it likes. What vanishes like h^(1/2) is halved on
 # steps of a fourth of the size, what does not stays.

@@ -33,11 +33,14 @@ from ..step.nodes import SEED
 from ..step.states import WHEN, reached_states, time_unit
 
 # Lines between states, and intervals that each is cut into at first.
+# Size: lines and intervals.
 LINES, CUTS = 64, 32
 # The same of lines through states, of which there are so many at each time. To either side they go as far as a
 # solution moves in a step of this size, in units of time: not far from a manifold that the states are on.
+# Size: lines and intervals.
 AT_A_TIME, SHORT_CUTS, SHORT = 4, 8, 2.0**-6
 # Parts of the horizon that a coefficient is followed on, in intervals of so many, at some of the states.
+# Size: lines and intervals.
 TIME_LINES, TIME_CUTS, AT_STATES = 8, 16, 4
 # Halvings towards a jump, and towards a kink, of which the last ones tell whether anything falls. A difference of
 # order l^2 is rounding after more of them.
@@ -50,8 +53,10 @@ SMALL, ROUNDINGS = 1e-6, 64.0
 # times as large. They are taken beside the ends of intervals, where kinks of simple formulas are.
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 # Roundings of the points of a line that are tried.
+# Size: roundings that are tried.
 TRIALS = 4
 # For which no coefficient needs derivatives in the state.
+# Theorem: Milstein 1988, Theorem 1.
 LIPSCHITZ_ORDER = 0.5
 
 

@@ -29,6 +29,7 @@ RESOLUTION, DEFECT = 2e-5, 1e-3
 # Of the variance that a noise should have: what is less is rounding; that of a noise h dW is 1e-7.
 NO_NOISE = 1e-12
 # Times and states at which rates are compared.
+# Size: times and states.
 TIMES, STATES, GROWN = 5, 6, 10.0
 # The difference quotient of the diffusion along its columns.
 ALONG = 1e-5

@@ -51,8 +51,10 @@ TYPICAL = 0.2
 ROUNDINGS = 64.0
 # Components, nodes, states and times of steps of one size, multiplied: of large systems fewer parts of the run are
 # looked at, and no fewer than so many.
+# Size: memory, and parts of the run.
 MOST, FEWEST = 2**17, 4
 # States times nodes of a step: of more nodes there are fewer states.
+# Size: states times nodes.
 WORK = 256
 MOMENTS = ("mean", " (Ito/Stratonovich?)"), ("covariance", "")
 

@@ -36,8 +36,10 @@ FINER = 4.0 ** -np.arange(9.0, 12.0)
 SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
 # States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
 # states then, and no fewer than so many.
+# Size: states times nodes times components.
 WORK, LEAST_STATES = 80_000, 2
 # The same of further states, and nodes of each of two variables there.
+# Size: the same.
 FURTHER_WORK, FEW_NODES = 20_000, 4
 # Numbers of variables of which three nodes each are more than a rule of the fifth degree has.
 SMALL = range(3, len(COUNTS) + 1)
@@ -48,6 +50,7 @@ Defects = tuple[Array, ...]
 # How `LocalStrong.means` says that nodes are a rule of the third degree.
 UP_TO_1 = 0.5
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
+# Size: indices of an array.
 SELF, EM, LATER = range(3)
 
 

@@ -40,14 +40,17 @@ LEVELS = FINEST * 2.0 ** np.arange(15.0, -1.0, -1.0)
 # Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
 SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
 # Test functions with which a batch is as long as that of a step; of more it is shorter.
+# Size: of a batch.
 FUNCTIONS = 32
 # An order needs so many of the finest step sizes that are not truncated.
 LEAST = 5
 # A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
 ROUNDINGS = 64.0
 # States that are changed by a rounding error, to see what a step makes of it.
+# Size: states that are changed.
 NUDGED = 4
 # Leaves of a tree at all further states, and paths of a step from these: about as many as from the cloud.
+# Size: of a tree, and of a batch.
 LEAVES, WORK = 2**15, 2**12
 # When each step begins, and its size.
 Steps = tuple[tuple[float, float], ...]

@@ -22,11 +22,13 @@ from ...forms import Delayed, Problem
 from ..step.nodes import step_nodes
 
 # Points of a step at most; how often N is doubled, and how many numbers of steps there are from N to 2N.
+# Size: points, and numbers of steps.
 MOST, DOUBLED, NUMBERS = 2**16, 4, 7
 # Points are one where they differ by less than rounding of many steps, in parts of their own size and, where they are
 # near 0, of a small part of the mean size. No atom is so small.
 SAME, NEAR = 1e-9, 1e-3
 # Points of a smaller probability are left out: all together they are less than rounding.
+# Rounding: 2^16 of them are less than EPS.
 UNLIKELY = 1e-22
 # How many E_N an order needs.
 FEWEST = 3

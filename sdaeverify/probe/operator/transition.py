@@ -30,10 +30,12 @@ from .chart_equation import output_rows, require_chart
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
 # Paths on which steps are made, and functions evaluated, at once: more do not stay near the processor.
+# Size: paths of a call.
 AT_ONCE = 8_000
 # A coordinate that leaps further than so many scales has blown up.
 BLOWN_UP = 1e6
 # Rounding of an entry of the matrix, in units of EPS and of the size of its function.
+# Rounding: EPS for each operation.
 ROUNDING = 64.0
 # A step is affine in its noise if it is so to rounding, relative to the largest coordinate: errors add up over a run.
 AFFINE = 1e-13

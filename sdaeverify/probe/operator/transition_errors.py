@@ -30,6 +30,7 @@ from .transition import ASKED, Given, stationary, transition
 FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
 Sizes = Mapping[int, tuple[int, int]]
 # Noise nodes that are left out in the coarse basis.
+# Size: nodes of the coarse basis.
 FEWER = 2
 # An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
 FUNCTION = 1e-9
@@ -237,6 +238,7 @@ def _is_function(view: Problem, name: str) -> bool:
 # coordinates, the means of the functions of one of them belong to its marginal law.
 
 
+# Size: points of a line.
 POINTS = 41
 # On a line densities are told up to so many scales from the centre.
 REACH = 5.0

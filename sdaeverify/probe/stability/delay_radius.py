@@ -27,6 +27,7 @@ from .spectral import WIDTHS, SpectralRadius
 # them. Arcs are halved until all are so short: the number is certain, rounding being added to the right side.
 
 
+# Size: arcs of the circle.
 ARCS, ROUNDS, MOST_ARCS = 64, 60, 1 << 18
 
 
@@ -278,6 +279,7 @@ def _noise(recursion: Lagged, gamma: Array) -> Array:
 # Gains are decided if they differ from 1 by so many times their error.
 ERRORS = 10.0
 # Powers of r that are used stay below this.
+# Rounding: a product with another number is finite.
 LARGEST_POWER = 1e200
 LARGEST_RADIUS = 1e30
 # Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is

@@ -20,10 +20,13 @@ from ...arrays import Array
 from ..linear.second_moments import Operator, smat, svec
 
 # Up to this size the operator is a matrix; above, only its values are used.
+# Size: of a matrix.
 DENSE = 300
 # Vectors of Arnoldi's method. With scipy's 20, it settled on eigenvalues that are not the largest.
+# Size: of a Krylov space.
 VECTORS = 60
 # How often it starts again at most: what has not converged by then is not known.
+# Size: of an iteration.
 RESTARTS = 200
 # Widths of brackets that are tried, absolute below rho = 1 and relative above.
 WIDTHS = tuple(10.0**power for power in range(-12, 0))

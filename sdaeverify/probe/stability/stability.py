@@ -36,15 +36,20 @@ from .spectral import SpectralRadius, spectral_radius
 from .windows import Window, crossings, doubtful, signs, stable_windows
 
 # The scan is at least this wide, in the problem's unit of time and in its own time scale, with so many step sizes.
+# Size: of the scan.
 LEAST, MOST, COUNT = 1e-3, 1e3, 60
 # So many times its step sizes a scan may have after it was refined.
+# Size: of the scan.
 REFINED = 4
 
 Row = tuple[float, ...]
 # Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter; one for
 # each factor 2 where histories are longer than the one, and none where they are longer than the other.
+# Size: of the scan.
 FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
+# Size: of the scan.
 PER_DECADE, LONGER = 12, 16
+# Size: of the scan.
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
 # What is certain, as a number.

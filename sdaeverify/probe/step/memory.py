@@ -31,11 +31,14 @@ from .nodes import SEED
 # Steps of the coarsest run, and how often they are halved: three sizes, each a fourth of the one before. Runs go over
 # the horizon, where memory may set in late, and on steps that are 16 times shorter over a sixteenth of it: memory of
 # ceil(h^(-1/5)/2) steps is always of two on the first sizes.
+# Size: of the runs.
 COARSE, HALVINGS, SHORTER = 64, (0, 2, 4), 2.0**-4
 # Times at which runs are compared, in parts of the horizon: memory may set in late, or be forgotten at the end.
+# Size: times that are compared.
 LOOKS = 4
 # Paths: they know a root mean square to 5 per cent, and its quotients on the same noise better. That memory changes
 # nothing beyond rounding is a property of each path, and is asked of a few first.
+# Size: paths.
 PATHS, FIRST = 256, 16
 # Standard errors that are added to the size of a mean: what is not resolved falls as slowly as they do.
 ERRORS = 3.0

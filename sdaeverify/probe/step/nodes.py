@@ -25,14 +25,18 @@ from .two_rules import mixing_turn, turn
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST = 3
 # A tensor rule larger than this has fewer nodes a variable, down to three, which are exact up to degree 5.
+# Size: of a rule.
 MOST_NODES = 2_000
 # Larger than this it may not be with three nodes a variable either: so many random points take its place.
+# Size: of a rule.
 LARGEST, POINTS = 7_000, 2_000
+# Size: any seed.
 SEED = 20170601
 # Nodes a variable that tell mean and covariance of a step and reach beyond two standard deviations; of more
 # variables, up to how many all corners of a cube are taken; atoms and equally probable sizes at most.
 FEW_NODES, SMALL, FEW_ATOMS, MOST_SIZES = {1: (6, 7), 2: (4,)}, 4, 36, 12
 # Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
+# Size: of a batch.
 BATCH = 16_384
 
 

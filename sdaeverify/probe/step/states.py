@@ -11,14 +11,19 @@ from ...numerics import all_finite, norm, solve
 from .nodes import BATCH, SEED
 
 # Points near the start of a random problem, whose coefficients have the size 1, and how far from it they are.
+# Size: states.
 POINTS_NEAR_START, NEAR_START = 2, 0.25
 # Points of the cloud beside the initial state, in each of its two parts.
+# Size: states.
 PILOT, SCATTERED = 6, 6
+# Size: of a step of the pilot.
 PILOT_H = 2.0**-6
 # Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
 # that it makes in each of them, and the states that are probed there.
+# Size: paths, times and states.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
 # Reached states that orders are asked at beside the cloud: of one component, one in each interval of mass 1/47.
+# Size: states.
 SPREAD = 48
 # In no component are points of the cloud farther from the start than so many times its size, or the distance of one
 # of the nearest: where a law spreads over powers of ten, steps at its outer states are too coarse for schemes that
@@ -26,9 +31,11 @@ SPREAD = 48
 FARTHEST = 100.0
 # Of the states, to differentiate a stiff drift.
 DIFFERENCE = 1e-7
+# Size: steps of the pilot.
 FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point this close to the manifold, in parts of the terms that cancel there, is on it.
 CLOSE = 1e-10
+# Size: states.
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2

@@ -11,13 +11,17 @@ from .nodes import SEED, Nodes, count_atoms, gauss_hermite, step_nodes, tensor_r
 from .one_step import OneStep
 
 # Whether a function is affine in the noise is seen at these multiples of random signs, in standard deviations.
+# Size: of the trial noises.
 REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
+# Size: trial noises.
 DIRECTIONS = 4
 # Nodes of a rule at most: the step is evaluated at as many noises for k + 1 states.
+# Size: of a rule.
 LARGEST = 7_000
 # So many atoms are many; their moments are those of standard variables to this.
 MANY, STANDARD = 100, 1e-12
 # Where the density leaves 1e-21 of its mass outside.
+# Rounding: 1e-21 is less than EPS.
 CUT = 9.5
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 
 # In more variables than this, monomials end at degree 2.
+# Size: number of test functions.
 FEW = 3
 
 

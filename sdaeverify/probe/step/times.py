@@ -24,6 +24,7 @@ from .states import WHEN, cloud
 from .together import PathBatch, together
 
 # Parts of the horizon with a time in each of them, and times that are taken beside the first.
+# Size: times.
 STRATA, FURTHER = 32, 2
 # Of the unit of time: at whole numbers of it, fine steps of all sizes have indices of the same remainders.
 WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
@@ -32,8 +33,10 @@ H = 2.0**-6
 # A step that depends on time moves by more than this part of the states.
 SAME = 1e-9
 # Steps in a row that are compared with their neighbours, from one in so many states.
+# Size: steps in a row.
 ROW, EVERY = 128, 4
 # Steps of a larger system than this take long: a row is as short as this, and a rarer fault than that is not seen.
+# Size: steps in a row of large systems.
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time that are so many times those of the equation are none of its own.
 UNLIKE = 8.0

@@ -19,8 +19,10 @@ from ...errors import FAULTS
 from ...noise.brownian import Increment
 
 # Of fewer batches than this, three that are made alone and a call with arrays save nothing.
+# Size: batches.
 FEWEST = 5
 # Paths of a call: of more, the call is a small part of what a step takes, and arrays do not stay near the processor.
+# Size: of a batch.
 MOST = 2048
 # A map (x, t, h, noise) -> batch of paths, with numbers or arrays over paths for t and h.
 Map = Callable[[Any, Any, Any, Increment], Any]

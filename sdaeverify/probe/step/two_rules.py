@@ -13,6 +13,7 @@ from ...arrays import Array
 # Two rules agree on an error if they give it to this part of it. On errors led by |N| they differ by 0.14, with few
 # nodes a variable by 0.33 (balanced-euler on fibre-linear). Where a right step shapes its noise, the error is that of
 # a rule, and they differ by 0.40 at least, in most cases by about all of it (tests/probe/own_noise.py).
+# Measured by tests/probe/own_noise.py.
 AGREEMENT = 0.36
 # What the author of a scheme can do about a step whose means depend on the rule.
 SHAPED = (
@@ -20,6 +21,7 @@ SHAPED = (
     "discontinuous_in_noise"
 )
 # Orthogonal matrices of which one turns a rule, and the key of the first.
+# Size: matrices; any seed.
 TURNS, KEY = 32, 20170701
 
 
