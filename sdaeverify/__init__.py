@@ -1,4 +1,4 @@
-"""sdaeverify tells whether a numerical scheme for stochastic differential-algebraic equations keeps its promises."""
+"""sdaeverify checks whether numerical schemes for stochastic differential-algebraic equations meet their claims."""
 
 import ast
 import logging
@@ -7,11 +7,11 @@ from pathlib import Path
 
 __version__ = "0.9.0"
 
-# Quiet unless the program that uses it asks for more: logging.basicConfig(level="INFO").
+# Silent unless the application configures logging, for example by logging.basicConfig(level="INFO").
 logging.getLogger(__name__).addHandler(logging.NullHandler())
 
-# Whoever asks for a name pays for its module: every run of pytest imports the plugin of this package, most of them
-# without need of numpy; tables need pandas, which workers do not. The names stand once, in the stub beside this file.
+# Names are imported on first access. Every run of pytest imports the plugin of this package, usually without need of
+# numpy; tables need pandas, which workers do not. The stub file is the only list of the names.
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 _WHERE = {name.name: node.module for node in _STUB.body if isinstance(node, ast.ImportFrom) for name in node.names}
 

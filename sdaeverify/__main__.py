@@ -1,4 +1,4 @@
-"""``python -m sdaeverify``: the same program as the console script."""
+"""Entry point of ``python -m sdaeverify``, the same program as the console script."""
 
 from .cli.main import run
 

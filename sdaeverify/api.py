@@ -1,9 +1,8 @@
 """The Python interface: `verify` crosses schemes with problems and returns tables."""
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -23,7 +22,7 @@ from .forms import Problem
 from .registry.foreign_code import same_folder
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.folders import CLASSES, LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_run_folder, save_tables
+from .report.folders import LEVELS, NOT_APPLICABLE, RUN, VERDICTS, key_of, require_run_folder, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_in_brief, result_text
 from .report.paper.citation import ForPapers
@@ -34,20 +33,22 @@ from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.saved import settings_of
 from .report.tables.choice import Choices, choices, common_basis, curves
+from .report.tables.claims import claims_table
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
 from .report.tables.datasets import dataset_of_levels
-from .report.tables.rows import Rows, classes_table, rows_of, tables_of
+from .report.tables.rows import Rows, classes_table, records, rows_of, tables_of
 from .report.tables.saved_tables import read_result
 from .store.store import Store
 from .study import CellResult, Event, Finished, Plan, Study, plan
+from .study.class_results import class_results
 from .study.class_rows import class_rows
 from .study.examination import Work
 from .study.trial import trial_of
 from .study.unseen import unseen
-from .workers.executors import PROCESSES, Plugins, Workers, open_workers
+from .workers.executors import PROCESSES, crew_of
 from .workers.limits import Limits, read_limits
-from .workers.pool import BLOCKS_A_WORKER, executor_for
+from .workers.pool import BLOCKS_A_WORKER
 
 if TYPE_CHECKING:
     import xarray
@@ -65,14 +66,14 @@ class Result(ForPapers):
     Attributes
     ----------
     rows : Rows
-        The rows of all tables but the levels.
+        The rows of all tables except the levels.
     tables : dict of str to DataFrame
         All tables by the names of their files, with the dictionary of their columns.
     settings : Settings
     run : dict
         Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
     results : tuple of CellResult, optional
-        What the rows were made of, schemes and problems themselves; empty where the result was loaded or pickled.
+        The results behind the rows, with schemes and problems; empty for a loaded or pickled result.
     """
 
     rows: Rows
@@ -98,19 +99,19 @@ class Result(ForPapers):
         return self.tables[NOT_APPLICABLE]
 
     def details(self, measure: str) -> pd.DataFrame:
-        """Return what else a measure tells of its rows of `verdicts`.
+        """Return the additional columns of a measure for its rows of `verdicts`.
 
         Raises
         ------
         UsageError
-            If the result has none of the measure.
+            If the result has no rows of the measure.
         """
         if details_file(measure) not in self.tables:
             raise UsageError(f"the result has no rows of measure {measure!r:.200}")
         return self.tables[details_file(measure)]
 
     def command(self, scheme: str, problem: str, measure: str) -> str:
-        """Return the command that computes a cell again; empty where a name of it is not registered.
+        """Return the command that computes a cell again; empty if one of its names is not registered.
 
         Parameters
         ----------
@@ -135,25 +136,38 @@ class Result(ForPapers):
 
     @cached_property
     def classes(self) -> pd.DataFrame:
-        """One row for each order that a scheme claims for a class of SDEs: what its order conditions say.
+        """One row for each claim about a class of equations, with the verdict of order conditions or random members.
 
-        They are asked for when this is read first, if they were not in the run.
+        If the run did not evaluate order conditions, they are evaluated at the first access.
 
         Raises
         ------
         UsageError
             If the result was loaded or pickled without them.
         """
-        if CLASSES in self.tables:
-            return self.tables[CLASSES]
-        if not self.results:
+        found = self._asked.rows.of_classes
+        if found is None:
             raise UsageError("the result was kept without its classes; sdaeverify.orders asks a scheme for them")
-        return classes_table(class_rows(self.results, seed=self.settings.seed))
+        return classes_table(found)
+
+    @property
+    def claims(self) -> pd.DataFrame:
+        """One row for each claim: its findings by outcome, the worst one. Raises as `classes`."""
+        return claims_table(self._asked.rows.every, self.run)
+
+    @cached_property
+    def _asked(self) -> "Result":
+        """The result with what is said of classes, if its schemes are there to be asked."""
+        if self.rows.of_classes is not None or not self.results:
+            return self
+        found = class_rows(self.results, seed=self.settings.seed)
+        results = (*self.results, *class_results(found, [result.cell for result in self.results]))
+        return _tabled(results, self.settings, self.run, with_classes=True)
 
     @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
-        return Plots(self.rows.verdicts, _records(self.levels), self._details, self.settings.confidence)
+        return Plots(self.rows.verdicts, records(self.levels), self._details, self.settings.confidence)
 
     def choose(
         self,
@@ -165,9 +179,9 @@ class Result(ForPapers):
     ) -> Choices:
         """Return the schemes for a problem by the work that each needs for an accuracy, the least first.
 
-        Errors are those to one reference, the truth of the problem or the best verified scheme at finer steps, and
-        times are those of the same arrays: paths are made again for that. Of a loaded result the errors and times of
-        its run count, for verified schemes.
+        Errors are relative to one reference, the truth of the problem or the best verified scheme with finer steps,
+        and times are measured on the same arrays, so paths are computed again. For a loaded result, the errors and
+        times of its run are used, for verified schemes.
 
         Parameters
         ----------
@@ -176,20 +190,20 @@ class Result(ForPapers):
         measure : str, optional
             Of errors: ``strong``, ``weak`` or ``invariant``.
         quantity : str, optional
-            The first there is if left out.
+            The first one if omitted.
         accuracy : float, optional
-            The error that is wanted; what half of the schemes reach if left out.
+            The desired error; if omitted, the error that half of the schemes reach.
         progress : str, optional
-            On stderr, while paths are made again: as of `verify`.
+            Progress on stderr while paths are computed, as for `verify`.
 
         Raises
         ------
         UsageError
-            If nothing was measured of it.
+            If there is no measured error of the quantity.
         """
         if not isnan(number("accuracy", accuracy)) and not 0.0 < accuracy < inf:
             raise UsageError(f"accuracy expects a positive error, got {accuracy!r:.200}")
-        known, asked = curves(self.rows.verdicts, _records(self.levels), self._details), (measure, quantity)
+        known, asked = curves(self.rows.verdicts, records(self.levels), self._details), (measure, quantity)
         with shown_progress(_kind_of_progress(progress)) as show:
             basis = common_basis(self.results, known, problem, asked, self.settings, show)
         return choices(known, problem, asked, self.run.get("noise", {}), accuracy, basis)
@@ -199,7 +213,7 @@ class Result(ForPapers):
         return [row for rows in self.rows.details.values() for row in rows]
 
     def cell(self, scheme: str, problem: str) -> CellView:
-        """Return what was found of a scheme on a problem, to be looked at.
+        """Return a view of the findings on a scheme and a problem.
 
         Raises
         ------
@@ -218,7 +232,7 @@ class Result(ForPapers):
         Raises
         ------
         UsageError
-            If there is no xarray.
+            If xarray is not installed.
         """
         return dataset_of_levels(self.verdicts, self.levels)
 
@@ -237,16 +251,15 @@ class Result(ForPapers):
         Raises
         ------
         UsageError
-            If the folder cannot be written into.
+            If the folder cannot be written to.
         """
         target = folder_of("save", folder)
         require_run_folder(target, "folder")
-        asked = {CLASSES: self.classes} if self.results else {}
-        save_tables(target, {**self.tables, **asked}, self.run)
+        save_tables(target, self._asked.tables, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):
-    """Keywords of `verify` beside what is crossed."""
+    """Keyword arguments of `verify` other than schemes, problems and measures."""
 
     jobs: int
     plugins: Sequence[str | Path]
@@ -255,10 +268,6 @@ class RunOptions(SettingsOptions, total=False):
     timeout: float | None
     memory: str | None
     executor: Executor | str | None
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, object]]:
-    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
 def verify(
@@ -270,28 +279,27 @@ def verify(
     ----------
     schemes, problems, measures : str, object or sequence, optional
         Names with parameters or globs as on the command line, or scheme instances, problem functions and
-        measures themselves, alone or mixed in a list; everything registered if left out.
+        measures, alone or mixed in a list; all registered ones if omitted.
     jobs : int, optional
-        Worker processes, 1 by default: this process. With more than one, or with limits, a script needs the usual
-        ``if __name__ == "__main__":``.
-        Of an executor that is given, how many workers it is taken to have.
+        Number of worker processes; 1, the default, means this process. With more than one, or with limits, a script
+        needs the usual ``if __name__ == "__main__":``. With `executor`, the number of workers to assume for it.
     executor : Executor or str, optional
         Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
         (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, or one of the entry points
-        `sdaeverify.executors`). What one step tells of each scheme, and blocks of paths, are found there, in about
-        2 `jobs` pieces of a problem, one scheme on one problem at least. The result is the same to the last bit.
-        Workers need this package and see no folder of this machine: plugin files go there with each call, evidence
-        comes home as bytes. A worker that is lost costs one more call; `timeout` and `memory` do not hold there.
+        `sdaeverify.executors`). It runs the one-step evaluations and the blocks of paths, in about 2 `jobs` pieces
+        per problem, each of at least one scheme. Results are identical to the last bit. Workers need this package but
+        no access to this machine's folders: plugin files are sent with each call, evidence is returned as bytes. The
+        call of a lost worker is repeated once; `timeout` and `memory` do not apply.
     plugins : sequence of str or Path, optional
-        Plugin files, beside the installed plugins.
+        Plugin files, in addition to the installed plugins.
     progress : str, optional
-        On stderr: ``auto`` for a bar on a terminal and lines elsewhere, ``plain`` or, by default, ``none``.
+        On stderr: ``auto`` for a bar on a terminal and lines elsewhere, ``plain``, or ``none`` (the default).
     out : str or Path, optional
-        Folder for tables, evidence and page, as ``matrix --out``: evidence that is there is used again.
+        Folder for tables, evidence and page, as for ``matrix --out``; evidence in it is reused.
     timeout : float, optional
-        Seconds that a scheme may take on a block of paths; 0 for no limit, 600 where there are workers.
+        Maximum seconds for a scheme on a block of paths; 0 for no limit. Default 600 if there are worker processes.
     memory : str, optional
-        Size that a worker may use, such as ``2G``; ``0`` for no limit.
+        Maximum memory of a worker, such as ``2G``; ``0`` for no limit.
     **options
         Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), first_levels (4; as many
         as levels where these are given), seed, confidence, block, max_looks, tests_reserved.
@@ -307,11 +315,11 @@ def verify(
     PluginError
         If a plugin file cannot be used.
     LostExecutorError
-        If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
+        If the executor accepts no more calls, or loses one twice; evidence received so far is in `out`.
     """
     for kind, given in (("schemes", schemes), ("problems", problems), ("measures", measures)):
         if isinstance(given, list) and not given:
-            # A list that a program has made, and found nothing for, is not meant to stand for everything.
+            # An empty list is likely a program's failed search and must not select everything.
             raise UsageError(f"an empty list of {kind}; leave {kind} out to have all of them")
     numbers: dict[str, Any] = dict(options)
     asked = {name: numbers.pop(name, default) for name, default in WITHOUT_OPTIONS.items()}
@@ -352,7 +360,7 @@ WITHOUT_OPTIONS: dict[str, Any] = {"jobs": 1, "plugins": ()} | dict.fromkeys(
 def _check_options(
     *, jobs: Any, progress: Any, out: Any, timeout: Any, memory: Any, executor: Any, **_: object
 ) -> Limits | None:
-    """Check options of `verify` that are no settings, and return the limits that processes of its own are held to."""
+    """Check the options of `verify` that are not settings, and return the limits of its worker processes."""
     if whole("jobs", jobs) < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
     _kind_of_progress(progress)
@@ -373,46 +381,18 @@ def _check_options(
     return read_limits(seconds, memory, jobs)[1] if limited or jobs > 1 else None
 
 
-@contextmanager
-def crew_of(
-    jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
-) -> Iterator[Workers]:
-    """Give the workers of a run: processes of its own, those that a name stands for, or those of an executor.
-
-    Parameters
-    ----------
-    jobs : int
-        Number of workers.
-    limits : Limits or None
-        What processes of its own are held to.
-    registry : Registry
-        With the plugins that they load.
-    executor : Executor, str or None
-        As `verify` takes it.
-    """
-    if executor is None or executor == PROCESSES:
-        with executor_for(jobs, registry.files, limits, registry.modules) as own:
-            yield Workers(own, jobs)
-    elif isinstance(executor, str):
-        with open_workers(executor, jobs, registry) as crew:
-            yield crew
-    else:
-        yield Workers(executor, jobs, Plugins.of(registry))
-
-
 def plan_of(
     registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
 ) -> Plan:
-    """Select and cross; see `verify` for the parameters. Isolated workers are asked what can be run.
+    """Select and cross schemes, problems and measures; isolated workers try which cells can be run.
 
     Parameters
     ----------
     registry : Registry
-        What labels and globs are looked up in.
     schemes, problems, measures : str, object or sequence of them
-        As `verify` takes them.
+        As for `verify`.
     executor : Executor or None
-        Workers that are asked what can be run; this process itself if there are none.
+        Workers for the trials; this process if None.
     """
     chosen = (
         select_schemes(registry, schemes),
@@ -426,17 +406,17 @@ def plan_of(
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside: Sequence[Work] = ()) -> Result:
-    """Return what is known of a study, finished or not.
+    """Return the result of a study, finished or not.
 
     Parameters
     ----------
     study : Study
-        What it knows so far counts.
+        Its results so far are used.
     registry : Registry
     arguments : sequence of str
-        The call, kept in the record of the run.
+        The call, for the record of the run.
     beside : sequence of Work, optional
-        Examinations that have come to their end.
+        Finished examinations.
     """
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
@@ -447,20 +427,22 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside
     examined = [(result, work.command) for work in beside for result in work.results]
     run["examined"] = {result.cell.measure.name: [*words] for result, words in examined}
     results += tuple(result for result, _ in examined)
-    rows = rows_of(results)
-    tables = tables_of(rows, results, study.settings)
-    if study.class_rows is not None:
-        tables[CLASSES] = classes_table(study.class_rows)
-    return Result(rows, tables, study.settings, run, results)
+    results += tuple(class_results(study.class_rows or (), study.plan.cells))
+    return _tabled(results, study.settings, run, with_classes=study.class_rows is not None)
+
+
+def _tabled(found: tuple[CellResult, ...], settings: Settings, run: dict[str, Any], *, with_classes: bool) -> Result:
+    rows = rows_of(found, with_classes=with_classes)
+    return Result(rows, tables_of(rows, found, settings), settings, run, found)
 
 
 def load(folder: str | Path) -> Result:
-    """Return the result that a run has left in a folder, of `verify` or of ``matrix``.
+    """Return the result that a run of `verify` or of ``matrix`` has saved in a folder.
 
     Parameters
     ----------
     folder : str or Path
-        With ``verdicts.csv`` and ``run.json``. Texts are read, nothing is executed.
+        With ``verdicts.csv`` and ``run.json``. Texts are read, no code is executed.
 
     Raises
     ------
@@ -473,7 +455,7 @@ def load(folder: str | Path) -> Result:
 
 
 def folder_of(name: str, given: object) -> Path:
-    """Return a folder that somebody has named.
+    """Return a folder named by the user, after checking its type.
 
     Parameters
     ----------
@@ -484,7 +466,7 @@ def folder_of(name: str, given: object) -> Path:
     Raises
     ------
     UsageError
-        If it is no path, or empty, which would be the folder that the program is in.
+        If it is not a path, or is empty, which would mean the current folder.
     """
     if not isinstance(given, str | Path) or not str(given).strip():
         raise UsageError(f"{name} expects a folder, got {given!r:.200}")
@@ -492,7 +474,7 @@ def folder_of(name: str, given: object) -> Path:
 
 
 def _kind_of_progress(progress: str | None) -> str:
-    """Return the kind, ``none`` if there is none; UsageError if it is unknown."""
+    """Return the kind of progress display, ``none`` for None; raise UsageError if it is unknown."""
     if progress not in {None, *KINDS}:
         raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
     return progress or "none"

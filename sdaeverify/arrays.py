@@ -1,7 +1,7 @@
-"""The array conventions of the package, and batches of arrays that share their paths.
+"""The array conventions of the package, and batches of arrays with common paths.
 
 Paths come last: a state of n components on P paths has shape ``(n, P)``, a matrix ``(m, n, P)``.
-An array of real numbers may arrive complex where a derivative is taken by complex step.
+An array of real numbers may be complex if a derivative is computed by a complex step.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,7 +16,7 @@ Parts = Mapping[str, Array]
 
 
 def each(change: Callable[[Array], Array], batch: Any) -> Any:
-    """Return a batch of paths with every array changed: an array, or a tuple or mapping of batches and of None."""
+    """Return a batch of paths with a function applied to every array; tuples, mappings and None are preserved."""
     if isinstance(batch, tuple):
         parts: list[Any] = [each(change, part) for part in batch]
         return _named(batch, parts)
@@ -26,7 +26,7 @@ def each(change: Callable[[Array], Array], batch: Any) -> Any:
 
 
 def join_batches(batches: Sequence[Any], axis: int = 0) -> Any:
-    """Return batches of the same kind as one, joined along an axis: the first, or the last for their paths."""
+    """Join batches of the same structure along an axis: 0, or -1 for the paths."""
     first = batches[0]
     if isinstance(first, tuple):
         parts: list[Any] = [join_batches(part, axis) for part in zip(*batches, strict=True)]
@@ -37,7 +37,7 @@ def join_batches(batches: Sequence[Any], axis: int = 0) -> Any:
 
 
 def _named(model: tuple[Any, ...], parts: list[Any]) -> Any:
-    """Return parts as a NamedTuple of the type of a model; TypeError if that is a plain tuple."""
+    """Return parts as a NamedTuple of the model's type; raise TypeError if the model is a plain tuple."""
     if type(model) is tuple:
         expected = "a state of several arrays is a NamedTuple, such as the one that the step was given"
         raise TypeError(f"{expected}; got a plain tuple of {len(model)}")

@@ -1,4 +1,4 @@
-"""The public names for authors of commands: what options, words and endings of all commands have in common.
+"""The public names for authors of commands: the options, messages and exit codes common to all commands.
 
 A command is a `click` command that an entry point names::
 
@@ -11,12 +11,13 @@ A command is a `click` command that an entry point names::
         print_texts(output(), [f"{len(load_and_warn(plugins).schemes)} schemes"])
         return ExitCode.OK
 
-It returns an `ExitCode`; errors meant for the user are `SdaeverifyError`, and end the program with one line. Of the
-module `options` a command takes what it needs: ``once``, ``PLACE``, ``plugins``, ``seed``, ``jobs``, ``selection``
+It returns an `ExitCode`; errors meant for the user are `SdaeverifyError`, and end the program with one line. The
+module `options` provides the common options: ``once``, ``PLACE``, ``plugins``, ``seed``, ``jobs``, ``selection``
 and ``progress_of_cells``. Work that has a ``total`` and a ``run`` is done by `run_on_workers`.
 """
 
 from .cli import options
+from .cli.codes_of_runs import code_of_verdicts
 from .cli.console import conclude, output, print_texts
 from .cli.exit_codes import ExitCode, codes_in_words
 from .cli.loading import load_and_warn
@@ -32,6 +33,7 @@ __all__ = [
     "ExitCode",
     "TablePage",
     "claims_on_lines",
+    "code_of_verdicts",
     "codes_in_words",
     "conclude",
     "describe_making",

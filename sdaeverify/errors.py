@@ -1,4 +1,4 @@
-"""Errors a user can cause, one line each; anything else that is raised is a defect of sdaeverify.
+"""Errors that users can cause, with one-line messages; any other exception is a defect of sdaeverify.
 
 ::
 
@@ -24,7 +24,7 @@ class SdaeverifyError(Exception):
 
 
 class UsageError(SdaeverifyError, ValueError):
-    """The request itself is wrong."""
+    """An invalid request: unknown names, contradictory options or values out of range."""
 
 
 class ParameterError(UsageError):
@@ -36,15 +36,15 @@ class ProblemError(SdaeverifyError, ValueError):
 
 
 class SchemeError(SdaeverifyError, ValueError):
-    """A scheme returned something its contract does not allow."""
+    """A scheme violates its contract."""
 
 
 class PluginError(SdaeverifyError, ImportError):
-    """A plugin could not be loaded or registers something unusable."""
+    """A plugin cannot be loaded or registers an unusable object."""
 
 
 class MissingLibraryError(PluginError):
-    """The library that a plugin is made for is not installed: it is left out, and nothing is wrong with it."""
+    """The library that a plugin is made for is not installed: the plugin is left out without being an error."""
 
 
 __all__ = [
@@ -59,12 +59,12 @@ __all__ = [
     "one_line",
 ]
 
-# What a plugin may raise without ending the run: sys.exit() included, an interrupt of the user not.
+# Exceptions that a plugin may raise without ending the run, sys.exit() included; an interrupt by the user ends it.
 FAULTS = (Exception, SystemExit, GeneratorExit)
 
 
 def is_out_of_memory(error: BaseException | None) -> bool:
-    """Tell whether an error, or one that it was raised from, is that there is no memory left."""
+    """Return whether an error, or one from which it was raised, is a MemoryError."""
     while error is not None and not isinstance(error, MemoryError):
         error = error.__cause__ or error.__context__
     return error is not None
@@ -80,19 +80,20 @@ def one_line(error: BaseException) -> str:
     Returns
     -------
     str
-        ``message`` for an error of this package; for any other ``Type: message``, with the file and the line of the
-        plugin that raised it, or that called what did. Of a call with wrong arguments, the right ones as well.
+        ``message`` for an error of this package. For any other error ``Type: message``, followed by the correct
+        arguments if it was a call with wrong ones, and by the file and line in the plugin that raised it or called
+        the raising code.
     """
     text = " ".join(_text(error).split()) or "no message"
     if isinstance(error, SdaeverifyError):
         return text
     place, expected = _line_of_plugin(error), _signature(error, text)
-    told = f"{text}; expected {expected}" if expected else text
-    return f"{type(error).__name__}: {told}{f' ({place})' if place else ''}"
+    message = f"{text}; expected {expected}" if expected else text
+    return f"{type(error).__name__}: {message}{f' ({place})' if place else ''}"
 
 
 def with_traceback(error: BaseException) -> str:
-    """Return `one_line` of an error, and below it its traceback, with those of the errors that it was raised from.
+    """Return `one_line` of an error, followed by its traceback and those of the errors from which it was raised.
 
     Parameters
     ----------
@@ -102,28 +103,28 @@ def with_traceback(error: BaseException) -> str:
 
 
 def _text(error: BaseException) -> str:
-    """Return the message of an error, whose class may be a plugin's own and know no text of itself."""
+    """Return the message of an error, also if its ``__str__``, which may be a plugin's, raises."""
     try:
         return str(error)
     except FAULTS as other:
         return f"its message cannot be read, which raises {type(other).__name__}"
 
 
-# How Python tells of a call with wrong arguments.
+# Python's messages for a call with wrong arguments.
 _CALL = re.compile(r"(?:\S*\.)?(?P<name>\w+)\(\) (?:missing|takes|got an unexpected)")
 
 
 def _signature(error: BaseException, text: str) -> str:
-    """Return what was called with wrong arguments with the right ones, such as ``DelaySDAE.diffused(t, x, v, y, w)``.
+    """Return the signature of a function that was called with wrong arguments: ``DelaySDAE.diffused(t, x, v, y, w)``.
 
-    It is empty for any other error, and where no object that the caller knows has a function of this name.
+    Empty for any other error, and if no local object of the caller has a function of this name.
     """
     called = _CALL.match(text) if isinstance(error, TypeError) else None
     frames = [frame for frame, _ in walk_tb(error.__traceback__)]
     if called is None or not frames:
         return ""
     for owner in [*frames[-1].f_locals.values()]:
-        # Nothing is called: an attribute may be a property of a plugin.
+        # Static look-up, because an attribute may be a property of a plugin, which must not be called.
         function = inspect.getattr_static(owner, called["name"], None)
         if inspect.isfunction(function) and not isinstance(owner, type):
             arguments = [name for name in inspect.signature(function).parameters if name != "self"]
@@ -132,14 +133,16 @@ def _signature(error: BaseException, text: str) -> str:
 
 
 FRAMEWORK = __name__.partition(".")[0]
-# Arrays raise where they are misused, which is told of who misuses them; hooks are called through pluggy.
+# Numerical libraries raise errors of their callers, so the caller's line is reported; hooks are called through
+# pluggy.
 PASSED = frozenset({"numpy", "scipy", "pluggy"})
 
 
 def _line_of_plugin(error: BaseException) -> str:
-    """Return the last line of the plugin that the framework called last; empty where it called none.
+    """Return the last line in the plugin that the framework called last; empty if it called none.
 
-    What a plugin calls in its turn, another library or the framework, is not where its author looks.
+    Lines in other libraries that the plugin calls, or in the framework, are skipped because they do not help its
+    author.
     """
     found = inside = ""
     for package, line in _lines(error):
@@ -151,9 +154,9 @@ def _line_of_plugin(error: BaseException) -> str:
 
 
 def _lines(error: BaseException) -> Iterator[tuple[str, str]]:
-    """Yield the package and the line of each call that an error has passed, outermost first.
+    """Yield the package and the line of each frame of an error's traceback, outermost first.
 
-    Calls of Python's own library and of arrays are left out.
+    Frames of the standard library and of `PASSED` are skipped.
     """
     for frame, number in walk_tb(error.__traceback__):
         module, path = str(frame.f_globals.get("__name__", "")), Path(frame.f_code.co_filename)
@@ -164,5 +167,5 @@ def _lines(error: BaseException) -> Iterator[tuple[str, str]]:
 
 
 def is_blank(text: str) -> bool:
-    """Tell whether a text says nothing."""
+    """Return whether a text is empty or consists of white space."""
     return not text.strip()

@@ -1,33 +1,33 @@
-"""The public names for authors of measures: nothing else is needed to write one.
+"""The public names for authors of measures; no other import from the framework is needed.
 
-A measure is a subclass of `Measure`, registered by the hook ``sdaeverify_measures``. It says what it asks of a scheme
-on a problem, in up to four methods:
+A measure is a subclass of `Measure`, registered by the hook ``sdaeverify_measures``. It defines its question to a
+scheme on a problem in up to four methods:
 
 ``refuses``
-    why the question makes no sense for a pair;
+    returns why the question does not apply to a pair;
 ``observer``
-    an `Observer` that notes, on one block of paths, the components of all step sizes (`Snapshot`) into a `Tally` of
-    sums over groups of paths, which blocks, machines and runs can merge; the truth is computed beside them unless
-    ``truths`` says that it is not looked at;
+    returns an `Observer` that records, on one block of paths, the components of all step sizes (`Snapshot`) in a
+    `Tally` of sums over groups of paths, which blocks, machines and runs can merge; the truth is computed as well
+    unless ``truths`` excludes it;
 ``probe``
-    what one step tells without sampling, see `sdaeverify.probing`; a record of numbers is `packed` into a tally,
+    evaluates one step without sampling, see `sdaeverify.probing`; a record of numbers is `packed` into a tally,
     and `unpacked` where it is judged;
 ``judge``
     a pure function from `Evidence` to a `Judgement`: a `Finding` for each quantity, a `LevelFinding` for each of its
     step sizes.
 
-A measure of a number that each path has, whose mean a claim bounds, is a `ScalarMeasure`: it needs one function.
+A measure of a scalar per path, whose mean a claim bounds, is a `ScalarMeasure`: it needs one function.
 
-The way from a claim to a finding is the same for all of them::
+The steps from a claim to a finding are the same for all of them::
 
     covered = coverage(evidence, self.name, "x")          # the strongest claim about x, or why there is none
     order = order_of(h, sums, counts)                      # a slope with its standard error, by the jackknife
     opinion = judge_claim(covered, lambda claim: decide(order_tests(claim, order, evidence), evidence))
     found = finding(covered, opinion, estimate=order.value, method=Method("paths", 3))
 
-An `Opinion` is a `Verdict` with a `Reason`. A reason is a value: whoever decides by it asks for its `Kind`, never for
-its words. Verdicts of paths are corrected for all tests of a run by their p-values, and need the controls of the
-problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
+An `Opinion` is a `Verdict` with a `Reason`. Code that depends on a reason tests its `Kind`, never its text. Verdicts
+from paths are corrected for all tests of a run by their p-values, and need the controls of the problem;
+opinions from one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .contracts.claimed import Bound, Order, Word

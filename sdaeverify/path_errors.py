@@ -1,22 +1,22 @@
-"""The public names for authors of measures of errors along paths, which are noted, fitted and judged in one way.
+"""The public names for authors of measures of errors along paths: common observers, fits and judgements.
 
-Such a measure is one as `sdaeverify.measuring` explains it, made of these parts::
+Such a measure is a measure as described in `sdaeverify.measuring`, built from these parts::
 
     ErrorObserver(parts, settings)                          # its observer: errors on the coarsest grid, in a tally
     for quantity in quantities_of(evidence):                # of each component: the errors of all step sizes
         usable, left_out = usable_levels(evidence, quantity)
         fitted = fit(evidence, quantity, usable, left_out)  # their order, with an interval and the reference's bias
-        tests = path_tests(fitted, claim)                   # what that says of a claimed order
+        tests = path_tests(fitted, claim)                   # tests of a claimed order
         tests = resolve_lower_order(tests, fitted, order)   # the same where paths alone decide
     judge_together(judged, others, norms)                   # the judgement: findings, and rows of each step size
 
 Errors
-    `tally_errors` notes errors of another kind than those of the observer, and ``quantities_of(evidence, kind)``
-    reads them. `judge_exact` has the opinion where they are rounding alone; `unknown_components` are those without
-    errors, as the truth does not know them.
+    `tally_errors` tallies errors of a kind that the observer does not compute, and ``quantities_of(evidence, kind)``
+    reads them. `judge_exact` returns the opinion if errors are rounding only; `unknown_components` are those without
+    errors, because the truth does not include them.
 One step
-    `probe_consistency` asks whether one step follows the equation, and `consistency_opinions` says it of each
-    component; `beside` keeps paths from verifying what one step speaks against.
+    `probe_consistency` evaluates whether one step follows the equation, and `consistency_opinions` returns the
+    opinion on each component; `beside` prevents paths from verifying a claim that one step contradicts.
 """
 
 from .measures.path_errors.consistency import consistency_opinions, probe_consistency

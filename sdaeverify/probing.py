@@ -1,8 +1,8 @@
-"""The public names for authors of measures that probe: what one step of a scheme tells without sampling.
+"""The public names for authors of measures that probe: evaluation of one step of a scheme without sampling.
 
-A measure that probes evaluates the scheme as a map and draws no paths: what it finds has no sampling error. It is a
-measure as `sdaeverify.measuring` explains it, with a method ``probe(scheme, view, settings)`` whose result is judged.
-Most probes go the same way::
+A measure that probes evaluates the scheme as a map and draws no paths, so its results have no sampling error. It is a
+measure as described in `sdaeverify.measuring`, with a method ``probe(scheme, view, settings)`` whose result is
+judged. Most probes have the same structure::
 
     step = OneStep(scheme, view)                                # x -> Phi(x, t, h, noise), states of shape (d, P)
     if step.why_not_probed():                                          # why the map cannot be evaluated anywhere
@@ -14,28 +14,28 @@ Most probes go the same way::
     mean = nodes.mean(after.reshape(*x.shape, -1))              # E Phi(x, t, h, noise), shape (d, S)
 
 States
-    `cloud` holds 13 states, `extreme_states` also those far out; ``step.euler`` is a step of Euler's method to
-    compare with; ``step.enter``, ``step.advance`` and ``step.read`` make several steps with the scheme's memory.
+    `cloud` returns 13 states, `extreme_states` adds distant ones; ``step.euler`` is a step of Euler's method for
+    comparison; ``step.enter``, ``step.advance`` and ``step.read`` make several steps with the scheme's memory.
 Orders
-    `last_orders` tells how fast defects vanish with h, above rounding and above the tolerance of a solver.
+    `last_orders` estimates how fast defects vanish with h, above rounding and above the tolerance of a solver.
 Linear steps
-    `moment_errors` propagates first and second moments to the final time where problem and step are linear, and
-    `mean_square_distance` the distance to the solution where the noise is additive.
+    `moment_errors` propagates first and second moments to the final time if problem and step are linear, and
+    `mean_square_distance` the distance to the solution if the noise is additive.
 Delays
-    `linear_delay_run` has the exact moments of a scheme that is linear on an equation with a delay; they give the
-    mean of each observable that `is_quadratic`.
+    `linear_delay_run` has the exact moments of a scheme that is linear on an equation with a delay; they determine
+    the mean of each observable that `is_quadratic`.
 Stationary laws
-    `invariant_errors` takes stationary means from the powers of a transition operator where the problem has a chart
-    of one or two coordinates; `error_floors` says how far they can be off.
+    `invariant_errors` computes stationary means from the powers of a transition operator if the problem has a chart
+    of one or two coordinates; `error_floors` bounds their numerical error.
 Forms
-    Ask a problem for what it offers, not for its class: ``view.capability(Multiplied)``. A `Mesh` says where a
-    delay lies between the points of a step size.
+    Query a problem for its capabilities, not for its class: ``view.capability(Multiplied)``. A `Mesh` gives the
+    position of a delay between the grid points of a step size.
 Noise
     `brownian_steps` draws the noise of a probe's own runs, the same at all step sizes, from its address, a `Source`.
 
-Each function that begins with ``why_`` returns in words why something cannot be asked, or an empty text.
-A record of numbers that a probe returns is `sdaeverify.measuring.packed` into evidence. An opinion on it is one of
-``sdaeverify.measuring.local_opinion`` where it decides, and ``local_doubt`` where it does not.
+Each function whose name begins with ``why_`` returns the reason why something does not apply, or an empty text. A
+record of numbers that a probe returns becomes evidence by `sdaeverify.measuring.packed`. An opinion on it is made by
+``sdaeverify.measuring.local_opinion`` if it decides, and by ``local_doubt`` if it does not.
 """
 
 from .forms import Mesh, Multiplied, StiffnessFamily

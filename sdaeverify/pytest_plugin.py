@@ -1,6 +1,6 @@
-"""The plugin of pytest: markers of the kit, and a section of the report with what became of its tests.
+"""The pytest plugin: markers of the kit, and a section of the report with the outcomes of its tests.
 
-pytest loads it in each of its runs, most of which have nothing to do with schemes: it imports nothing of the package.
+pytest loads it in every run, and most runs do not test schemes, so it imports no other module of the package.
 """
 
 from collections import Counter
@@ -8,10 +8,16 @@ from collections import Counter
 import pytest
 
 KIT = "sdaeverify.testing"
-# Name of the property of a test that says which part of the kit it belongs to; xdist sends it to the main process.
+# Name of the test property that holds the part of the kit; xdist sends it to the main process.
 PROPERTY = "sdaeverify"
-# What a parameter of a test is called, by the class of the kit that it belongs to.
-PARTS = {"Question": "checks", "ClaimCheck": "claims", "HuntCheck": "hunts", "StepTiming": "timings"}
+# Name of the part of the kit, by the class of a test's parameter.
+PARTS = {
+    "Question": "checks",
+    "ClaimCheck": "claims",
+    "HuntCheck": "hunts",
+    "ExaminationCheck": "examinations",
+    "StepTiming": "timings",
+}
 MARKERS = (
     "hunt: counterexamples of claims are looked for (sdaeverify)",
     "benchmark: steps of schemes are timed (sdaeverify, pytest-benchmark)",
@@ -21,13 +27,13 @@ OUTCOMES = ("passed", "failed", "error", "skipped", "xfailed", "xpassed")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the markers, so that a project with --strict-markers need not."""
+    """Register the markers, so that a project with --strict-markers does not have to."""
     for marker in MARKERS:
         config.addinivalue_line("markers", marker)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give the marker ``sdaeverify``, and the property with its part, to each test of the kit."""
+    """Add the marker ``sdaeverify``, and the property with its part, to each test of the kit."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         kinds = (type(each) for each in parameters)
@@ -38,7 +44,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say in one line for each part of the kit how many of its tests came to which outcome."""
+    """Write one line for each part of the kit with the number of its tests by outcome."""
     counts = {part: Counter[str]() for part in PARTS.values()}
     for outcome in OUTCOMES:
         for report in terminalreporter.stats.get(outcome, ()):
@@ -49,5 +55,5 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_sep("=", "sdaeverify")
         for part, found in counts.items():
             if found:
-                told = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
-                terminalreporter.write_line(f"{part}: {told}")
+                listed = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
+                terminalreporter.write_line(f"{part}: {listed}")

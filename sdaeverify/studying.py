@@ -1,4 +1,4 @@
-"""The public names for programs that plan and run studies of their own: labels, plans, noise and the time loop.
+"""The public names for programs that plan and run their own studies: labels, plans, noise and the time loop.
 
 Labels are resolved by the `Registry` that a command loads::
 
@@ -6,8 +6,8 @@ Labels are resolved by the `Registry` that a command loads::
     study = Study(plan(schemes, problems, select_measures(registry)), Settings(paths=1000))
     results = [*study.run()] and study.results()
 
-What is no study of measures follows a scheme by itself: a `Track` is one step size on one block of paths, moved by
-the pieces of noise that `follow` gives in their order, which a `Source` determines by seed, label and block.
+Other programs advance a scheme themselves: a `Track` is one step size on one block of paths, advanced by
+the increments that `follow` yields in order, which a `Source` determines by seed, label and block.
 """
 
 from .contracts.finding import UNMEASURED, tier_name

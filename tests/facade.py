@@ -4,7 +4,7 @@ from functools import partial
 
 from sdaeverify.api import SettingsOptions, plan_of, result_of, settings_from
 from sdaeverify.cli.codes_of_runs import code_of_gate
-from sdaeverify.cli.exit_codes import WORDS, ExitCode
+from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.program import conclude, execute, sdaeverify
 from sdaeverify.conformance.contract import (
     contract_violation,
@@ -17,6 +17,7 @@ from sdaeverify.conformance.own_numbers import draws_own_numbers
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.conformance.violation import LAW, departure
 from sdaeverify.conformance.violation import violation as _violation
+from sdaeverify.contracts.finding import Status
 from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
@@ -40,7 +41,7 @@ from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
 from sdaeverify.forms import Delayed, IndexOne, components, known_traits
 from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
 from sdaeverify.forms.sde.linear_growth import grows_linearly
-from sdaeverify.forms.tree_class import placements
+from sdaeverify.forms.tree_class import TIME_0, placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -54,7 +55,7 @@ from sdaeverify.gate.github import (
     source_in,
 )
 from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock, write_lock
-from sdaeverify.gate.outcomes import Status, idle, outcomes
+from sdaeverify.gate.outcomes import idle, outcomes
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, _classify, log_spaced, quadrature, quantile
@@ -113,10 +114,14 @@ from sdaeverify.probe.linear.delay_step import (
     why_not_lasting_run,
     why_not_lasting_step,
 )
+from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.moments import (
     delay_moment_errors,
     known_moments,
+    moment_errors,
+    moment_errors_at,
     moment_orders,
+    observable_errors,
     quadratic_form,
     why_not_delay_moments,
 )
@@ -149,6 +154,7 @@ from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
+    leading_error,
     least_order,
     order_of,
     slowest_fall,
@@ -256,20 +262,20 @@ from sdaeverify.study.class_rows import HERE, ClassTask, class_rows
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
 from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
-from sdaeverify.study.members.rows import MEMBERS, member_rows, refuting_class
+from sdaeverify.study.members.rows import MEMBERS, member_mistake, member_rows, refuting_class
 from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.study.unseen import unseen, unseen_features
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
-from sdaeverify.trees.class_row import ClassVerdict
 from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
 from sdaeverify.trees.conditions import Conditions, belongs
 from sdaeverify.trees.examined import Examined
 from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
 from sdaeverify.trees.modified.equation import modified_equation
 from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
+from sdaeverify.trees.modified.linear import leading_moments
 from sdaeverify.trees.modified.lines import notation_of
 from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES, stage_mistake
 from sdaeverify.trees.modified.numbers import number_words, recognised
@@ -283,7 +289,7 @@ from sdaeverify.trees.report import probe_of
 from sdaeverify.trees.report import rows_of as rows_of_classes
 from sdaeverify.trees.sdes.equivariance import related_equations
 from sdaeverify.trees.sdes.taylor import RichEquation
-from sdaeverify.trees.sdes.universal import TIME_0, Universal
+from sdaeverify.trees.sdes.universal import Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for

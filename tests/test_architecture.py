@@ -17,6 +17,7 @@ import sdaeverify.path_errors
 import sdaeverify.probing
 import sdaeverify.studying
 import sdaeverify.trees
+from sdaeverify.report.tables.columns import FILES
 
 ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "sdaeverify"
@@ -80,7 +81,7 @@ JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE = 50, 25, 0.9
-MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 28, 16, 57
+MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 28, 16, 58
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
@@ -555,3 +556,57 @@ def test_parts_of_scipy_are_loaded_when_they_are_used():
         or (isinstance(node, ast.Import) and any(alias.name.startswith("scipy.") for alias in node.names))
     }
     assert named == set()
+
+
+def enumerations(*folders):
+    """Return by name the texts of each enumeration below some folders."""
+    found = {}
+    for path in sources(*folders):
+        for node in nodes(parsed(path)):
+            if isinstance(node, ast.ClassDef) and any(ast.unparse(base).endswith("Enum") for base in node.bases):
+                values = (each.value for each in node.body if isinstance(each, ast.Assign))
+                found[node.name] = {value.value for value in values if isinstance(value, ast.Constant)}
+    return found
+
+
+def test_there_is_one_enumeration_of_verdicts():
+    """Cells, classes of equations, solvers and hunts have the same verdicts: whoever reads one family reads all."""
+    verdicts = {
+        name for name, texts in enumerations(FRAMEWORK, *CONTRIBUTED).items() if texts & {"verified", "refuted"}
+    }
+    assert verdicts == {"Verdict"}
+
+
+def test_there_is_one_enumeration_of_what_was_expected():
+    """Gates and checks of the kit pass, fail, and fail as expected in the same words."""
+    found = enumerations(FRAMEWORK, *CONTRIBUTED)
+    assert {name for name, texts in found.items() if texts & {"passed", "failed", "skipped"}} == {"Status"}
+
+
+def test_one_table_of_a_run_has_verdicts():
+    """A row of verdicts.csv is the only place where the folder of a run says what became of a claim."""
+    runs = [path.parent for path in (ROOT / "reports").rglob("verdicts.csv")]
+    tables = [(run, file) for run in runs for file in (*run.glob("*.csv"), *run.glob("details/*.csv"))]
+    heads = {(run, file): file.read_text(encoding="utf-8").partition("\n")[0].split(",") for run, file in tables}
+    assert len(runs) > 5
+    assert {file.relative_to(run).as_posix() for (run, file), head in heads.items() if "verdict" in head} == {
+        "verdicts.csv"
+    }
+    assert {file for file, known in FILES.items() if "verdict" in {column.name for column in known}} == {
+        "verdicts.csv"
+    }
+
+
+def texts_of_codes(tree):
+    """Return the lines of a tree that give exit codes words of their own."""
+    tables = (node for node in nodes(tree) if isinstance(node, ast.Dict))
+    pairs = (pair for table in tables for pair in zip(table.keys, table.values, strict=True) if pair[0] is not None)
+    own = (code for code, words in pairs if isinstance(words, ast.Constant | ast.JoinedStr))
+    return {f"{code.lineno}: {ast.unparse(code)}" for code in own if ast.unparse(code).startswith("ExitCode.")}
+
+
+def test_there_is_one_table_of_exit_codes():
+    """The enumeration says what each code means, for every command: no file has words of its own for one."""
+    assert guilty(lambda path: texts_of_codes(parsed(path)), FRAMEWORK, *CONTRIBUTED) == {}
+    assert texts_of_codes(ast.parse('WORDS = {ExitCode.OK: "all is well"}'))
+    assert [name for name, _ in enumerations(FRAMEWORK, *CONTRIBUTED).items() if "Exit" in name] == ["ExitCode"]

@@ -46,7 +46,7 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
     run(installed, *words)
 
-    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "classes.csv", "columns.csv", "details"}
+    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "columns.csv", "details"}
     written = {*tables, "run.json", "report.html", "evidence"}
     assert {path.name for path in tmp_path.iterdir() if path.suffix != ".parquet"} == written
 

@@ -8,6 +8,7 @@ import pytest
 
 from facade import load_registry, plan_of
 from sdaeverify import Settings, verify
+from sdaeverify.report.folders import read_verdicts
 
 FOLDER = Path(__file__).parents[1] / "reports" / "reference"
 CELL = ["scheme", "problem", "measure"]
@@ -15,8 +16,9 @@ CELL = ["scheme", "problem", "measure"]
 
 @pytest.fixture(scope="module")
 def verdicts():
-    """Return the committed verdicts."""
-    return pd.read_csv(FOLDER / "verdicts.csv")
+    """Return the committed verdicts on problems."""
+    rows = pd.read_csv(FOLDER / "verdicts.csv")
+    return rows[~rows.problem.str.startswith("every-equation")]
 
 
 def test_report_covers_the_shipped_matrix(verdicts):
@@ -24,7 +26,7 @@ def test_report_covers_the_shipped_matrix(verdicts):
     registry = load_registry(environ={})
     own = [scheme for entry in registry.schemes.values() for scheme in entry.variants if not scheme.claimant]
     plan = plan_of(registry, own, (), ())
-    rows = pd.concat([verdicts, pd.read_csv(FOLDER / "not_applicable.csv")])
+    rows = pd.concat([verdicts, pd.DataFrame(read_verdicts(FOLDER).absent)])
 
     assert set(rows[CELL].itertuples(index=False, name=None)) == {
         (cell.scheme.label, cell.spec.label, cell.measure.name) for cell in plan.cells

@@ -14,7 +14,7 @@ from facade import ExitCode
 pytestmark = pytest.mark.long
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
-DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion")
+DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion", "stages")
 
 
 @pytest.fixture(scope="module")

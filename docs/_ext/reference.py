@@ -10,7 +10,7 @@ from markup import page, prose, table, verbatim
 
 import sdaeverify as package
 from sdaeverify.cli.commands.info import concept_names, describe_concept
-from sdaeverify.cli.exit_codes import WORDS
+from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.program import sdaeverify as cli
 from sdaeverify.forms import known_traits
 from sdaeverify.registry import hookspecs
@@ -63,6 +63,7 @@ EXAMPLES = {
     "check": "check milstein gbm --json",
     "choose": "choose gbm -m strong --accuracy 0.01",
     "cite": "cite reports/latest --table latex",
+    "claims": "claims milstein reports/latest",
     "compare": "compare before after --factor 1.2",
     "demo": "demo --out demo",
     "gate": "gate --tier smoke --seed-from date",
@@ -97,7 +98,7 @@ def _wrapped(lines: list[str]) -> str:
 
 def exit_codes() -> str:
     """Return a section for each exit code."""
-    sections = (f"## Exit code {code.value}: {words}\n" for code, words in WORDS.items())
+    sections = (f"## Exit code {code.value}: {code.words}\n" for code in ExitCode)
     told = "One meaning each, never a count; the last line of a run says its code in words."
     return page("Exit codes", told, *sections)
 

@@ -1,4 +1,4 @@
-"""Two properties of a solver that hold without an order: its steps are its own, and its noise is the path's."""
+"""Two order-independent checks of a solver: rows are independent, and its noise is that of the path."""
 
 from typing import NamedTuple
 
@@ -12,22 +12,22 @@ from .path import Path
 from .sample import checked
 
 OWN_STEPS, KEEPS_ITS_PATH = "own steps", "keeps its path"
-# Rows that are solved alone.
+# Number of rows that are solved separately.
 ROWS = 3
-# Half of the digits: what rounding may become that is done in another order for one path than for several.
+# Half of the digits, a bound for rounding that differs between one path and a batch.
 HALF = float(np.sqrt(np.finfo(float).eps))
 
 
 class Answer(NamedTuple):
-    """What a check found.
+    """Result of a check.
 
     Attributes
     ----------
     check : str
     failed : str
-        What is wrong, in a sentence; empty if nothing is.
+        Fault in a sentence; empty if the check passes.
     skipped : str
-        Why it was not made; empty if it was.
+        Why the check was skipped; empty if it was not.
     """
 
     check: str
@@ -36,17 +36,17 @@ class Answer(NamedTuple):
 
 
 def check(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> list[Answer]:
-    """Return the answers to both checks.
+    """Run both checks and return their results.
 
     Parameters
     ----------
     solver : Adaptive
     view : Problem
-        In the solver's form.
+        Problem in the solver's form.
     path : Path
-        Of several rows.
+        Path with several rows.
     tolerance : float
-        So small that steps are rejected.
+        Tolerance small enough for steps to be rejected.
     """
     answers = []
     for name, made in ((OWN_STEPS, own_steps), (KEEPS_ITS_PATH, keeps_its_path)):
@@ -58,12 +58,12 @@ def check(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> list
 
 
 def own_steps(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Answer:
-    """Check that a row that is solved alone is the row of the batch: its steps do not depend on the other rows.
+    """Check that a row solved alone equals its row in the batch, so that its steps do not depend on other rows.
 
     Parameters
     ----------
     solver, view, path, tolerance
-        As of `check`.
+        As in `check`.
     """
     if solver.own_noise:
         return Answer(OWN_STEPS, skipped="it has noise of its own")
@@ -84,12 +84,12 @@ def own_steps(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> 
 
 
 def keeps_its_path(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Answer:
-    """Check that the motions that a solver says it has used are those of the path at these times.
+    """Check that the Brownian motions a solver reports are those of the path at the same times.
 
     Parameters
     ----------
     solver, view, path, tolerance
-        As of `check`.
+        As in `check`.
     """
     found = checked(solver, solver.solve(view, path, tolerance), path.paths)
     if found.times is None or found.W is None:

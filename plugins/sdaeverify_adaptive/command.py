@@ -1,4 +1,4 @@
-"""``adaptive``: whether solvers that choose their steps keep what their tolerance promises."""
+"""``adaptive``: test the claims of adaptive solvers about their tolerance."""
 
 import json
 import time
@@ -14,6 +14,7 @@ from rich.text import Text
 from sdaeverify import UsageError
 from sdaeverify.commands import (
     ExitCode,
+    code_of_verdicts,
     codes_in_words,
     conclude,
     empty_table,
@@ -25,23 +26,16 @@ from sdaeverify.commands import (
     visible,
 )
 from sdaeverify.measuring import Verdict
-from sdaeverify.studying import UNMEASURED, select_problems
+from sdaeverify.studying import select_problems
 
 from .run import PROBLEMS, AdaptiveRun, Row, cells, select_solvers, work_of
 from .sample import Budget
 
-WORDS = {
-    ExitCode.OK: "no claim is refuted, and no check fails",
-    ExitCode.REFUTED: "a claim is refuted, or a check fails",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "something could not be measured",
-    ExitCode.NOTHING: "nothing was there to be measured",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
 STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONCLUSIVE: "yellow"}
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Judge solvers that choose their steps.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Judge solvers that choose their steps.")
 @click.argument("solvers", metavar="[SOLVER]...", nargs=-1)
 @click.option(
     "-p", "--problems", multiple=True, metavar="PATTERN", help=f"Problems.  [default: {', '.join(PROBLEMS)}]"
@@ -54,11 +48,11 @@ STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONC
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
 @options.plugins
 def adaptive(**asked: Any) -> ExitCode:
-    """Solve problems at several tolerances on one Brownian path, and judge what adaptive solvers claim.
+    """Solve problems at several tolerances on one Brownian path, and judge the claims of adaptive solvers.
 
-    SOLVER is a name, with parameters or as a glob; all but planted ones if left out. A claim about `tolerance` is of
-    the rate of the error in the tolerance, one about `tolerance-steps` of the order in the mean number of steps, one
-    about `tolerance-law` of the bias of observables.
+    SOLVER is a name, with parameters or as a glob; by default all except planted ones. A claim about `tolerance` is
+    the rate of the error in the tolerance, one about `tolerance-steps` the order in the mean number of steps, and one
+    about `tolerance-law` the bias of observables.
     """
     begun, registry = time.monotonic(), load_and_warn(asked["plugins"], lab=True)
     budget = Budget(asked["paths"], _numbers(asked["tolerances"]), asked["seed"])
@@ -68,14 +62,14 @@ def adaptive(**asked: Any) -> ExitCode:
     if (ended := run_on_workers(run, asked["jobs"], registry, asked["progress"])) is not ExitCode.OK:
         return ended
     found = run.rows
-    code = _code(found)
+    code = code_of_verdicts(row.finding.verdict for row in found)
     if asked["as_json"]:
         click.echo(json.dumps([*_records(found, run)], indent=2))
         return code
     console = output(unbroken=True)
     console.print(_table(found))
     print_texts(console, (*_reasons(found), *([""] if why else []), *why, "", _counts(found)))
-    return conclude(code, WORDS, time.monotonic() - begun)
+    return conclude(code, time.monotonic() - begun)
 
 
 def _numbers(text: str | None) -> tuple[float, ...]:
@@ -85,15 +79,6 @@ def _numbers(text: str | None) -> tuple[float, ...]:
         raise UsageError(
             f"--tolerances expects numbers separated by commas, such as 1e-2,1e-3,1e-4, got {text!r:.200}"
         ) from None
-
-
-def _code(found: Sequence[Row]) -> ExitCode:
-    verdicts = {row.finding.verdict for row in found}
-    if Verdict.REFUTED in verdicts:
-        return ExitCode.REFUTED
-    if verdicts & UNMEASURED:
-        return ExitCode.NOT_MEASURED
-    return ExitCode.OK if found else ExitCode.NOTHING
 
 
 def _table(found: Sequence[Row]) -> Table:

@@ -1,4 +1,4 @@
-"""The contract of a solver that chooses its steps: a problem, a path and a tolerance in, the final state out."""
+"""The contract of an adaptive solver: from a problem, a path and a tolerance to the final state."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -10,23 +10,23 @@ from sdaeverify import SDE, Array, Increment, Problem, Scheme, SchemeError, Step
 
 from .path import Path
 
-# Of the tolerances that are tried if a solver names no others.
+# Default tolerances of a solver.
 TOLERANCES = (2.0**-4, 2.0**-6, 2.0**-8, 2.0**-10, 2.0**-12)
 
 
 class Solved(NamedTuple):
-    """What a solver returns.
+    """Result of a solver.
 
     Attributes
     ----------
     state : ndarray, shape (d, P)
-        At the final time.
+        State at the final time.
     steps, rejected, evaluations : ndarray of int, shape (P,)
-        Steps that were accepted and rejected, and how often the coefficients were evaluated.
+        Numbers of accepted steps, rejected steps and evaluations of the coefficients.
     times : ndarray of int, shape (n, P), or None
-        Ticks at which the solver knew its noise, in any order, a time more than once if it likes.
+        Ticks at which the solver used the path, in any order, possibly with repetitions.
     W : ndarray, shape (n, l, P), or None
-        The Brownian motions that it used there; both are None for a solver that does not tell.
+        Brownian motions at these ticks; both are None if the solver does not report them.
     """
 
     state: Array
@@ -39,20 +39,20 @@ class Solved(NamedTuple):
 
 @dataclass(frozen=True)
 class Adaptive(Scheme):
-    """Base of all adaptive solvers: a subclass sets name, form and claims as a scheme does, and writes `solve`.
+    """Base of adaptive solvers: a subclass sets name, form and claims as a scheme does, and defines `solve`.
 
-    Its claims are about ``tolerance``, the rate of the error in the tolerance; ``tolerance-steps``, its order in the
-    mean number of steps, rejected ones counted; and ``tolerance-law``, the bias of observables in the end.
+    Claims are about ``tolerance``, the rate of the error in the tolerance; ``tolerance-steps``, its order in the mean
+    number of steps, including rejected ones; and ``tolerance-law``, the bias of observables at the final time.
 
     Attributes
     ----------
     tolerances : tuple of float
-        The range on which the claims are made, largest first.
+        Range of tolerances of the claims, largest first.
     own_noise : bool
-        Whether it insists on noise of its own and does not look at the path: its errors along paths mean nothing
-        then, and its law alone is judged.
+        Whether the solver draws its own noise instead of using the path. Its errors along paths are then meaningless,
+        and only its law is judged.
     in_batches : bool
-        Whether paths that are solved together share their steps: then a batch is the unit that is sampled.
+        Whether paths that are solved together share their steps, so that a batch is the unit of the sample.
     """
 
     form: ClassVar[type[Problem]] = SDE
@@ -67,15 +67,15 @@ class Adaptive(Scheme):
         Parameters
         ----------
         problem : Problem
-            In the solver's form.
+            Problem in the solver's form.
         path : Path
-            The noise. It is asked at ticks, as often and in any order.
+            The noise, which can be evaluated at ticks repeatedly and in any order.
         tolerance : float
-            What the solver's own tolerances are set to.
+            Value to which the solver's tolerances are set.
         """
 
     def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
-        """Refuse to make a single step.
+        """Raise, because an adaptive solver makes no single step.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Adaptive(Scheme):
 
 
 def why_not_own_times(problem: SDE) -> str:
-    """Return why the coefficients cannot be had at another time on each path, or an empty string."""
+    """Return why the coefficients do not accept a different time on each path, or an empty string."""
     t, x = problem.horizon * np.array([0.0, 0.3, 0.7]), problem.initial(3)
     for name in ("drift", "diffusion"):
         coefficient = getattr(problem, name)

@@ -1,4 +1,4 @@
-"""Adaptive solvers in a gate: their claims about tolerances beside the claims of schemes, with lock and page."""
+"""Adaptive solvers in a gate: claims about tolerances next to those of schemes, in lock file and page."""
 
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
@@ -26,12 +26,12 @@ class AdaptiveTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     Attributes
     ----------
     solvers : tuple of str
-        Labels and globs: what is not named is not gated.
+        Labels and globs of the gated solvers.
     problems : tuple of str
-        Labels and globs.
+        Labels and globs of problems.
     paths : int
     tolerances : tuple of float
-        Largest first; those of each solver if left out.
+        Tolerances, largest first; by default those of each solver.
     """
 
     solvers: tuple[str, ...]
@@ -41,39 +41,39 @@ class AdaptiveTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ToleranceRate(Measure):
-    """The rate of the error in the tolerance."""
+    """Rate of the error in the tolerance."""
 
     name: ClassVar[str] = "tolerance"
     value_of: ClassVar[str] = "rate in the tolerance"
 
 
 class ToleranceSteps(Measure):
-    """The order of the error in the mean number of steps."""
+    """Order of the error in the mean number of steps."""
 
     name: ClassVar[str] = "tolerance-steps"
 
 
 class ToleranceLaw(Measure):
-    """The bias of an observable at the smallest tolerance."""
+    """Bias of an observable at the smallest tolerance."""
 
     name: ClassVar[str] = "tolerance-law"
     value_of: ClassVar[str] = "bias at the smallest tolerance"
 
 
-# What speaks against a solver as a whole.
+# Verdicts against a solver as a whole.
 AGAINST = frozenset({Verdict.REFUTED, Verdict.ERROR, Verdict.DIVERGED})
 SUBJECTS = {measure.name: measure for measure in (ToleranceRate(), ToleranceSteps(), ToleranceLaw())}
 
 
 @dataclass(frozen=True)
 class AdaptiveWork:
-    """The work of an examination.
+    """Work of an examination.
 
     Attributes
     ----------
     measuring : AdaptiveRun
     notes : tuple of str
-        What is asked for and cannot be measured.
+        Requested pairs that cannot be measured, with reasons.
     """
 
     measuring: AdaptiveRun
@@ -97,7 +97,7 @@ class AdaptiveWork:
 
     @property
     def results(self) -> list[CellResult]:
-        """What was found: a result for each solver, problem and kind of claim."""
+        """Results for each solver, problem and kind of claim."""
         rows = self.measuring.rows
         return [
             result
@@ -107,10 +107,10 @@ class AdaptiveWork:
 
 
 def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:
-    """Yield the results of a pair; what speaks against the solver as a whole does so against each kind of claim."""
+    """Yield the results of a pair; a verdict against the solver as a whole counts for each kind of claim."""
     view = cell.solver.view_of(cell.problem)
     whole = [_of_whole(row) for row in rows if not row.finding.quantity and row.finding.verdict in AGAINST]
-    # Of the claims of a kind the first one stands for what is said of the solver as a whole.
+    # The first claim of each kind represents findings on the solver as a whole.
     first: dict[str, Claim] = {}
     for claim in claims_of(cell.solver, cell.problem):
         first.setdefault(claim.measure, claim)
@@ -125,7 +125,7 @@ def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult
 
 
 def _of_whole(row: Row) -> Finding:
-    """Return what is found of a solver as a whole, with the name of the check that has found it."""
+    """Return a finding on a solver as a whole, with the name of the check."""
     told = "" if row.measure in SUBJECTS else f"{row.measure}: "
     return replace(row.finding, reason=Reason(f"{told}{row.finding.reason}"), method=CHECKS)
 
@@ -135,7 +135,7 @@ def _paths(done: Measured) -> int:
 
 
 def _levels(cell: Cell, done: Measured) -> Iterator[LevelFinding]:
-    """Yield the error at each tolerance that is used, at the mean step size, rejected steps counted."""
+    """Yield the error at each usable tolerance, at the mean step size including rejected steps."""
     sample = done.sample(cell)
     if sample is None:
         return
@@ -149,24 +149,24 @@ def _levels(cell: Cell, done: Measured) -> Iterator[LevelFinding]:
 
 
 class AdaptiveExamination(Examination):
-    """Solvers that choose their steps, by what they claim of their tolerance."""
+    """Examination of adaptive solvers by their claims about tolerances."""
 
     name: ClassVar[str] = "adaptive"
 
     def begin(self, registry: Registry, asked: Mapping[str, Any], settings: Settings) -> AdaptiveWork:
-        """Return the work on what a table of a policy names.
+        """Return the work for a table of a policy.
 
         Parameters
         ----------
         registry : Registry
         asked : mapping of str to object
         settings : Settings
-            Of the gate.
+            Settings of the gate.
 
         Raises
         ------
         UsageError
-            If the table is none, or names what there is not.
+            If the table is malformed, or names an unknown solver or problem.
         """
         try:
             table = msgspec.convert(dict(asked), AdaptiveTable)

@@ -1,4 +1,4 @@
-"""Standard normals by address: a hash of where a number belongs takes the place of a stream that is read in order."""
+"""Random-access standard normal variables: a hash of an address replaces a sequential stream."""
 
 import hashlib
 
@@ -8,7 +8,7 @@ import scipy
 from sdaeverify import Array
 from sdaeverify.studying import Source
 
-# Of SplitMix64, Steele, Lea & Flood 2014: the odd number next to 2^64 over the golden ratio, and the mixing function.
+# SplitMix64, Steele, Lea & Flood 2014: the odd number next to 2^64 over the golden ratio, and the mixing function.
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 FIRST, SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 BITS = 53
@@ -21,23 +21,23 @@ def key_of(source: Source) -> int:
 
 
 def mixed(word: Array) -> Array:
-    """Return a bijection of 64-bit words in which each bit of the result depends on each one of the word."""
+    """Apply a bijection of 64-bit words in which each bit of the result depends on all bits of the word."""
     word = (word ^ (word >> np.uint64(30))) * FIRST
     word = (word ^ (word >> np.uint64(27))) * SECOND
     return np.asarray(word ^ (word >> np.uint64(31)))
 
 
 def normals(key: int, node: Array, row: Array, shape: tuple[int, ...]) -> Array:
-    """Return Phi^{-1}(u), the uniform number u being the hash of (key, node, row, place in the shape).
+    """Return Phi^{-1}(u) for uniform numbers u that are the hash of (key, node, row, index in the shape).
 
     Parameters
     ----------
     key : int
-        Of the block.
+        Key of the block.
     node, row : ndarray of int, shape (P,)
         Address of each path's numbers.
     shape : tuple of int
-        What is drawn at each address.
+        Shape of the numbers at each address.
 
     Returns
     -------

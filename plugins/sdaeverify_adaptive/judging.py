@@ -1,4 +1,4 @@
-"""From a sample to findings: the claims about tolerances, by the tests and the words of all other measures."""
+"""From a sample to findings on claims about tolerances, by the tests of all other measures."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ LARGEST = 20
 
 
 class Asked(NamedTuple):
-    """A claim with what paths say of it, before all tests of a run are counted.
+    """A claim with its tests on paths, before the correction for all tests of a run.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Asked(NamedTuple):
     tests : PathTests
     estimate : Estimate
     resolution : float
-        Largest error of the limit that is left possible, as part of the quantity's size; NaN where none is asked for.
+        Largest undetected error of the limit, as part of the quantity's size; NaN if the limit is not tested.
     evidence : Evidence
     """
 
@@ -65,13 +65,13 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """A sample, and what of it is a part of every answer.
+    """A sample with its derived quantities that all claims use.
 
     Attributes
     ----------
     sample : Sample
     with_limit : bool
-        Whether the limit is asked for; only a test of this test leaves it out.
+        Whether the limit is tested; False only in a test of this option.
     """
 
     sample: Sample
@@ -79,7 +79,7 @@ class Question:
 
     @property
     def evidence(self) -> Evidence:
-        """The sample as evidence: its claims, its paths and its level of confidence."""
+        """The sample as evidence: claims, paths and level of confidence."""
         sample = self.sample
         counted = Tally(sums={"paths": np.array([sample.budget.paths])})
         settings = Settings(paths=max(sample.budget.paths, 40), seed=sample.budget.seed)
@@ -87,7 +87,7 @@ class Question:
 
     @property
     def counts(self) -> Array:
-        """Paths of each group, shape (G,)."""
+        """Number of paths of each group, shape (G,)."""
         return group_sums(np.ones(self.sample.budget.paths))
 
     @property
@@ -97,7 +97,7 @@ class Question:
 
 
 def ask(question: Question) -> Iterator[Asked]:
-    """Yield what paths say of each claim of a solver."""
+    """Yield the tests of each claim of a solver."""
     sample = question.sample
     for name, rows in parts(sample).items():
         for measure in (RATE, STEPS):
@@ -123,7 +123,7 @@ def parts(sample: Sample) -> dict[str, slice]:
 
 
 def _of_rate(question: Question, measure: str, covered: Coverage, rows: slice) -> Asked:
-    """Return what paths say of an order in the tolerance, or in the mean number of steps."""
+    """Test an order in the tolerance, or in the mean number of steps."""
     sample, evidence, use = question.sample, question.evidence, question.sample.usable
     claim = covered.claim
     assert claim is not None
@@ -146,13 +146,13 @@ def _of_rate(question: Question, measure: str, covered: Coverage, rows: slice) -
 
 
 def rate(question: Question, squares: Array, measure: str) -> Estimate:
-    """Return the slope of log2 (E e^2)^(1/2) over that of the tolerance, or of one over the mean tries.
+    """Return the slope of log2 (E e^2)^(1/2) against log2 of the tolerance, or of 1/(mean number of tries).
 
     Parameters
     ----------
     question : Question
     squares : ndarray, shape (K, P)
-        Squared errors at the tolerances that are used.
+        Squared errors at the usable tolerances.
     measure : str
     """
     tries = question.sample.tries[question.sample.usable]
@@ -166,16 +166,16 @@ def rate(question: Question, squares: Array, measure: str) -> Estimate:
 
 
 def rate_bias(question: Question, squares: Array, measure: str) -> float:
-    """Return by how much the truth's own error can move a slope: sum |w_k| log2(1 + v/E e_k^2)/2, v its variance.
+    """Return the bound sum |w_k| log2(1 + v/E e_k^2)/2 on the slope's bias, v the variance of the truth's error.
 
     Parameters
     ----------
     question : Question
-        With the truth and its error.
+        Sample with the truth and its error.
     squares : ndarray, shape (K, P)
-        Squared errors at the tolerances that are used.
+        Squared errors at the usable tolerances.
     measure : str
-        Which of the two slopes.
+        Measure that selects the slope.
     """
     sample = question.sample
     tries = sample.tries[sample.usable].mean(axis=-1)
@@ -185,19 +185,19 @@ def rate_bias(question: Question, squares: Array, measure: str) -> float:
 
 
 def limits_of(question: Question, errors: Array, claimed: Order) -> list[Limit]:
-    """Return what is said of the limit of each component.
+    """Return the test of the limit of each component.
 
     Parameters
     ----------
     question : Question
     errors : ndarray, shape (K, n, P)
-        At the tolerances that are used.
+        Errors at the usable tolerances.
     claimed : Order
-        Of the rate in the tolerance.
+        Claimed rate in the tolerance.
     """
     sample, tolerances = question.sample, question.tolerances
     ratios = (tolerances[-1] / tolerances[:-1]) ** claimed.floor
-    # What n additions of numbers of a size can be off by.
+    # Rounding error of n additions of numbers of a given size.
     rounding = EPS * float(sample.tries.max()) * float(np.abs(sample.truth).max())
     confidence = question.evidence.settings.confidence
     rows = np.moveaxis(errors, 1, 0)
@@ -206,12 +206,12 @@ def limits_of(question: Question, errors: Array, claimed: Order) -> list[Limit]:
 
 
 def with_limits(tests: PathTests, limits: Sequence[Limit]) -> PathTests:
-    """Return the tests of a rate with those of the limits: it is refuted by the least p-value, times their number.
+    """Add the tests of limits to those of a rate: the least p-value, times their number, refutes.
 
     Parameters
     ----------
     tests : PathTests
-        Of the rate alone.
+        Tests of the rate alone.
     limits : sequence of Limit
     """
     if not limits:
@@ -226,16 +226,16 @@ def with_limits(tests: PathTests, limits: Sequence[Limit]) -> PathTests:
 
 
 def is_heavy(squares: Array) -> bool:
-    """Tell whether a mean of squared errors, shape (P,), rests on few paths."""
+    """Return whether a mean of squared errors, shape (P,), is dominated by few paths."""
     largest = np.sort(squares)[::-1][: max(LARGEST, int(np.sqrt(len(squares))))]
     return tail(float(squares.sum()), float((squares**2).sum()), largest, len(squares)).heavy
 
 
 def _of_law(question: Question, covered: Coverage, truth: Moment) -> Asked:
-    """Return what paths say of the bias of an observable at the finest tolerance.
+    """Test the bias of an observable at the finest tolerance.
 
-    Its mean is taken with the truth's own as a control, y - b (z - E z) with the b of least variance: 1 for a solver
-    that follows the path, and near 0 for one that has noise of its own.
+    The mean uses the truth as control variate, y - b (z - E z) with the b of least variance: about 1 for a solver
+    that follows the path, and near 0 for one that draws its own noise.
     """
     sample, evidence = question.sample, question.evidence
     T, claim = sample.problem.horizon, covered.claim
@@ -262,13 +262,13 @@ def _of_law(question: Question, covered: Coverage, truth: Moment) -> Asked:
 
 
 def bound_tests(bias: Estimate, most: float, evidence: Evidence) -> PathTests:
-    """Return the tests of a bias against a bound on either side.
+    """Return the tests of a bias against a two-sided bound.
 
     Parameters
     ----------
     bias : Estimate
     most : float
-        Largest absolute value that is claimed.
+        Claimed largest absolute value.
     evidence : Evidence
     """
     low, high = bias.interval(evidence.settings.confidence)
@@ -280,13 +280,13 @@ def bound_tests(bias: Estimate, most: float, evidence: Evidence) -> PathTests:
 
 
 def judge(asked: Sequence[Asked], confidence: float = Settings().confidence) -> list[Finding]:
-    """Return the findings of a run: verdicts that hold for all of its tests together, by Holm's procedure.
+    """Return the findings of a run, with verdicts corrected for all of its tests by Holm's procedure.
 
     Parameters
     ----------
     asked : sequence of Asked
     confidence : float, optional
-        One less the probability of any false verdict.
+        One minus the probability of any false verdict.
     """
     alpha = 1.0 - confidence
     level = alpha / max(len(asked), 1)

@@ -1,4 +1,4 @@
-"""The loop of a solver that accepts or rejects steps, each path with steps of its own, all paths at once."""
+"""Time stepping of adaptive solvers that accept or reject steps, with separate steps on each path, vectorised."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -12,25 +12,25 @@ from sdaeverify import SDE, Array, Increment
 from .contract import Adaptive, Solved, why_not_own_times
 from .path import TICKS, Path, Point
 
-# Longest step.
+# Longest step in ticks.
 LONGEST = TICKS // 8
-# Factors of a step's length.
+# Safety factor, and least and largest factor between the lengths of consecutive steps.
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
-# Leading bits of a length in ticks: few times are then far below the grid of the path.
+# Leading bits of a length in ticks, so that few times lie far below the grid of the path.
 BITS = 3
 
 
 class Front(NamedTuple):
-    """Where each path stands; arrays with paths last.
+    """State of the integration on each path; arrays with paths last.
 
     Attributes
     ----------
     x : ndarray, shape (d, P)
     here : Point
     size : ndarray of int, shape (P,)
-        Length of the step that is tried next, in ticks.
+        Length of the next attempted step, in ticks.
     error : ndarray, shape (P,)
-        Of the last accepted step, in units of what is tolerated.
+        Error of the last accepted step, relative to the tolerance.
     steps, rejected : ndarray of int, shape (P,)
     """
 
@@ -43,14 +43,14 @@ class Front(NamedTuple):
 
     @classmethod
     def begin(cls, problem: SDE, path: Path, size: int) -> Self:
-        """Return the start.
+        """Create the initial state of the integration.
 
         Parameters
         ----------
         problem : SDE
-            With an initial state.
+            Problem with an initial state.
         path : Path
-            The paths that begin.
+            Paths to integrate along.
         size : int
             Length of the first step, in ticks.
         """
@@ -58,11 +58,11 @@ class Front(NamedTuple):
         return cls(problem.initial(path.paths), path.at(0), none + size, ones, none, none)
 
     def only(self, paths: Array) -> "Front":
-        """Return some of the paths."""
+        """Return a subset of the paths."""
         return Front(*(_taken(part, paths) for part in self))
 
     def replaced(self, paths: Array, other: "Front") -> "Front":
-        """Return the front with some of the paths as another one has them."""
+        """Return a copy with some of the paths taken from another front."""
         return Front(*(_put(part, paths, new) for part, new in zip(self, other, strict=True)))
 
 
@@ -79,15 +79,15 @@ def _put(part: Any, paths: Array, new: Any) -> Any:
 
 
 class Stretch(NamedTuple):
-    """A step that is to be tried, on each path.
+    """An attempted step on each path.
 
     Attributes
     ----------
     path : Path
     x : ndarray, shape (d, P)
-        Where it begins.
+        State at the beginning of the step.
     here, there : Point
-        Its ends.
+        Beginning and end of the step.
     """
 
     path: Path
@@ -97,22 +97,22 @@ class Stretch(NamedTuple):
 
     @property
     def t(self) -> Array:
-        """Times of the begin, shape (P,)."""
+        """Times at the beginning of the steps, shape (P,)."""
         return np.asarray(self.here.tick * self.path.tick)
 
     @property
     def h(self) -> Array:
-        """Lengths, shape (P,)."""
+        """Lengths of the steps, shape (P,)."""
         return np.asarray((self.there.tick - self.here.tick) * self.path.tick)
 
     @property
     def noise(self) -> Increment:
-        """Increments dW and H."""
+        """Increments dW and H over the steps."""
         return self.path.between(self.here, self.there)
 
 
 class Tried(NamedTuple):
-    """A step that was tried: the state after it, and the estimate of its error; both of shape (d, P)."""
+    """Result of an attempted step: the new state and the error estimate, both of shape (d, P)."""
 
     x: Array
     error: Array
@@ -120,7 +120,7 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True)
 class Marching(Adaptive):
-    """Base of solvers that go forward step by step: a subclass estimates the error of a step.
+    """Base of solvers that advance step by step: a subclass estimates the error of a step.
 
     A step is accepted if its error, in the largest norm of the components, is at most tol (1 + |x|); the next one is
     longer by the factor 0.9 e^{-(a + b)} e_-^b with the errors e and e_- of this step and of the one before, between
@@ -135,10 +135,10 @@ class Marching(Adaptive):
 
     @abstractmethod
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse diffusions whose derivative cannot be had, and coefficients that take no array of times."""
+        """Refuse diffusions without a derivative, and coefficients that accept no array of times."""
         return problem.why_not_derivative_of_diffusion() or why_not_own_times(problem)
 
     def solve(self, problem: SDE, path: Path, tolerance: float) -> Solved:
@@ -152,20 +152,20 @@ class Marching(Adaptive):
         return self.solved(front, passed)
 
     def solved(self, front: Front, passed: Sequence[Point]) -> Solved:
-        """Return what is reported in the end."""
+        """Return the result at the end of the integration."""
         tries = front.steps + front.rejected
         times, W = np.stack([each.tick for each in passed]), np.stack([each.W for each in passed])
         return Solved(front.x, front.steps, front.rejected, self.evaluations_of_step * tries, times, W)
 
     def advance(self, problem: SDE, path: Path, front: Front, tolerance: float) -> Front:
-        """Return where the paths stand after one more try.
+        """Attempt one step on each path and return the new state of the integration.
 
         Parameters
         ----------
         problem : SDE
         path : Path
         front : Front
-            No path at its end.
+            State of the integration, with no path at the horizon.
         tolerance : float
         """
         there = self.ahead(path, front)
@@ -178,17 +178,17 @@ class Marching(Adaptive):
         return moved._replace(size=self.resized(moved, error, front.error, accepted))
 
     def ahead(self, path: Path, front: Front) -> Point:
-        """Return the end of the step that is tried."""
+        """Return the end point of the next attempted step."""
         return path.at(np.minimum(front.here.tick + front.size, TICKS))
 
     def norm(self, tried: Tried, x: Array, tolerance: float) -> Array:
-        """Return the error of a step in units of what is tolerated, shape (P,); never quite 0.
+        """Return the error of a step relative to the tolerance, shape (P,), bounded away from 0.
 
         Parameters
         ----------
         tried : Tried
         x : ndarray, shape (d, P)
-            Where the step began.
+            State at the beginning of the step.
         tolerance : float
         """
         scale = tolerance * (1.0 + np.maximum(np.abs(x), np.abs(tried.x)))
@@ -200,9 +200,9 @@ class Marching(Adaptive):
         Parameters
         ----------
         moved : Front
-            After the try.
+            State after the attempted step.
         error, before : ndarray, shape (P,)
-            Of the step that was tried, and of the last one accepted before.
+            Errors of the attempted step and of the last accepted step before it.
         accepted : ndarray of bool, shape (P,)
         """
         a, b = self.integral, self.proportional
@@ -218,12 +218,12 @@ def _where(accepted: Array, new: Any, old: Any) -> Any:
 
 
 def rounded(size: Array) -> Array:
-    """Return lengths rounded down to whole ticks with at most four leading bits."""
+    """Round lengths down to whole ticks with at most four leading bits."""
     whole = size.astype(np.int64)
     unit = 2 ** np.maximum(np.frexp(whole.astype(float))[1] - 1 - BITS, 0).astype(np.int64)
     return np.asarray(whole // unit * unit)
 
 
 def powers(size: Array) -> Array:
-    """Return lengths rounded down to powers of 2, at least one tick."""
+    """Round lengths down to powers of 2, at least one tick."""
     return np.asarray(2 ** (np.frexp(np.maximum(size, 1.0))[1] - 1).astype(np.int64))

@@ -1,9 +1,9 @@
-"""A Brownian path that may be asked at any time, in any order, and gives the same numbers to the last bit.
+"""A Brownian path with random access: repeated evaluations at any time, in any order, agree bit for bit.
 
-Time is counted in ticks, 2^20 to the horizon. Down to 2^13 steps the path is the package's own, by address. A time
-between is reached by halving the step around it, as `refine` halves it, with normals that are a hash of the half's
-place. So W and int W ds at a tick are a function of the address and of the tick alone. Between two ticks nothing is
-known: a time that is none is refused.
+Time is counted in ticks, 2^20 up to the horizon. On the grid of 2^13 steps the path is that of the package's noise
+source. A time between grid points is reached by repeated halving, as in `refine`, with normal variables that are a
+hash of the position of the half. Therefore W and int W ds at a tick are functions of the address and of the tick
+alone. Times between two ticks are refused.
 """
 
 from dataclasses import dataclass, replace
@@ -20,16 +20,16 @@ from sdaeverify.studying import LevelNoise, Source, refine
 from .hashed import key_of, normals
 
 TICKS = 2**20
-# The path is drawn in so many steps, and each of them down to a level: 2^13 steps in all.
+# The grid: COARSEST steps, each refined to LEVEL, 2^13 steps in total.
 COARSEST, LEVEL = 16, 9
 GRID = COARSEST * 2**LEVEL
 PER_STEP = TICKS // GRID
-# How far a time may be from a tick, in ticks: what rounding of a sum of steps makes.
+# Largest distance of a time from a tick, in ticks, for rounding in a sum of steps.
 ROUNDING = 1e-6
 
 
 class Point(NamedTuple):
-    """A time on each path, and the path there.
+    """A time on each path, with the values of the path.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Path:
     W, J : ndarray, shape (GRID + 1, paths of the block, l)
         The motions and their time integrals on the grid.
     rows : ndarray of int, shape (P,)
-        Paths of the block that are asked for.
+        Selected paths of the block.
     """
 
     source: Source
@@ -88,16 +88,16 @@ class Path:
         return key_of(self.source)
 
     def only(self, paths: Array) -> "Path":
-        """Return some of the paths."""
+        """Return a subset of the paths."""
         return replace(self, rows=self.rows[paths])
 
     def ticks_of(self, t: Array | float) -> Array:
-        """Return times as ticks.
+        """Convert times to ticks.
 
         Raises
         ------
         UsageError
-            If one is no tick, or is outside of [0, T].
+            If a time is not a tick, or lies outside [0, T].
         """
         exact = np.asarray(t, dtype=float) / self.tick
         found = np.rint(exact)
@@ -113,12 +113,12 @@ class Path:
         Parameters
         ----------
         tick : ndarray of int, shape (P,), or int
-            From 0 to 2^20.
+            Ticks from 0 to 2^20.
 
         Raises
         ------
         UsageError
-            If it is no whole number or outside of them.
+            If a tick is not an integer or is out of range.
         """
         given = np.asarray(tick)
         if not (np.issubdtype(given.dtype, np.integer) and np.all((given >= 0) & (given <= TICKS))):
@@ -157,7 +157,7 @@ class Path:
         Parameters
         ----------
         begin, end : Point
-            The second one later than the first on each path.
+            Points, the second later than the first on each path.
         """
         return between(begin, end, (end.tick - begin.tick) * self.tick)
 
@@ -176,7 +176,7 @@ def between(begin: Point, end: Point, h: Array | float) -> Increment:
 
 
 def brownian_path(source: Source, dimension: int, horizon: float) -> Path:
-    """Return the path at an address: that of a run with 16 steps or more, where the problem has H drawn.
+    """Return the path at an address, that of a run with at least 16 steps for a problem that draws H.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Two equations that are decided by a Levy area: one that reflections leave as it is, and one without symmetry."""
+"""Two equations that depend on a Levy area, one with and one without reflection symmetry."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ import numpy as np
 from sdaeverify import SDE, Array, Increment, Moment, Pathwise, Truth, hookimpl, on_request
 
 SOURCE = "Ito's formula; Gaines & Lyons 1997, section 4, for the role of the area"
-# Of the area of a step of length h, given dW and H: variance h^2/12.
+# Source of the truth; given dW and H, the area of a step of length h has variance h^2/12.
 AREA = "W exactly; of each area what dW and H tell on the grid, which leaves a variance of h T/12"
 OBSERVABLES = {
     "x_3": lambda t, s: s["x"][2],
@@ -19,8 +19,8 @@ OBSERVABLES = {
 def heisenberg(horizon: float = 1.0) -> SDE:
     """Levy area: dx_1 = dW_1, dx_2 = dW_2, dx_3 = x_1 dW_2; the same in the senses of Ito and of Stratonovich.
 
-    The noises do not commute. W_1 -> -W_1 with x_3 -> -x_3 leaves the equation as it is: an error of the area that
-    a solver makes with either sign alike has mean zero here, however wrong its law is.
+    The noise is not commutative. The reflection W_1 -> -W_1, x_3 -> -x_3 leaves the equation invariant: an error of
+    the area that occurs with both signs alike has mean zero here, even if the law of the solver is wrong.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def heisenberg(horizon: float = 1.0) -> SDE:
 def shear(horizon: float = 1.0) -> SDE:
     """Shear: dx_1 = dW_1, dx_2 = dW_2, dx_3 = x_1 o (dW_1 + dW_2) = x_1 dW_1 + x_1 dW_2 + dt/2.
 
-    No reflection leaves it as it is: x_3 = W_1^2/2 + int W_1 dW_2, and an error of the area that goes with the sign
-    of an increment shows as a mean.
+    No reflection leaves the equation invariant: x_3 = W_1^2/2 + int W_1 dW_2, and an error of the area that depends
+    on the sign of an increment has a nonzero mean.
 
     Parameters
     ----------
@@ -130,5 +130,5 @@ def _truths(
 
 @hookimpl
 def sdaeverify_problems() -> list[object]:
-    """Register both."""
+    """Register both problems."""
     return [heisenberg, shear]

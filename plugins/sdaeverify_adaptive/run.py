@@ -1,4 +1,4 @@
-"""A run: solvers on problems, what paths say of their claims, and what the checks find."""
+"""A run of adaptive solvers on problems: tests of claims on paths, and checks."""
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,10 +21,10 @@ from .path import brownian_path
 from .sample import Budget, Runs, Sample, measure, why_not
 
 HOOK, PLANTED = "sdaeverify_adaptive", "planted-"
-# Ito's sense, additive noise, an area, and an equation without reflection symmetry.
+# Default problems: multiplicative and additive noise, an area, and an equation without reflection symmetry.
 PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "heisenberg", "shear")
 MEASURES = (RATE, STEPS, LAW)
-# Paths of the checks, and which of a solver's tolerances they are made with: one at which steps are rejected.
+# Number of paths of the checks, and index of the tolerance for them, at which steps are rejected.
 CHECKED, MIDDLE = 20, 2
 
 
@@ -35,7 +35,7 @@ class Cell(NamedTuple):
     ----------
     solver : Adaptive
     spec : ProblemSpec
-        Recipe of the problem.
+        Specification of the problem.
     problem : Problem
     """
 
@@ -45,18 +45,18 @@ class Cell(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The label of the problem."""
+        """Label of the problem."""
         return self.spec.label
 
 
 class Row(NamedTuple):
-    """A row of the table: what was found of a claim, or by a check.
+    """A row of the table: the finding on a claim, or of a check.
 
     Attributes
     ----------
     cell : Cell
     measure : str
-        Of the claim, or the name of the check.
+        Measure of the claim, or name of the check.
     finding : Finding
     """
 
@@ -66,18 +66,18 @@ class Row(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What came of a cell, fit to be sent from another process, which a problem need not be.
+    """Result of a cell in a form that can be pickled, which a problem need not be.
 
     Attributes
     ----------
     sampled : tuple or None
-        The fields of its `Sample` but for solver and problem; None if there is none.
+        Fields of the `Sample` except solver and problem; None if there is no sample.
     failed : Opinion or None
-        Why there is none.
+        Why there is no sample.
     answers : tuple of Answer
-        Of the checks.
+        Results of the checks.
     seconds : float
-        That all of it took.
+        Elapsed time.
     """
 
     sampled: tuple[Budget, Runs, Array, float, float] | None
@@ -86,7 +86,7 @@ class Measured(NamedTuple):
     seconds: float = 0.0
 
     def sample(self, cell: Cell) -> Sample | None:
-        """Return the sample of the cell that was measured."""
+        """Return the sample of the measured cell."""
         view = cell.solver.view_of(cell.problem)
         return (
             None if self.sampled is None or view is None else Sample(cell.solver, cell.problem, view, *self.sampled)
@@ -94,12 +94,12 @@ class Measured(NamedTuple):
 
 
 def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
-    """Return the solvers that labels and globs mean, each once; all but planted ones where there are none.
+    """Return the solvers that match labels and globs; without patterns all except planted ones.
 
     Parameters
     ----------
     registry : Registry
-        Loaded with the lab.
+        Registry loaded with `lab`.
     patterns : sequence of str
 
     Raises
@@ -121,7 +121,7 @@ def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive
 
 
 def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[list[Cell], list[str]]:
-    """Return the pairs that can be measured, and why the others cannot, a line each.
+    """Return the pairs that can be measured, and a line with the reason for each other pair.
 
     Parameters
     ----------
@@ -145,13 +145,13 @@ def _unclaimed(solver: Adaptive, problem: Problem) -> str:
 
 
 def claims_of(solver: Adaptive, problem: Problem) -> list[Claim]:
-    """Return what a solver claims of its tolerance on a problem.
+    """Return the claims of a solver about its tolerance on a problem.
 
     Parameters
     ----------
     solver : Adaptive
     problem : Problem
-        As registered.
+        Problem as registered.
     """
     view = solver.view_of(problem)
     traits = frozenset() if view is None else view.traits
@@ -159,14 +159,14 @@ def claims_of(solver: Adaptive, problem: Problem) -> list[Claim]:
 
 
 class AdaptiveRun:
-    """The work on some cells: complete when `run` has come to its end.
+    """Measurement of some cells, complete when `run` is exhausted.
 
     Parameters
     ----------
     pairs : sequence of Cell
     budget : Budget
     confidence : float
-        One less the probability of any false refutation.
+        One minus the probability of any false refutation.
     """
 
     def __init__(self, pairs: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
@@ -184,7 +184,7 @@ class AdaptiveRun:
         Parameters
         ----------
         executor : Executor, optional
-            Cells are measured in this process if left out.
+            Executor; by default cells are measured in this process.
         window : int, optional
             Cells in flight.
         """
@@ -200,16 +200,16 @@ class AdaptiveRun:
 
 
 def measured(solver: Adaptive, spec: ProblemSpec, budget: Budget) -> Measured:
-    """Return what comes of a solver on a problem; what the solver raises is an opinion on it.
+    """Measure a solver on a problem; an exception of the solver becomes an opinion.
 
     Parameters
     ----------
     solver : Adaptive
-        With its parameters.
+        Solver with its parameters.
     spec : ProblemSpec
-        From which the problem is built, in whatever process.
+        Specification from which any process can build the problem.
     budget : Budget
-        Paths, tolerances and seed.
+        Numbers of paths, tolerances and seed.
     """
     begun = time.monotonic()
     found = _measured(Cell(solver, spec, spec.build()), budget)
@@ -243,7 +243,7 @@ def rows(pairs: Sequence[Cell], done: Sequence[Measured], confidence: float) -> 
     ----------
     pairs : sequence of Cell
     done : sequence of Measured
-        As many.
+        Results of the pairs, in the same order.
     confidence : float
     """
     known = [*zip(pairs, done, strict=True)]
@@ -261,7 +261,7 @@ def _asked(cell: Cell, each: Measured) -> Iterator[Asked]:
 
 
 def _further(cell: Cell, each: Measured) -> Iterator[Row]:
-    """Yield the rows of a cell that paths say nothing of."""
+    """Yield the rows of a cell that do not come from paths: failures and checks."""
     if each.failed is not None:
         yield Row(cell, RATE, Finding(quantity="", verdict=each.failed.verdict, reason=each.failed.reason))
     for answer in each.answers:
@@ -272,7 +272,7 @@ def _further(cell: Cell, each: Measured) -> Iterator[Row]:
 
 
 def work_of(each: Measured) -> dict[str, object]:
-    """Return what each tolerance took and came to on a cell, and the seconds of all of it."""
+    """Return the work and error at each tolerance of a cell, and the elapsed seconds."""
     return {"work": [*_work(each)], "seconds": round(each.seconds, 2)}
 
 

@@ -1,4 +1,4 @@
-"""What is measured: a solver's final states at several tolerances, and the truth, on the same paths."""
+"""The sample: a solver's final states at several tolerances, and the truth, on the same paths."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,23 +14,23 @@ from sdaeverify.studying import Source
 from .contract import Adaptive, Solved
 from .path import GRID, TICKS, Path, between, brownian_path
 
-# Paths that are solved at once: as many in each group.
+# Number of paths that are solved at once, a multiple of the number of groups.
 BLOCK = 400
-# Steps of a truth that is exact.
+# Number of steps of an exact truth.
 EXACT = 2**10
-# A tolerance with fewer steps in the mean says nothing of a rate.
+# Least mean number of steps for a tolerance to be used for a rate.
 FEWEST_STEPS = 16
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How much is sampled.
+    """Sample size and tolerances.
 
     Attributes
     ----------
     paths : int
     tolerances : tuple of float
-        Largest first; the range that a solver names if left out.
+        Tolerances, largest first; by default those of the solver.
     seed : int
     """
 
@@ -49,18 +49,18 @@ class Budget:
             raise UsageError(
                 f"tolerances must be positive and fall, three of them at least, or no rate can be told; got {given}"
             )
-        # Said before anything is solved.
+        # Checked before any problem is solved.
         Settings(seed=self.seed)
 
     def sources(self, label: str) -> Iterator[Source]:
-        """Yield the addresses of all blocks of paths; a run with fewer than a block draws others."""
+        """Yield the addresses of all blocks of paths; a run smaller than one block draws a block of its size."""
         size = min(BLOCK, self.paths)
         for block, done in enumerate(range(0, self.paths, BLOCK)):
             yield Source(self.seed, label, block, size, min(size, self.paths - done))
 
 
 class Runs(NamedTuple):
-    """Final states at several tolerances or numbers of steps, and what they took.
+    """Final states at several tolerances or numbers of steps, with numbers of steps and evaluations.
 
     Attributes
     ----------
@@ -75,33 +75,33 @@ class Runs(NamedTuple):
 
     @classmethod
     def of(cls, solved: Sequence[Solved]) -> Self:
-        """Return what came of several runs on the same paths."""
+        """Combine runs on the same paths."""
         return cls(*(np.stack(part) for part in list(zip(*solved, strict=True))[:4]))
 
     @classmethod
     def joined(cls, blocks: Sequence["Runs"]) -> Self:
-        """Return the same on the paths of several blocks."""
+        """Concatenate the paths of several blocks."""
         return cls(*(np.concatenate(part, axis=-1) for part in zip(*blocks, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """What was measured of a solver on a problem.
+    """Measurement of a solver on a problem.
 
     Attributes
     ----------
     solver : Adaptive
     problem : Problem
-        As registered.
+        Problem as registered.
     view : Problem
-        As the solver sees it.
+        Problem as the solver sees it.
     budget : Budget
     runs : Runs
     truth : ndarray, shape (d, P)
-        On the same paths.
+        Truth on the same paths.
     grid_error, grid_bias : float
-        Standard deviation and mean of the truth's own error, as the step from half as many grid steps tells them: of
-        an order of 1/2 or more it is at most as large; 0 if exact.
+        Standard deviation and mean of the truth's error, estimated by the difference from half as many grid steps,
+        which is an upper bound for orders of 1/2 or more; 0 if exact.
     """
 
     solver: Adaptive
@@ -115,12 +115,12 @@ class Sample:
 
     @cached_property
     def errors(self) -> Array:
-        """Errors at the end, shape (K, d, P)."""
+        """Errors at the final time, shape (K, d, P)."""
         return np.asarray(self.runs.ends - self.truth)
 
     @property
     def tries(self) -> Array:
-        """Steps, rejected ones counted, shape (K, P)."""
+        """Number of steps including rejected ones, shape (K, P)."""
         return np.asarray(self.runs.steps + self.runs.rejected)
 
     @property
@@ -130,21 +130,21 @@ class Sample:
 
 
 def measure(solver: Adaptive, problem: Problem, budget: Budget, label: str) -> Sample:
-    """Return what a solver comes to on a problem at all tolerances.
+    """Solve a problem at all tolerances and return the sample.
 
     Parameters
     ----------
     solver : Adaptive
     problem : Problem
-        With a truth on a given path.
+        Problem with a pathwise truth.
     budget : Budget
     label : str
-        Of the problem: it determines the noise.
+        Label of the problem, which determines the noise.
 
     Raises
     ------
     SchemeError
-        If the solver does not see the problem, refuses it, or returns something that is no solution.
+        If the solver does not solve the form, refuses the problem, or returns an invalid solution.
     """
     if why := why_not(solver, problem):
         raise SchemeError(why)
@@ -175,23 +175,23 @@ def why_not(solver: Adaptive, problem: Problem) -> str:
 
 
 def solved(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Solved:
-    """Return what a solver returns, batch by batch where its batches are the unit that is sampled.
+    """Run a solver, separately for each group of paths if batches are the unit of the sample.
 
     Parameters
     ----------
     solver : Adaptive
-        In batches or not.
+        Solver, possibly with `in_batches`.
     view : Problem
-        In the solver's form.
+        Problem in the solver's form.
     path : Path
-        Of one block.
+        Path of one block.
     tolerance : float
-        That it is given.
+        Tolerance of the solver.
 
     Raises
     ------
     SchemeError
-        If it returns something else than a state for each path.
+        If the solver does not return a state for each path.
     """
     if not solver.in_batches:
         return checked(solver, solver.solve(view, path, tolerance), path.paths)
@@ -205,21 +205,21 @@ def solved(solver: Adaptive, view: Problem, path: Path, tolerance: float) -> Sol
 
 
 def checked(solver: Adaptive, found: Solved, paths: int) -> Solved:
-    """Return what a solver returned, its counts as an array over the paths.
+    """Validate the result of a solver and broadcast its counts to all paths.
 
     Parameters
     ----------
     solver : Adaptive
-        Whose name is told.
+        Solver, named in messages.
     found : Solved
-        What it returned.
+        Result of the solver.
     paths : int
-        Number P of paths that it was given.
+        Number P of paths.
 
     Raises
     ------
     SchemeError
-        If it is no `Solved`, or its state has another shape than components by paths.
+        If the result is not a `Solved`, or its state does not have the shape (d, P).
     """
     if not isinstance(found, Solved):
         raise SchemeError(f"{solver.name} returned {type(found).__name__}, expected Solved")
@@ -233,23 +233,23 @@ def checked(solver: Adaptive, found: Solved, paths: int) -> Solved:
 
 
 def exact(problem: Problem) -> bool:
-    """Tell whether the solution on a path is known without an error of its own."""
+    """Return whether the pathwise solution is exact."""
     return problem.pathwise is not None and problem.pathwise.exact
 
 
 def truth(problem: Problem, path: Path, steps: int = GRID) -> Array:
     """Return the solution on a path at the horizon, shape (d, P).
 
-    What it needs of a step beyond dW and H is left out: on n steps this makes an error of the size T^(5/2)/(27 n^2)
-    of int e^(t - T) dW, the coefficient of s^2 having the norm 1/(2 sqrt(180)) beside 1 and s.
+    Noise of a step beyond dW and H is omitted: on n steps this causes an error of size T^(5/2)/(27 n^2) in
+    int e^(t - T) dW, because the part of s^2 orthogonal to 1 and s has a coefficient with norm 1/(2 sqrt(180)).
 
     Parameters
     ----------
     problem : Problem
-        With a truth on a given path.
+        Problem with a pathwise truth.
     path : Path
     steps : int
-        Of the truth where it has an error of its own.
+        Number of steps of the truth if it is not exact.
     """
     known = problem.pathwise
     assert known is not None
@@ -263,20 +263,20 @@ def truth(problem: Problem, path: Path, steps: int = GRID) -> Array:
 
 
 def stacked(parts: Mapping[str, Array]) -> Array:
-    """Return components below each other, shape (d, P)."""
+    """Concatenate components, shape (d, P)."""
     return np.concatenate([np.atleast_2d(part) for part in parts.values()])
 
 
 def along(path: Path, steps: int, state: Array, advance: Callable[[Array, float, float, Increment], Array]) -> Array:
-    """Return the state after steps of one length.
+    """Return the state after equal steps along a path.
 
     Parameters
     ----------
     path : Path
     steps : int
-        A power of 2.
+        Number of steps, a power of 2.
     state : ndarray
-        At time 0.
+        State at time 0.
     advance : callable, (state, t, h, noise) -> state
     """
     h, stride = path.horizon / steps, TICKS // steps
@@ -289,21 +289,21 @@ def along(path: Path, steps: int, state: Array, advance: Callable[[Array, float,
 
 
 def fixed(scheme: Scheme, problem: Any, path: Path, steps: int) -> Array:
-    """Return the final state of a scheme with steps of one length, on the same path; shape (d, P).
+    """Return the final state of a scheme with equal steps on the same path, shape (d, P).
 
     Parameters
     ----------
     scheme : Scheme
     problem : object
-        A problem in the form that the scheme solves.
+        Problem in the form that the scheme solves.
     path : Path
     steps : int
-        A power of 2.
+        Number of steps, a power of 2.
 
     Raises
     ------
     UsageError
-        If it is none, or there are more steps than ticks.
+        If `steps` is not a power of 2, or exceeds the number of ticks.
     """
     if steps < 1 or TICKS % steps:
         raise UsageError(f"the number of steps must be a power of 2 up to {TICKS}, got {steps!r}")

@@ -1,1 +1,1 @@
-"""Solvers of other libraries as schemes: each module is a plugin for one library, left out where that is missing."""
+"""Solvers of other libraries as schemes: one plugin per library, left out if the library is missing."""

@@ -1,4 +1,4 @@
-"""One step of an integrator of ``ase.md`` on all paths at once, its normal variables being those of the increment."""
+"""One step of an integrator of ``ase.md`` on all paths at once, with the normal variables of the increment."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +16,7 @@ from sdaeverify_bridges.kit import Compiled
 
 
 class Known(np.random.Generator):
-    """A generator whose normal variables are known: they are asked for in this order.
+    """Random generator that returns given normal variables in order.
 
     Parameters
     ----------
@@ -28,16 +28,16 @@ class Known(np.random.Generator):
         self.variables = iter(variables)
 
     def standard_normal(self, size: Any = None, *_: Any, **__: Any) -> Any:
-        """Return the next ones."""
+        """Return the next array of variables."""
         return next(self.variables)
 
     def normal(self, *_: Any, **__: Any) -> Any:
-        """Return the next ones."""
+        """Return the next array of variables."""
         return next(self.variables)
 
 
 class Force(Calculator):
-    """The force of a problem on atoms along the first axis, one for each coordinate of each path.
+    """Force of a problem on atoms along the first axis, one atom for each coordinate of each path.
 
     Parameters
     ----------
@@ -51,14 +51,14 @@ class Force(Calculator):
         self.problem = problem
 
     def calculate(self, atoms: Any = None, *_: Any, **__: Any) -> None:
-        """Find the forces; the energy is asked for by none."""
+        """Compute the forces; the energy, which no integrator uses, is 0."""
         super().calculate(atoms)
         q = self.atoms.positions[:, 0].reshape(self.problem.noise_dim, -1)
         self.results = {"energy": 0.0, "forces": along(np.broadcast_to(self.problem.force(q), q.shape))}
 
 
 def langevin_step(integrator: str, problem: Langevin) -> Compiled:
-    """Return the step of an integrator."""
+    """Return the step of an integrator for Langevin dynamics."""
     n, gamma = problem.noise_dim, problem.friction
     temperature = problem.strength**2 / (2.0 * gamma) / units.kB
     made: Callable[..., MolecularDynamics]
@@ -79,7 +79,7 @@ def langevin_step(integrator: str, problem: Langevin) -> Compiled:
 
 
 def along(values: Array) -> Array:
-    """Return numbers of shape (n, P) as vectors along the first axis, shape (n P, 3)."""
+    """Convert an array of shape (n, P) to vectors along the first axis, shape (n P, 3)."""
     vectors = np.zeros((values.size, 3))
     vectors[:, 0] = values.reshape(-1)
     return vectors

@@ -18,14 +18,14 @@ Terms = Callable[["KnownStep"], diffrax.AbstractTerm]
 
 
 class KnownStep(diffrax.AbstractBrownianPath):
-    """A Brownian path that is known over one step: the increment that is given, whatever times are asked for.
+    """Brownian path that returns the given increment of one step, regardless of the requested times.
 
     Attributes
     ----------
     h : float
         Length of the step.
     numbers : tuple of array, shape (l,)
-        W and, as far as they are given, H and K.
+        W and, if given, H and K.
     """
 
     h: jax.Array
@@ -35,7 +35,7 @@ class KnownStep(diffrax.AbstractBrownianPath):
     t1: ClassVar[float] = jnp.inf
 
     def evaluate(self, t0: Any, t1: Any = None, left: bool = True, use_levy: bool = False) -> Any:
-        """Return W, or the record of all that is given."""
+        """Return W, or the record of all given variables."""
         return RECORDS[len(self.numbers)](self.h, *self.numbers) if use_levy else self.numbers[0]
 
 
@@ -72,14 +72,14 @@ def langevin_step(solver: str, problem: Langevin) -> Compiled:
         drift = diffrax.UnderdampedLangevinDriftTerm(gamma, u, gradient)
         return diffrax.MultiTerm(drift, diffrax.UnderdampedLangevinDiffusionTerm(gamma, u, path))
 
-    # The coefficients of a step are series below this product of friction and step size; its documentation says which
-    # threshold is best in double precision.
+    # Below this product of friction and step size, coefficients of a step are computed by series. The value is the
+    # one recommended in the documentation for double precision.
     found = getattr(diffrax, solver)(taylor_threshold=0.01)
     return one_step(found, terms, lambda y: (y[:n], y[n:]), jnp.concatenate)
 
 
 def reversible_step(problem: SDE) -> Compiled:
-    """Return the step of the reversible Heun method, whose memory is the state of the solver."""
+    """Return the step of the reversible Heun method, whose memory is part of the state."""
     equation, solver = Coefficients(problem, jnp, stratonovich=True), diffrax.ReversibleHeun()
 
     def one(memory: jax.Array, t: jax.Array, h: jax.Array, dW: jax.Array) -> jax.Array:
@@ -97,7 +97,7 @@ def one_step(
     taken: Callable[[jax.Array], Any] = lambda y: y,
     joined: Callable[[Any], jax.Array] = lambda y: y,
 ) -> Compiled:
-    """Return the step of a solver that begins each step anew, for all paths at once."""
+    """Return the step of a solver for all paths at once, with the solver initialised at each step."""
 
     def one(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
         equation, state = terms(KnownStep(h, numbers)), taken(y)

@@ -12,7 +12,7 @@ from sdaeverify import Array, HolonomicSDAE, Mask
 
 
 def half_step(problem: HolonomicSDAE, h: float, inner: int) -> Callable[[Array, Array], tuple[Array, Array, Mask]]:
-    """Return the motion of a problem by h without friction and noise: (r, v) -> r, v and whether it was found.
+    """Return the flow of a problem over h without friction and noise: (r, v) -> r, v and a success flag.
 
     v is projected onto the tangent space first.
     """
@@ -27,7 +27,7 @@ def half_step(problem: HolonomicSDAE, h: float, inner: int) -> Callable[[Array, 
         return np.array(np.broadcast_to(problem.dg(r[:, None]), (problem.constraints, n, 1))[..., 0])
 
     system = DenseConstrainedEuclideanMetricSystem(
-        neg_log_dens=lambda r: 0.0,  # it is asked for by none: the motion needs its gradient
+        neg_log_dens=lambda r: 0.0,  # not used: the flow only needs the gradient
         grad_neg_log_dens=lambda r: -force(r),
         constr=lambda r: problem.constraint(r[:, None])[:, 0],
         jacob_constr=jacobian,

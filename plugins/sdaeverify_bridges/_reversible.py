@@ -7,14 +7,14 @@ from sdaeverify_bridges.kit import Coefficients
 
 
 def begin_memory(problem: SDE, x: Array, t: float) -> Array:
-    """Return x, z = x, F(t, z) and the rows of B(t, z), shape (3 d + d l, P): what the method begins with."""
+    """Return the initial memory x, z = x, F(t, z) and the rows of B(t, z), shape (3 d + d l, P)."""
     equation = Coefficients(problem, np, stratonovich=True)
     B = equation.diffusion(t, x)
     return np.concatenate([x, x, equation.drift(t, x), B.reshape(-1, x.shape[-1])])
 
 
 def split_memory(problem: SDE, memory: Array) -> tuple[Array, Array, Array, Array]:
-    """Return x, z and F, shape (d, ...), and B, shape (d, l, ...), of a memory with any axes after the first."""
+    """Split a memory into x, z and F, shape (d, ...), and B, shape (d, l, ...), with any trailing axes."""
     d, l = problem.dimension, problem.noise_dim
     x, z, F = (memory[begin : begin + d] for begin in (0, d, 2 * d))
     return x, z, F, memory[3 * d :].reshape(d, l, *memory.shape[1:])

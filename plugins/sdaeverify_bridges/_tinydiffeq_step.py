@@ -29,7 +29,7 @@ def sde_step(solver: str, problem: SDE) -> Compiled:
 
 
 def sdae_step(problem: DelaySDAE) -> Compiled:
-    """Return the step of ``solve_semi_explicit_sdae``, with a last row that is 1 where it was solved."""
+    """Return the step of ``solve_semi_explicit_sdae``, with a last row that is 1 if the step was solved."""
     d = problem.dimension
 
     def field(formula: Callable[..., Any]) -> Callable[..., jax.Array]:
@@ -42,7 +42,7 @@ def sdae_step(problem: DelaySDAE) -> Compiled:
     def one(state: jax.Array, t: jax.Array, h: jax.Array, dW: jax.Array) -> jax.Array:
         fields, made = map(field, (problem.drift, problem.diffusion, problem.constraint)), known(dW)
         ends, begin = (t, t + h), (state[:d], state[d:])
-        # It draws by itself, through the solver that it is given: the key is of no use.
+        # The noise comes from the solver argument, so the random key is unused.
         end = tinydiffeq.solve_semi_explicit_sdae(*fields, made, *ends, *begin, key=jax.random.key(0), n_steps=1)
         return jnp.concatenate([end.ys, end.zs, jnp.atleast_1d(end.ok).astype(state.dtype)])
 
@@ -50,7 +50,7 @@ def sdae_step(problem: DelaySDAE) -> Compiled:
 
 
 def known(dW: jax.Array) -> Any:
-    """Return Euler's method with an increment that is known."""
+    """Return Euler's method with a given increment."""
 
     class Known(tinydiffeq.EulerMaruyama):  # type: ignore[misc]
         def sample_noise(self, *_: Any) -> Any:
@@ -60,5 +60,5 @@ def known(dW: jax.Array) -> Any:
 
 
 def normals(dW: jax.Array, H: jax.Array | None = None) -> Any:
-    """Return dW or, as the solver of order 1.5 wants it, dW and sqrt(12) H, each with an axis of one step."""
+    """Return dW, or dW and sqrt(12) H for the solver of order 1.5, each with a leading axis of one step."""
     return dW[None] if H is None else (dW[None], jnp.sqrt(12.0) * H[None])

@@ -1,4 +1,4 @@
-"""Equations and increments as torchsde wants them: paths first."""
+"""Equations and increments in the layout of torchsde, with paths first."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from ._reversible import split_memory
 
 
 def noise_type(problem: SDE) -> str:
-    """Return the kind of noise in torchsde's words."""
+    """Return the noise type of a problem in the terms of torchsde."""
     kinds = ("additive-noise", "scalar-noise", "diagonal-noise")
     return next((kind.removesuffix("-noise") for kind in kinds if kind in problem.traits), "general")
 
@@ -47,22 +47,22 @@ class Equation:
 
 
 class KnownStep(torchsde.BaseBrownian):
-    """Brownian motion that is known over one step, whatever times are asked for.
+    """Brownian motion with a given increment over one step, regardless of the requested times.
 
     Parameters
     ----------
     W : Tensor, shape (P, l)
     U : Tensor, shape (P, l), or None
-        Its time integral, where it is given.
+        Time integral of the motion; None if not given.
     A : Tensor, shape (P, l, l), or None
-        Its Levy areas, where they are given.
+        Levy areas; None if not given.
     """
 
     def __init__(self, W: torch.Tensor, U: torch.Tensor | None = None, A: torch.Tensor | None = None) -> None:
         self.W, self.U, self.A = W, U, A
 
     def __call__(self, ta: Any, tb: Any = None, return_U: bool = False, return_A: bool = False) -> Any:
-        """Return W(tb) - W(ta) and, if asked for, U or A, for the one step there is."""
+        """Return W(tb) - W(ta) over the step and, if requested, U or A."""
         asked = [part for part, wanted in ((self.U, return_U), (self.A, return_A)) if wanted]
         return (self.W, *asked) if asked else self.W
 
@@ -76,19 +76,19 @@ class KnownStep(torchsde.BaseBrownian):
 
     @property
     def device(self) -> torch.device:
-        """Where the numbers are."""
+        """Device of the tensors."""
         return self.W.device
 
     @property
     def shape(self) -> torch.Size:
-        """Paths and Brownian motions."""
+        """Numbers of paths and of Brownian motions."""
         return self.W.shape
 
     @property
     def levy_area_approximation(self) -> str:
-        """What is known beyond W."""
+        """Name of the information beyond W."""
         if self.A is not None:
-            # In words that let a solver ask for areas: these are no approximation of that kind.
+            # The name that lets a solver request areas, although these are not an approximation of that kind.
             return "foster"
         return "none" if self.U is None else "space-time"
 
@@ -118,7 +118,10 @@ def sde_step(problem: SDE, calculus: str, method: str, options: dict[str, Any]) 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Hold PyTorch, which is loaded too late to be held with all else, to one thread: workers share the cores."""
+    """Restrict PyTorch to one thread, because workers share the cores.
+
+    PyTorch is imported after the general limit of threads is set.
+    """
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

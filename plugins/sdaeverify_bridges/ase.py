@@ -1,4 +1,4 @@
-"""The Langevin integrators of ASE as schemes: an atom for each coordinate of each path."""
+"""Langevin integrators of ASE as schemes, with one atom for each coordinate of each path."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -7,7 +7,7 @@ from sdaeverify import Claim, Langevin, Scheme, hookimpl
 from sdaeverify_bridges.kit import Bridge, Compiled, Library, why_not_temperature
 
 LIBRARY = Library.find("ase")
-# The papers whose propagators the classes name as theirs, and the orders that these state.
+# Papers of the propagators according to the classes, and the orders that the papers state.
 CLAIMS = {
     "Langevin": ("(23) of Vanden-Eijnden & Ciccotti 2006, Second-order integrators", {"weak": 2.0}),
     "LangevinBAOAB": ("Leimkuhler & Matthews 2013", {"weak": 2.0, "invariant": 2.0}),
@@ -23,7 +23,7 @@ class ASE(Bridge):
     Attributes
     ----------
     integrator : str
-        Name of its class in ``ase.md``.
+        Name of the class in ``ase.md``.
     """
 
     integrator: str = "Langevin"
@@ -37,12 +37,12 @@ class ASE(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, for ``Langevin``, H."""
+        """Fields dW and, for ``Langevin``, H."""
         return frozenset({"dW", "H"} if self.integrator == "Langevin" else {"dW"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders of the paper that the docstring of the class names."""
+        """Orders of the paper that the docstring of the class names."""
         paper, orders = CLAIMS[self.integrator]
         source = f"docstring of {self.integrator} in ASE: {paper}"
         return tuple(Claim(measure=measure, value=order, source=source) for measure, order in orders.items())

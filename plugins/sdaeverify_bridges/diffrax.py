@@ -1,4 +1,4 @@
-"""The SDE solvers of diffrax as schemes: one step is one call of ``solver.step``, compiled for all paths at once."""
+"""SDE solvers of diffrax as schemes: one step is one call of ``solver.step``, compiled for all paths at once."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -10,7 +10,7 @@ from ._reversible import begin_memory
 
 LIBRARY = Library.find("diffrax")
 TABLE = "documentation of diffrax, SDE solver table"
-# Strong and weak orders in that table for general, commutative and additive noise; none where it has none.
+# Strong and weak orders in that table for general, commutative and additive noise; empty without an entry.
 HALF, ONE, HIGH = (0.5, 1.0), (1.0, 1.0), (1.5, 2.0)
 Orders = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 ORDERS: dict[str, Orders] = {
@@ -31,21 +31,21 @@ ORDERS: dict[str, Orders] = {
 }
 ITO = frozenset({"Euler", "ItoMilstein"})
 WITH_AREAS = frozenset({"ShARK", "SRA1", "SEA", "SPaRK", "GeneralShARK", "SlowRK"})
-# Of a problem: none, for noise that need not commute, or one of these.
+# Required trait of the problem for each column; empty for general noise.
 TRAITS = ("", "commutative-noise", "additive-noise")
 LANGEVIN = {"ALIGN": 2.0, "ShOULD": 3.0, "QUICSORT": 3.0}
 
 
 @dataclass(frozen=True)
 class Diffrax(Bridge):
-    """x(t + h) = solver.step(MultiTerm(ODETerm(f), ControlTerm(B, path)), t, t + h, x), the path being our increment.
+    """x(t + h) = solver.step(MultiTerm(ODETerm(f), ControlTerm(B, path)), t, t + h, x) on the path of the increment.
 
-    Solvers that converge to the Stratonovich solution are given F = f - (1/2) sum_j DB_j B_j.
+    Solvers that converge to the Stratonovich solution receive the drift F = f - (1/2) sum_j DB_j B_j.
 
     Attributes
     ----------
     solver : str
-        Name of its class in diffrax.
+        Name of the class in diffrax.
     """
 
     solver: str = "Euler"
@@ -57,7 +57,7 @@ class Diffrax(Bridge):
 
     @property
     def is_reversible(self) -> bool:
-        """Whether the solver has a memory: a second state z, and drift and diffusion there."""
+        """Whether the solver has a memory: a second state z, with drift and diffusion at z."""
         return self.solver == "ReversibleHeun"
 
     @property
@@ -67,26 +67,26 @@ class Diffrax(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The fields dW and, where the solver has ``minimal_levy_area`` of space and time, H."""
+        """Fields dW and, if ``minimal_levy_area`` of the solver is space-time, H."""
         return frozenset({"dW", "H"} if self.solver in WITH_AREAS else {"dW"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders of the table."""
+        """Orders of the table in the documentation."""
         return tuple(claim for row in zip(ORDERS[self.solver], TRAITS, strict=True) for claim in claims(*row))
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse noise that the table leaves out, and formulas that only NumPy can run."""
+        """Refuse noise that the table excludes, and formulas that only NumPy can run."""
         if not ORDERS[self.solver][0] and "additive-noise" not in problem.traits:
             return "the noise is not declared additive"
         return super().refuses(problem)
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
-        """Return the problem's state, with the memory that the reversible solver begins with."""
+        """Return the problem's state, with the initial memory for the reversible solver."""
         return begin_memory(problem, state, t) if self.is_reversible else state
 
     def parts(self, problem: SDE, state: Any) -> Parts:
-        """Return the problem's own components."""
+        """Return the components of the problem without the memory."""
         return problem.parts(state[: problem.dimension])
 
     def compiled(self, problem: SDE) -> Compiled:
@@ -100,12 +100,12 @@ class Diffrax(Bridge):
 
 @dataclass(frozen=True)
 class DiffraxLangevin(Bridge):
-    """The same for solvers of underdamped Langevin dynamics, with their own terms.
+    """Solvers of diffrax for underdamped Langevin dynamics, with their terms.
 
     Attributes
     ----------
     solver : str
-        Name of its class in diffrax.
+        Name of the class in diffrax.
     """
 
     solver: str = "ALIGN"
@@ -118,12 +118,12 @@ class DiffraxLangevin(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The fields dW and H, and K where the solver has a ``minimal_levy_area`` of space, time and time."""
+        """Fields dW and H, and K if ``minimal_levy_area`` of the solver is space-time-time."""
         return frozenset({"dW", "H"} if self.solver == "ALIGN" else {"dW", "H", "K"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The strong order that the solver returns."""
+        """Strong order that the solver returns."""
         order = LANGEVIN[self.solver]
         return (Claim(measure="strong", value=order, source=f"diffrax.{self.solver}.strong_order and its docstring"),)
 
@@ -139,7 +139,7 @@ class DiffraxLangevin(Bridge):
 
 
 def claims(orders: tuple[float, ...], trait: str) -> list[Claim]:
-    """Return the claims of a strong and a weak order where noise has a trait, or for all noise."""
+    """Return the claims of a strong and a weak order, for noise with a trait or for all noise."""
     when = frozenset({trait}) if trait else frozenset[str]()
     named: Any = zip(("strong", "weak"), orders, strict=False)
     return [Claim(measure=measure, value=value, when=when, source=TABLE) for measure, value in named]
@@ -147,6 +147,6 @@ def claims(orders: tuple[float, ...], trait: str) -> list[Claim]:
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register every solver that can be given an increment."""
+    """Register every solver that accepts an increment."""
     LIBRARY.require()
     return [*map(Diffrax, ORDERS), *map(DiffraxLangevin, LANGEVIN)]

@@ -1,4 +1,4 @@
-"""The constrained leapfrog and geodesic integrators of mici as splitting steps for constrained Langevin dynamics."""
+"""Constrained leapfrog and geodesic integrators of mici as splitting steps for constrained Langevin dynamics."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ RELATIVE = 1e-9
 
 @dataclass(frozen=True)
 class Mici(Bridge):
-    """Half a step of mici's integrator, friction and noise, half a step of it.
+    """Splitting step: half a step of mici's integrator, friction and noise, half a step of mici's integrator.
 
-    For dr = v dt, M dv = (F(r) - gamma M v) dt + B(r) dW + grad g dmu, the integrator makes the motion with F and the
-    constraint alone. With p = M v and mici's projection P(r) onto the cotangent space,
+    For dr = v dt, M dv = (F(r) - gamma M v) dt + B(r) dW + grad g dmu, the integrator solves the motion with F and
+    the constraint alone. With p = M v and mici's projection P(r) onto the cotangent space,
 
         p <- P(r) { e^{-gamma h} p + s B(r) dW },    s^2 h = (1 - e^{-2 gamma h})/(2 gamma),
 
-    solves the rest in law. mici makes one path at a time, and does not tell mu. A path on which it finds no root, or
-    none that is reversible, keeps its state and is counted.
+    solves the rest in law. mici computes one path at a time, and does not return mu. A path without a root, or
+    without a reversible one, keeps its state and is counted as failed.
 
     Attributes
     ----------
     inner : int
-        Moves along the manifold in each half; more than one make it the geodesic integrator.
+        Number of moves along the manifold in each half; more than one give the geodesic integrator.
     """
 
     inner: int = 1
@@ -37,7 +37,7 @@ class Mici(Bridge):
     name: ClassVar[str] = "mici"
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
     library: ClassVar[Library] = LIBRARY
-    # What mici says of its integrator holds of a symmetric composition with an exact flow.
+    # The statement of mici on its integrator applies to a symmetric composition with an exact flow.
     claims: ClassVar[tuple[Claim, ...]] = (
         Claim(measure="weak", value=2.0, source=f"{SOURCE}: symmetric and of second order"),
         Claim(measure="drift", value="round-off", source=f"{SOURCE}: preserves the constraints but for rounding"),
@@ -77,7 +77,10 @@ class Mici(Bridge):
 
 
 def friction(problem: HolonomicSDAE) -> float | None:
-    """Return gamma of a force F(r) - gamma M v with noise that depends on r alone, tried at a few states."""
+    """Return gamma of a force F(r) - gamma M v with noise that depends on r alone, or None.
+
+    The form is tested at a few states.
+    """
     n, T = problem.dimension, problem.horizon
     r, v, _ = problem.initial(4)
     r, v = r + 0.1 * np.sin(np.arange(4.0 * n).reshape(n, 4)), v + np.cos(np.arange(4.0 * n).reshape(n, 4))

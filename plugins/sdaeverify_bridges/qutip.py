@@ -1,4 +1,4 @@
-"""The stochastic integrators of QuTiP as schemes for linear equations: one step is one call of a stepper."""
+"""Stochastic integrators of QuTiP as schemes for linear equations: one step is one call of a stepper."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,7 +17,7 @@ from sdaeverify_bridges.kit import (
 )
 
 LIBRARY = Library.find("qutip")
-# Strong and, where there is one, weak orders that the docstrings of the integrators state.
+# Strong and, if stated, weak orders in the docstrings of the integrators.
 ORDERS: dict[str, tuple[float, ...]] = {
     "euler": (0.5,),
     "pred_corr": (0.5, 1.0),
@@ -29,20 +29,20 @@ ORDERS: dict[str, tuple[float, ...]] = {
     "taylor1.5_imp": (1.5,),
 }
 HIGH = frozenset({"explicit1.5", "taylor1.5", "taylor1.5_imp"})
-# States with the same noise are the columns of one: always as many, so that a column is rounded the same anywhere.
+# Number of columns of a batch of states with equal noise, fixed so that rounding does not depend on the position.
 COLUMNS = 16
 
 
 @dataclass(frozen=True)
 class QuTiP(Bridge):
-    """A step for dx = (A x + a) dt + sum_j (B_j x + b_j) dW_j, which QuTiP sees as a linear system of (x, 1).
+    """A step for dx = (A x + a) dt + sum_j (B_j x + b_j) dW_j, passed to QuTiP as a linear system for (x, 1).
 
-    It makes all paths with the same noise at a time. Its second normal variable is sqrt(12) H.
+    QuTiP steps all paths with equal noise at once. Its second normal variable is sqrt(12) H.
 
     Attributes
     ----------
     method : str
-        Its name among the methods of ``SMESolver``; rouchon's is for density matrices alone.
+        Name of the method of ``SMESolver``; the method rouchon is only for density matrices.
     """
 
     method: str = "euler"
@@ -55,18 +55,21 @@ class QuTiP(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, for methods of order 1.5, H."""
+        """Fields dW and, for methods of order 1.5, H."""
         return frozenset({"dW", "H"} if self.method in HIGH else {"dW"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders that the integrator states."""
+        """Orders stated by the integrator."""
         source = f"docstring of the integrator {self.method} in qutip.solver.sode"
         named = zip(("strong", "weak"), ORDERS[self.method], strict=False)
         return tuple(Claim(measure=measure, value=value, source=source) for measure, value in named)
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse what is not linear with constant coefficients and, unless for Euler, noise that needs areas."""
+        """Refuse equations that are not linear with constant coefficients.
+
+        All methods except Euler also refuse noise that needs areas.
+        """
         if self.method != "euler" and (reason := why_not_without_areas(problem)):
             return reason
         return why_not_linear_equation(problem)
@@ -96,7 +99,7 @@ class QuTiP(Bridge):
 
 
 def equal_columns(numbers: Array) -> NDArray[np.intp]:
-    """Return the places of equal columns of numbers, shape (groups, 16): the last one of a group fills it up."""
+    """Group equal columns of an array: indices of shape (groups, 16), padded with the last of each group."""
     order = np.lexsort(numbers)
     differ = (numbers[:, order[1:]] != numbers[:, order[:-1]]).any(axis=0)
     begins = np.flatnonzero(np.concatenate([[True], differ]))
@@ -109,6 +112,6 @@ def equal_columns(numbers: Array) -> NDArray[np.intp]:
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register every method that is for linear equations."""
+    """Register every method for linear equations."""
     LIBRARY.require()
     return [*map(QuTiP, ORDERS)]

@@ -1,4 +1,4 @@
-"""The algorithms of sdeint as schemes: one step is one call of its function, with rows of paths for numbers."""
+"""Algorithms of sdeint as schemes: one step is one function call, with rows of paths in place of numbers."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -9,23 +9,23 @@ from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, hoo
 from sdaeverify_bridges.kit import Bridge, Coefficients, Compiled, Library, why_not_without_areas
 
 LIBRARY = Library.find("sdeint")
-# Strong orders that README and docstrings state. stratKP2iS is a two-step method that begins anew in each call.
+# Strong orders stated in README and docstrings. stratKP2iS is left out: a two-step method restarted in each call.
 ORDERS = {"itoEuler": None, "itoSRI2": 1.0, "stratHeun": None, "stratSRS2": 1.0}
 TWICE = frozenset({"itoSRI2", "stratSRS2"})
 
 
 @dataclass(frozen=True)
 class SDEInt(Bridge):
-    """x(t + h) = sdeint.algorithm(f, B, x, [t, t + h], dW=dW, I=I)[-1], I being the double integrals of the step.
+    """x(t + h) = sdeint.algorithm(f, B, x, [t, t + h], dW=dW, I=I)[-1] with the double integrals I of the step.
 
-    sdeint makes one path at a time. Each component it is given is an object that holds a row of all paths.
+    sdeint computes one path at a time. Each component passed to it is an object that holds a row of all paths.
 
     Attributes
     ----------
     algorithm : str
         Name of the function.
     areas : bool
-        Of itoSRI2 and stratSRS2: whether they are given Levy areas. Without them they are for noise that needs none.
+        Whether itoSRI2 and stratSRS2 receive Levy areas. Without areas, they are restricted to noise that needs none.
     """
 
     algorithm: str = "itoEuler"
@@ -44,22 +44,22 @@ class SDEInt(Bridge):
 
     @property
     def stratonovich(self) -> bool:
-        """Whether it is for Stratonovich equations."""
+        """Whether the algorithm solves Stratonovich equations."""
         return self.algorithm.startswith("strat")
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, on demand, A."""
+        """Fields dW and, on request, A."""
         return frozenset({"dW", "A"} if self.areas else {"dW"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The strong order that sdeint states, where it states one."""
+        """Strong order stated by sdeint, if any."""
         order, source = ORDERS[self.algorithm], f"README of sdeint and docstring of {self.algorithm}"
         return (Claim(measure="strong", value=order, source=source),) if order else ()
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse noise that needs areas where there are none, and formulas that only NumPy can run."""
+        """Refuse noise that needs missing areas, and formulas that only NumPy can run."""
         needs_areas = self.algorithm in TWICE and not self.areas
         return (needs_areas and why_not_without_areas(problem)) or super().refuses(problem)
 
@@ -84,7 +84,7 @@ class SDEInt(Bridge):
 
 
 def rows(x: Array) -> Any:
-    """Return an array of objects, shape (k, ...), whose entries are the rows of the last axis of x, (k, ..., P)."""
+    """Convert x of shape (k, ..., P) to an object array of shape (k, ...) whose entries have shape (P,)."""
     entries = np.empty(x.shape[:-1], dtype=object)
     for index in np.ndindex(entries.shape):
         entries[index] = x[index]
@@ -93,6 +93,6 @@ def rows(x: Array) -> Any:
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register every algorithm that can be given an increment, with and without areas where they are for them."""
+    """Register every algorithm that accepts an increment, with and without areas if it supports them."""
     LIBRARY.require()
     return [*map(SDEInt, ORDERS), *(SDEInt(algorithm, areas=True) for algorithm in sorted(TWICE))]

@@ -1,4 +1,4 @@
-"""The stochastic solvers of tinydiffeq as schemes, for SDEs and for SDAEs of index 1."""
+"""Stochastic solvers of tinydiffeq as schemes, for SDEs and for SDAEs of index 1."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, Scheme, Ste
 from sdaeverify_bridges.kit import Bridge, Compiled, Foreign, Library, why_not_run
 
 LIBRARY = Library.find("tinydiffeq")
-# Strong orders that the docstrings of the solvers state.
+# Strong orders stated in the docstrings of the solvers.
 ORDERS = {"EulerMaruyama": 0.5, "Milstein": 1.0, "SRA1": 1.5}
 
 
 @dataclass(frozen=True)
 class TinyDiffEq(Bridge):
-    """x(t + h) = solve_sde(f, B, solver, t, t + h, x, n_steps=1, noise=our increment), for diagonal noise.
+    """x(t + h) = solve_sde(f, B, solver, t, t + h, x, n_steps=1, noise=increment), for diagonal noise.
 
     Attributes
     ----------
     solver : str
-        Name of its class in tinydiffeq.
+        Name of the class in tinydiffeq.
     """
 
     solver: str = "EulerMaruyama"
@@ -33,12 +33,12 @@ class TinyDiffEq(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, for ``SRA1``, H."""
+        """Fields dW and, for ``SRA1``, H."""
         return frozenset({"dW", "H"} if self.solver == "SRA1" else {"dW"})
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The strong order of the solver."""
+        """Strong order of the solver."""
         source = f"docstring of {self.solver} in tinydiffeq"
         return (Claim(measure="strong", value=ORDERS[self.solver], source=source),)
 
@@ -60,7 +60,7 @@ class TinyDiffEq(Bridge):
 class TinyDiffEqSDAE(TinyDiffEq):
     """Euler's method of solve_semi_explicit_sdae for dx = f(t, x, y) dt + g(t, x, y) dW, 0 = u(t, x, y).
 
-    A path on which its root solver fails keeps its state and is counted.
+    A path on which the root solver fails keeps its state and is counted as failed.
     """
 
     name: ClassVar[str] = "tinydiffeq-sdae"
@@ -78,7 +78,7 @@ class TinyDiffEqSDAE(TinyDiffEq):
         return why_not_run(formulas, t, x, x, y)
 
     def compiled(self, problem: DelaySDAE) -> Compiled:
-        """Return the solver's step for the formulas of a problem; the last row is 1 where it has solved for y."""
+        """Return the solver's step for the formulas of a problem, with a last row that is 1 if y was solved for."""
         from ._tinydiffeq_step import sdae_step  # noqa: PLC0415 - loading JAX takes seconds
 
         return sdae_step(problem)
@@ -98,6 +98,6 @@ class TinyDiffEqSDAE(TinyDiffEq):
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register the solvers of both."""
+    """Register the solvers for SDEs and SDAEs."""
     LIBRARY.require()
     return [*map(TinyDiffEq, ORDERS), TinyDiffEqSDAE()]

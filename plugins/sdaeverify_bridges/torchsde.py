@@ -1,4 +1,4 @@
-"""The methods of torchsde as schemes: one step is one call of ``torchsde.sdeint`` on all paths at once."""
+"""Methods of torchsde as schemes: one step is one call of ``torchsde.sdeint`` on all paths at once."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -9,7 +9,7 @@ from sdaeverify_bridges.kit import SEPARATE, Bridge, Compiled, Library, why_not_
 from ._reversible import begin_memory
 
 LIBRARY = Library.find("torchsde")
-# Strong orders that the solver classes state: for all noise, and for the kinds of noise that have another one.
+# Strong orders stated by the solver classes for general noise, and the kinds of noise with strong order 1.
 ITO: dict[str, tuple[float, tuple[str, ...]]] = {
     "euler": (0.5, ("additive-noise",)),
     "milstein": (1.0, ()),
@@ -28,13 +28,13 @@ WEAK = {"srk": 1.5}
 
 @dataclass(frozen=True)
 class TorchSDE(Bridge):
-    """x(t + h) = torchsde.sdeint(problem, x, [t, t + h], bm, method, dt=h), bm being our increment.
+    """x(t + h) = torchsde.sdeint(problem, x, [t, t + h], bm, method, dt=h) with the increment as bm.
 
     Attributes
     ----------
     method : str
     grad_free : bool
-        Of Milstein's method: a difference in place of the derivative.
+        Whether Milstein's method uses a difference in place of the derivative.
     """
 
     method: str = "euler"
@@ -53,17 +53,17 @@ class TorchSDE(Bridge):
 
     @property
     def stratonovich(self) -> bool:
-        """Whether it is for Stratonovich equations."""
+        """Whether the method solves Stratonovich equations."""
         return self.calculus == "stratonovich"
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, for ``srk``, H, for ``log_ode``, A."""
+        """Fields dW and, for ``srk``, H, for ``log_ode``, A."""
         return frozenset({"dW"} | {"srk": {"H"}, "log_ode": {"A"}}.get(self.method, set()))
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders that the class of the solver states."""
+        """Orders stated by the class of the solver."""
         order, better = self.known[self.method]
         source = f"strong_order and weak_order of the solver {self.method} in torchsde"
         higher = (Claim(measure="strong", value=1.0, when=frozenset({kind}), source=source) for kind in better)
@@ -95,7 +95,7 @@ class TorchSDEIto(TorchSDE):
 class TorchSDEStratonovich(TorchSDE):
     """Methods of torchsde for dx = F dt + B o dW with F = f - (1/2) sum_j DB_j B_j.
 
-    The reversible Heun method has a memory: z, and F and B there.
+    The reversible Heun method has a memory: z, and F and B at z.
     """
 
     method: str = "midpoint"
@@ -105,17 +105,17 @@ class TorchSDEStratonovich(TorchSDE):
     known: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = STRATONOVICH
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
-        """Return the problem's state, with the memory that the reversible method begins with."""
+        """Return the problem's state, with the initial memory for the reversible method."""
         return begin_memory(problem, state, t) if self.method == "reversible_heun" else state
 
     def parts(self, problem: SDE, state: Any) -> Parts:
-        """Return the problem's own components."""
+        """Return the components of the problem without the memory."""
         return problem.parts(state[: problem.dimension])
 
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register every method that can be given an increment, Milstein's with and without derivatives."""
+    """Register every method that accepts an increment, Milstein's with and without derivatives."""
     LIBRARY.require()
     ito = [*map(TorchSDEIto, ITO), TorchSDEIto("milstein", grad_free=True)]
     return [*ito, *map(TorchSDEStratonovich, STRATONOVICH), TorchSDEStratonovich("milstein", grad_free=True)]

@@ -1,4 +1,4 @@
-"""Programs about the verifier itself: `selftest`, `calibrate` and `new-plugin`, and what the first two are tried on.
+"""Programs that test the verifier: `selftest` and `calibrate` with their cases; and `new-plugin`.
 
 A plugin registers planted bugs by the hook ``sdaeverify_planted`` and calibration cases by
 ``sdaeverify_calibration``, each a function without arguments that returns a list of them, marked `hookimpl`, in a

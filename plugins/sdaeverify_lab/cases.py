@@ -1,8 +1,7 @@
-"""What the verifier itself is tried out on: planted bugs, and cells of known order for the calibration.
+"""Test cases for the verifier: planted bugs, and cells of known order for the calibration.
 
-A planted bug is a scheme that is wrong on purpose, with the claims that its author would make. The program has to
-refute each of them, or its verdicts mean nothing; `selftest` counts which check refutes which. On a calibration case
-intervals and tests are tried out over many seeds.
+A planted bug is a deliberately wrong scheme with the claims that its author would make. The program has to refute
+each of them; `selftest` counts which check refutes which. Calibration cases test intervals and tests over many seeds.
 """
 
 from dataclasses import dataclass
@@ -15,18 +14,18 @@ PREFIX = "planted-"
 
 @dataclass(frozen=True)
 class Planted:
-    """A wrong scheme and the problem on which it has to be found out.
+    """A wrong scheme and the problem on which it must be refuted.
 
     Attributes
     ----------
     bug : str
-        What is wrong, in words.
+        Description of the bug.
     scheme : Scheme
-        Its name begins with ``planted-``, so that it passes for no other, and it claims something.
+        Wrong scheme with at least one claim, whose name begins with ``planted-`` to distinguish it.
     problem : str
         Label of a registered problem.
     equivalent : str
-        Why the scheme keeps its claims in spite of the change, so that it must not be refuted; empty for a bug.
+        Why the claims hold in spite of the change, so that the scheme must not be refuted; empty for a bug.
     """
 
     bug: str
@@ -46,28 +45,28 @@ class Planted:
 
     @property
     def label(self) -> str:
-        """The scheme's label and the problem's: no other planted bug has the same."""
+        """Labels of the scheme and the problem, which identify the planted bug."""
         return f"{self.scheme.label} on {self.problem}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationCase:
-    """A scheme on a problem, and what is tried out there.
+    """A scheme on a problem, and the statistics to calibrate there.
 
     Attributes
     ----------
     scheme, problem : str
         Labels of a registered scheme and problem.
     order : float
-        Strong order of the scheme there, which is known.
+        Known strong order of the scheme on the problem.
     strong : bool
-        Whether the statistics of pathwise errors are tried out.
+        Whether the statistics of pathwise errors are calibrated.
     weak, stationary : tuple of str
-        Observables of which mean differences between step sizes, and time averages along chains, are tried out.
+        Observables whose mean differences between step sizes, and time averages along chains, are calibrated.
     heavy : bool
-        Whether few paths carry much of the mean error, so that nothing is promised for small samples.
+        Whether few paths dominate the mean error, so that no range is prescribed for small samples.
     share : float
-        Part of the repetitions that are made, for cells that cost more than others.
+        Fraction of the repetitions to run, for costly cells.
     """
 
     scheme: str
@@ -87,5 +86,5 @@ class CalibrationCase:
 
     @property
     def label(self) -> str:
-        """The scheme's label and the problem's."""
+        """Labels of the scheme and the problem."""
         return f"{self.scheme} on {self.problem}"

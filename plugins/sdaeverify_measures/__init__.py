@@ -1,1 +1,1 @@
-"""The measures of papers: each module is a plugin of its own, with the probes that only it uses."""
+"""Measures for papers: each module is a plugin, with the probes that only it uses."""

@@ -1,4 +1,4 @@
-"""The members of a family: one problem with many stiffness parameters eps, its truths included."""
+"""Members of a family: one problem with several stiffness parameters eps, its truths included."""
 
 from functools import lru_cache
 from typing import Any
@@ -8,15 +8,15 @@ import numpy as np
 from sdaeverify import Array, Increment, Problem, Scheme
 from sdaeverify.probing import StiffnessFamily
 
-# Decades of eps, in the problem's unit of time: far below and far above all step sizes.
+# Decades of eps, in the problem's unit of time: from far below to far above all step sizes.
 LOWEST, HIGHEST = -8, 1
 TYPICAL = 1.0
-# Steps that are looked at one by one: so many parts of the horizon, so short that a step has a root.
+# Number of steps per horizon, small enough for steps to have a root; numbers of steps and paths that are examined.
 PARTS, FEW_STEPS, FEW_PATHS = 512, 8, 256
 
 
 def why_not_family(scheme: Scheme, problem: Problem) -> str:
-    """Return why a scheme has nothing to show for all eps on a problem, or an empty string; nothing is evaluated."""
+    """Return why a pair has no family of problems with all eps, or an empty string; no coefficient is evaluated."""
     view = scheme.view_of(problem)
     if view is None:
         return "neither the scheme nor the problem has a stiffness parameter"
@@ -30,31 +30,31 @@ def stiffnesses(per_decade: int) -> Array:
 
 @lru_cache(maxsize=128)
 def member(view: Any, eps: float = TYPICAL) -> StiffnessFamily:
-    """Return the problem with another eps; `why_not_family` has nothing against it.
+    """Return the problem with another eps; requires that `why_not_family` returns an empty string.
 
-    Remembered, because all schemes and measures ask for the same.
+    Cached, because all schemes and measures use the same members.
     """
     family: StiffnessFamily = view.capability(StiffnessFamily)
     return family.member(float(eps))
 
 
 def short_step(view: Problem) -> float:
-    """Return the size of the few steps, in the problem's unit of time."""
+    """Return the step size of `few_steps`, in the problem's unit of time."""
     return view.horizon / PARTS
 
 
 def few_steps(scheme: Scheme, view: Problem, h: float, seed: int) -> list[Increment]:
-    """Return the increments of a few steps on a few paths, as the scheme is given them: the seed decides alone.
+    """Return the increments of a few steps on a few paths, in the scheme's law; determined by the seed.
 
     Parameters
     ----------
     scheme : Scheme
-        Whose law turns Gaussian increments into those that it asks for.
+        Its law converts Gaussian increments.
     view : Problem
     h : float
         Step size.
     seed : int
-        The same seed draws the same paths for every member of the family.
+        The same seed gives the same paths for every member of the family.
     """
     rng = np.random.Generator(np.random.Philox(key=seed))
     xi = rng.standard_normal((FEW_STEPS, 2, view.noise_dim, FEW_PATHS))

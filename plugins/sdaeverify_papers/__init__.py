@@ -1,8 +1,8 @@
-"""Tables and figures of papers, run again: experiments and the command `reproduce`.
+"""Reproduction of tables and figures of papers: experiments and the command `reproduce`.
 
 A plugin registers experiments by the hook ``sdaeverify_experiments``, a function without arguments that returns a
 list of them, marked `hookimpl`, in a module that an entry point of the group ``sdaeverify.lab`` names. An experiment
-is an `Experiment`, in most cases a `MeanTable`. Its schemes and problems are labels of what is registered.
+is an `Experiment`, in most cases a `MeanTable`. It refers to schemes and problems by their registered labels.
 """
 
 from .exhibit import Curve, Exhibit, Panel, Printed, Range, TableEntry

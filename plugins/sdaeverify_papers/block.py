@@ -1,4 +1,4 @@
-"""One block of an experiment's paths on one noise: every scheme and step size on the same Brownian paths."""
+"""One block of an experiment's paths on one noise: all schemes and step sizes on the same Brownian paths."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,13 +16,13 @@ from .experiment import EACH, MAX, MEAN, Note, Noted, ProbeFound, RunFound, Sche
 
 
 class Notebook:
-    """The observer of one track: one note; what goes wrong in it costs this note only.
+    """Observer of one track for one note; an error affects this note only.
 
     Parameters
     ----------
     track : Track
     problem : Problem
-        As registered: the observables are its own.
+        Problem as registered, whose observables are used.
     note : Note
     steps : int
         Number of steps of the run.
@@ -38,7 +38,7 @@ class Notebook:
         self.error = ""
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note the value after this step."""
+        """Record the value after this step."""
         if self.error:
             return
         try:
@@ -47,18 +47,18 @@ class Notebook:
             self.error = one_line(error)
             return
         self.track.find_lost(0.0)
-        # What is lost has no value, also where a function gives it a finite one.
+        # Values on lost paths are NaN, even if the function returns a finite value.
         self._keep(step, np.where(self.track.lost, np.nan, found))
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note nothing: a track has one level."""
+        """Ignore the coarsest step, since a track has one level."""
 
     def tally(self) -> Tally:
-        """Return nothing: what is noted is merged by experiments."""
+        """Return an empty tally, because notes are merged by experiments."""
         return Tally()
 
     def conclude(self) -> Noted:
-        """Return what was noted."""
+        """Return the recorded values."""
         if self.error or not self.values:
             return Noted(error=self.error or "not reached")
         values = np.stack(self.values)
@@ -79,7 +79,7 @@ class Notebook:
         if self.values and self.note.over != EACH:
             before = self.values.pop()
             value = np.fmax(before, value) if self.note.over == MAX else before + value
-            # fmax passes over what is not there, and a lost path has no largest value.
+            # fmax ignores NaN, but the maximum on a lost path must be NaN.
             value = np.where(self.track.lost, np.nan, value)
             self.without_root.clear()
             self.lost.clear()
@@ -99,16 +99,16 @@ class PlannedRun(NamedTuple):
 
 @dataclass(frozen=True)
 class NoiseTask:
-    """Everything that determines the runs on one noise; it can be pickled.
+    """All inputs of the runs on one noise, which can be pickled.
 
     Attributes
     ----------
     runs : tuple of PlannedRun
     noise : SharedNoise or None
-        None where it is that of the problem.
+        Shared noise; None for that of the problem.
     seed : int
     block : int
-        Paths of a full block.
+        Number of paths of a full block.
     """
 
     runs: tuple[PlannedRun, ...]
@@ -151,15 +151,15 @@ def run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
     block : int
         Index of the block.
     paths : int
-        How many of its paths are used.
+        Number of its paths that are used.
 
     Returns
     -------
     tuple of RunFound
-        One for each run.
+        Results, one for each run.
     """
     try:
-        # A path that is lost is counted, not warned about.
+        # Lost paths are counted, without warnings.
         with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block, paths)
     except FAULTS as error:
@@ -194,7 +194,7 @@ def _common(what: str, values: set[float] | set[int]) -> float:
 
 
 class _Driven:
-    """A run under way; what goes wrong in it costs its own numbers only."""
+    """A run in progress; an error affects its results only."""
 
     def __init__(self, planned: PlannedRun, coarsest: int, paths: int) -> None:
         self.run, self.error = planned.run, ""
@@ -232,7 +232,7 @@ class _Driven:
         return noise
 
     def conclude(self, paths: int) -> RunFound:
-        """Return what was noted, or why nothing was."""
+        """Return the results, or the error."""
         if self.error:
             return RunFound(error=self.error)
         costs = {

@@ -1,4 +1,4 @@
-"""Entries of an experiment for a terminal: a small table under each heading, 80 columns wide at most."""
+"""Entries of an experiment for a terminal: a small table under each heading, at most 80 columns wide."""
 
 from collections.abc import Iterator, Sequence
 from itertools import compress
@@ -12,9 +12,9 @@ from sdaeverify.commands import empty_table, visible
 from .exhibit import AGREES, DISAGREES, FEW, TableEntry
 
 WIDTH = 80
-# Numbers below are written with a power of 10.
+# Numbers below this value are written with a power of 10.
 SMALL = 1e-3
-# A number is said to rest on few paths from this part of them down.
+# Fraction of effective paths below which a remark on few paths is made.
 FEW_PATHS = 0.1
 WORDS = {AGREES: "yes", DISAGREES: "NO", FEW: "few", "": ""}
 COLUMNS = ("here", "eff.", "scheme", "=scheme", "exact", "paper", "=here", "=exact")
@@ -43,18 +43,18 @@ def entry_tables(entries: Sequence[TableEntry]) -> Iterator[Text | Table]:
 
 
 def explanations(entries: Sequence[TableEntry]) -> Iterator[str]:
-    """Yield what the columns mean, those that are shown."""
+    """Yield the explanations of the columns shown."""
     cells = [_cells(entry) for entry in entries]
     yield from (text for name, text in EXPLAINED.items() if any(each[name] for each in cells))
 
 
 def with_error(value: float, std_error: float) -> str:
-    """Return a number up to the second digit of its standard error, 2.0062(12); empty if there is none."""
+    """Return a number up to the second digit of its standard error, as 2.0062(12); empty if it is not finite."""
     if not isfinite(value):
         return ""
     if not 0.0 < std_error < 1.0:
         return f"{value:.5g}" + (f" +- {std_error:.2g}" if std_error > 0.0 else "")
-    # Small numbers in the notation of their last digit, 3.34(35)e-07.
+    # Small numbers in scientific notation, 3.34(35)e-07.
     size = max(abs(value), std_error)
     exponent = floor(log10(size)) if size < SMALL else 0
     digits = 1 - floor(log10(std_error)) + exponent

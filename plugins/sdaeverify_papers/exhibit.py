@@ -1,4 +1,4 @@
-"""What comes of an experiment: entries of a table, and panels of curves, in no library's terms."""
+"""Results of an experiment: table entries and panels of curves, independent of a plotting library."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,24 +8,24 @@ from typing import NamedTuple
 
 from sdaeverify import Array, ProblemError
 
-# Two numbers agree that differ by no more than four standard errors, and half a unit of what is printed: by chance
-# they disagree once in 16000 times.
+# Numbers agree if they differ by at most this many standard errors plus half a unit of the last printed digit; by
+# chance they disagree once in 16000 times.
 STANDARD_ERRORS = 4.0
 AGREES, DISAGREES, FEW = "agrees", "disagrees", "few paths"
-# A standard error that is taken from fewer effective paths than this says nothing.
+# Least number of effective paths for a meaningful standard error.
 FEWEST_EFFECTIVE = 30.0
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as a paper prints it.
+    """A number printed in a paper.
 
     Attributes
     ----------
     digits : str
-        The number with the paper's digits.
+        The number with the digits of the paper.
     paths : int
-        Trajectories it was taken from; 1 for what is no mean.
+        Number of trajectories of a mean; 1 for other numbers.
     """
 
     digits: str
@@ -43,37 +43,37 @@ class Printed:
 
     @property
     def value(self) -> float:
-        """The number."""
+        """The number as a float."""
         return float(self.digits)
 
     @property
     def half_unit(self) -> float:
-        """Half a unit of the last digit: how far a number can be that is printed like this."""
+        """Half a unit of the last digit, the largest rounding error of the printed number."""
         exponent = Decimal(self.digits).as_tuple().exponent
         return 0.5 * 10.0 ** int(exponent)
 
 
 @dataclass(frozen=True)
 class TableEntry:
-    """A number of a table: ours with its error, the printed and the exact one.
+    """A number of a table: the computed value with its error, the printed and the exact one.
 
     Attributes
     ----------
     group : str
-        What it has in common with the entries around it: a heading.
+        Heading of the group of entries.
     at : mapping of str to object
-        Where it stands in its group: texts and numbers, a column each.
+        Texts and numbers that identify the entry in its group, one column each.
     value, std_error : float
-        Ours; NaN where there is none.
+        Computed value and its standard error; NaN if there is none.
     paths : int
     effective : float
-        (sum y)^2/sum y^2, the number of equal paths whose mean would be known as well; NaN if it does not matter.
+        Effective sample size (sum y)^2/sum y^2; NaN if irrelevant.
     printed : Printed or None
     printed_std_error : float
     exact : float
     exact_source : str
     expected : float
-        What the scheme's value is without sampling; NaN where it is not known.
+        Value of the scheme without sampling error; NaN if unknown.
     more : mapping of str to object
         Further columns of the file.
     """
@@ -93,27 +93,30 @@ class TableEntry:
 
     @property
     def print_to_value(self) -> float:
-        """The printed number minus ours."""
+        """Printed number minus the computed one."""
         return self.printed.value - self.value if self.printed else nan
 
     @property
     def print_to_exact(self) -> float:
-        """The printed number minus the exact one."""
+        """Printed number minus the exact one."""
         return self.printed.value - self.exact if self.printed else nan
 
     @property
     def print_and_value(self) -> str:
-        """Whether the print agrees with our number: both have a sampling error."""
+        """Agreement of the printed with the computed number, both of which have sampling errors."""
         return self._compare(self.print_to_value, hypot(self.printed_std_error, self.std_error))
 
     @property
     def print_and_exact(self) -> str:
-        """Whether the print agrees with the exact number: only the print has a sampling error."""
+        """Agreement of the printed with the exact number, where only the former has a sampling error."""
         return self._compare(self.print_to_exact, self.printed_std_error)
 
     @property
     def value_and_expected(self) -> str:
-        """Whether our number is the scheme's own: it is not where paths that are too rare to be drawn carry it."""
+        """Agreement of the computed number with the value of the scheme without sampling.
+
+        Both values disagree if paths too rare to be drawn dominate the mean.
+        """
         return self._agreement(self.value - self.expected, STANDARD_ERRORS * self.std_error)
 
     def _compare(self, difference: float, std_error: float) -> str:
@@ -128,7 +131,7 @@ class TableEntry:
         return FEW if self.effective < FEWEST_EFFECTIVE else AGREES
 
     def record(self) -> dict[str, object]:
-        """Return the row of the file: numbers with all their digits."""
+        """Return the row of the file, numbers with all digits."""
         printed = self.printed
         return {
             "group": self.group,
@@ -155,20 +158,20 @@ class TableEntry:
 
 
 class Curve(NamedTuple):
-    """A line of a panel.
+    """A curve of a panel.
 
     Attributes
     ----------
     label : str
-        Empty for what the legend leaves out.
+        Label in the legend; empty to omit the curve.
     x, y : ndarray, shape (k,)
     low, high : ndarray, shape (k,), or None
-        Ends of the error bars, or of the band where `kind` is ``band``.
+        Ends of the error bars, or of the band if `kind` is ``band``.
     kind : str
-        ``points`` with a line between them, ``marks`` without, ``line``, ``band``, ``guide`` for what is only to be
-        compared with, ``printed``.
+        ``points`` with a line between them, ``marks`` without a line, ``line``, ``band``, ``guide`` for a reference
+        line, ``printed``.
     hue : int or None
-        Curves with the same hue have the same colour; the next one if left out.
+        Index of the colour; by default the next one.
     """
 
     label: str
@@ -181,14 +184,14 @@ class Curve(NamedTuple):
 
 
 class Range(NamedTuple):
-    """A shaded part of the x axis.
+    """A shaded range of the x axis.
 
     Attributes
     ----------
     low, high : float
-        Its ends.
+        Ends of the range.
     label : str
-        What is said of it.
+        Label of the range.
     """
 
     low: float
@@ -202,10 +205,10 @@ class Panel(NamedTuple):
     Attributes
     ----------
     title, x, y : str
-        With the units.
+        Title and axis labels, with units.
     curves : tuple of Curve
     log : str
-        Which axes are logarithmic: a part of ``xy``.
+        Logarithmic axes, a part of ``xy``.
     ranges : tuple of Range
     equal : bool
         Whether both axes have the same unit.
@@ -221,16 +224,16 @@ class Panel(NamedTuple):
 
 
 class Exhibit(NamedTuple):
-    """What comes of an experiment.
+    """Results of an experiment.
 
     Attributes
     ----------
     entries : tuple of TableEntry
     panels : tuple of Panel
     remarks : tuple of str
-        What was found beside the table, a sentence each.
+        Further results in sentences.
     errors : tuple of str
-        What could not be measured, and why.
+        Quantities that could not be measured, and reasons.
     """
 
     entries: tuple[TableEntry, ...]

@@ -1,4 +1,4 @@
-"""An experiment of a paper: what is run, as data, and a pure function from the evidence to a table and to curves."""
+"""An experiment of a paper: runs as data, and a pure function from the evidence to a table and to curves."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -15,13 +15,13 @@ from .exhibit import Exhibit
 if TYPE_CHECKING:
     from .run import ExperimentEvidence
 
-# How the values of a note at several steps are put together.
+# Reductions of the values of a note over several steps.
 EACH, MEAN, MAX = "each", "mean", "max"
 REDUCTIONS = (EACH, MEAN, MAX)
 
 
 class Budget(StrEnum):
-    """How much an experiment may cost: seconds, or what the numbers of a document are measured with."""
+    """Budget of an experiment: seconds, or that of the numbers in the documentation."""
 
     SMOKE = "smoke"
     FULL = "full"
@@ -33,7 +33,7 @@ class SharedNoise(NamedTuple):
     Attributes
     ----------
     name : str
-        Runs with the same name share their paths.
+        Name; runs with the same name share their paths.
     dimension : int
         Number of Brownian motions.
     """
@@ -44,18 +44,18 @@ class SharedNoise(NamedTuple):
 
 @dataclass(frozen=True)
 class Note:
-    """What is noted of every path on the way.
+    """A quantity recorded along every path.
 
     Attributes
     ----------
     name : str
     of : str or callable, (problem, t, parts) -> ndarray, shape (..., P)
         Name of one of the problem's observables, or a function at the top level of a module, or an instance of a
-        dataclass with ``__call__``: it is sent to worker processes.
+        dataclass with ``__call__``, because it is sent to worker processes.
     at : sequence of int or None
-        Steps after which it is noted, a range for many; after the last if left out.
+        Steps after which the quantity is recorded, possibly a range; by default after the last.
     over : str
-        What is kept of these: ``each``, their ``mean`` or their ``max``.
+        Reduction over these steps: ``each``, ``mean`` or ``max``.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Note:
             raise ProblemError(f"note {self.name!r} must be taken after steps from 1 on, got {self.at!r}")
 
     def steps(self, last: int) -> Sequence[int]:
-        """Return the steps after which it is noted in a run of so many steps."""
+        """Return the steps after which the quantity is recorded, for a run of `last` steps."""
         return (last,) if self.at is None else self.at
 
 
@@ -83,12 +83,12 @@ class SchemeRun:
     problem, scheme : str
         Labels of a registered problem and scheme.
     steps : int
-        Number of steps up to the final time. On one noise the numbers are the least one times powers of 2.
+        Number of steps up to the final time; for runs on one noise, the least one times powers of 2.
     notes : tuple of Note
     noise : SharedNoise or None
-        What drives it; a Brownian motion that all runs on this problem share, if left out.
+        Driving noise; by default a Brownian motion shared by all runs on this problem.
     drive : callable, ndarray of shape (steps, dimension, P) -> ndarray of shape (steps, l, P), optional
-        The linear map from the increments of `noise` to those of the problem; the identity if left out.
+        Linear map from the increments of `noise` to those of the problem; by default the identity.
     """
 
     problem: str
@@ -108,14 +108,14 @@ class SchemeRun:
 
 @dataclass(frozen=True)
 class Probe:
-    """Numbers that need no paths.
+    """A computation without paths.
 
     Attributes
     ----------
     of : callable, (problems, schemes) -> mapping of str to ndarray
-        A function at the top level of a module, or an instance of a dataclass with ``__call__``.
+        Function at the top level of a module, or instance of a dataclass with ``__call__``.
     problems, schemes : tuple of str
-        Labels of what it is given.
+        Labels of its arguments.
     """
 
     of: Callable[[tuple[Problem, ...], tuple[Scheme, ...]], Mapping[str, Array]]
@@ -127,18 +127,18 @@ Work = Mapping[Hashable, SchemeRun | Probe]
 
 
 class Noted(NamedTuple):
-    """What a note has become.
+    """Recorded values of a note.
 
     Attributes
     ----------
     values : ndarray, shape (times, ..., P)
-        NaN on paths that are lost; one time where they are put together.
+        Values, NaN on lost paths; a single time for ``mean`` and ``max``.
     without_root, lost : ndarray of bool, shape (times, P)
-        Paths on which a step found no root, and which are not finite or blew up, up to this time.
+        Whether a step found no root on a path, and whether the path is not finite or blew up, up to this time.
     at : tuple of int
-        After which steps.
+        Steps after which the values were recorded.
     error : str
-        Why there is nothing; empty if there is.
+        Why there are no values; empty otherwise.
     """
 
     values: Array = np.zeros((1, 0))
@@ -149,13 +149,13 @@ class Noted(NamedTuple):
 
     @property
     def last(self) -> Array:
-        """The values at the last time, shape (..., P)."""
+        """Values at the last time, shape (..., P)."""
         last: Array = self.values[-1]
         return last
 
 
 class RunFound(NamedTuple):
-    """What came of a run.
+    """Results of a run.
 
     Attributes
     ----------
@@ -163,10 +163,10 @@ class RunFound(NamedTuple):
         Step size.
     noted : mapping of str to Noted
     costs : mapping of str to ndarray, shape (blocks, 2)
-        Of each block, the sum of a cost over steps and paths, and over how many of these.
+        For each block, the sum of a cost over steps and paths, and the number of summands.
     paths : int
     error : str
-        Why there is nothing; empty if there is.
+        Why there are no results; empty otherwise.
     """
 
     h: float = np.nan
@@ -177,22 +177,22 @@ class RunFound(NamedTuple):
 
 
 class ProbeFound(NamedTuple):
-    """What came of a probe: arrays by name, or why there are none."""
+    """Results of a probe: arrays by name, or the error."""
 
     values: Mapping[str, Array] = {}
     error: str = ""
 
 
 class SchemeMean(NamedTuple):
-    """What a scheme's own mean is, without sampling; NaN where it is not known.
+    """Mean of a scheme without sampling; NaN if unknown.
 
     Attributes
     ----------
     value : float
     factor : float
-        By which second moments change in a step, in the long run.
+        Asymptotic growth factor of second moments per step.
     rate : float
-        Of the equation's second moments, as e^(rate t).
+        Growth rate of the equation's second moments, e^(rate t).
     """
 
     value: float = np.nan
@@ -210,21 +210,21 @@ class SchemeValue(NamedTuple):
 
 
 class Experiment(ABC):
-    """A table or figure of a paper: a subclass sets the attributes and says what is run and shown.
+    """A table or figure of a paper: a subclass sets the attributes and defines runs and results.
 
     Attributes
     ----------
     name : str
         Registered name, ``author-year-figure-1``.
     title : str
-        What it shows, in one line.
+        Contents in one line.
     source : str
     paths, full_paths : int
-        Trajectories of every run at the two budgets, if nothing else is asked for; as many if left out.
+        Default numbers of trajectories of every run at the two budgets; by default equal.
     block : int
-        Trajectories that are simulated together; part of what determines the noise.
+        Number of trajectories that are simulated together, on which the noise depends.
     notes : tuple of str
-        What a reader of the table has to know.
+        Notes for readers of the table.
     """
 
     name: str
@@ -241,7 +241,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def work(self, budget: Budget) -> Work:
-        """Return what is run, each under a key of the experiment's own."""
+        """Return the runs and probes, each under a key of the experiment."""
 
     @abstractmethod
     def exhibit(self, evidence: "ExperimentEvidence") -> Exhibit:

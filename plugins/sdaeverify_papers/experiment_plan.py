@@ -1,4 +1,4 @@
-"""What an experiment runs: its labels resolved, the runs on one noise together."""
+"""The plan of an experiment: labels resolved, and runs grouped by noise."""
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .experiment import Budget, Experiment, Probe, SchemeRun, Work
 Thing = TypeVar("Thing")
 Job = tuple[int, int]
 EXPERIMENTS = "sdaeverify_experiments"
-# In place of a block's index.
+# Replaces the index of a block for a probe.
 PROBE = -1
 
 
@@ -25,10 +25,10 @@ class ExperimentPlan:
     ----------
     experiment : Experiment
     registry : Registry
-        Of what its labels name.
+        Registry that resolves its labels.
     budget : Budget
     groups : tuple of (NoiseTask, tuple of Hashable)
-        One for each noise: what is simulated, and the key of each of its runs.
+        For each noise, the task to simulate and the keys of its runs.
     probes : tuple of (ProbeTask, Hashable)
     paths, seed : int
     """
@@ -43,7 +43,7 @@ class ExperimentPlan:
 
     @property
     def keys(self) -> frozenset[Hashable]:
-        """Keys of all that is run."""
+        """Keys of all runs and probes."""
         return frozenset(key for _, keys in self.groups for key in keys) | {key for _, key in self.probes}
 
     @property
@@ -54,7 +54,10 @@ class ExperimentPlan:
         return (block,) * whole + ((rest,) if rest else ())
 
     def jobs(self) -> Iterator[Job]:
-        """Yield (probe, PROBE), then (group, block), all groups of a block first: an interrupt finds each as far."""
+        """Yield (probe, PROBE), then (group, block).
+
+        All groups of a block come before the next block, so that all are equally complete after an interrupt.
+        """
         yield from ((probe, PROBE) for probe in range(len(self.probes)))
         for block in range(len(self.sizes)):
             yield from ((group, block) for group in range(len(self.groups)))
@@ -76,7 +79,7 @@ def experiment_plan(
     name : str
     budget : Budget
     paths, seed : int, optional
-        By default the experiment's number at this budget, and the seed of `Settings`.
+        Number of paths and seed; by default that of the experiment at this budget, and that of `Settings`.
 
     Raises
     ------
@@ -128,10 +131,10 @@ def _probe(registry: Registry, probe: Probe, key: Hashable) -> ProbeTask:
 
 
 def named_scheme(registry: Registry, label: str) -> Scheme:
-    """Return the one scheme of a label."""
+    """Return the single scheme with a label."""
     return only("scheme", label, select_schemes(registry, [label]))
 
 
 def named_problem(registry: Registry, label: str) -> ProblemSpec:
-    """Return the recipe of the one problem of a label."""
+    """Return the specification of the single problem with a label."""
     return only("problem", label, select_problems(registry, [label]))

@@ -10,7 +10,7 @@ from sdaeverify.measuring import group_sums
 
 
 class MeanSample(NamedTuple):
-    """What is known of an observable on some paths.
+    """Sample of an observable on some paths.
 
     Attributes
     ----------
@@ -19,11 +19,11 @@ class MeanSample(NamedTuple):
     squares : float
         Sum of (y_i - mean)^2.
     without_root, lost : int
-        Paths on which a step found no root; and which are not finite or blew up, so that there is no mean.
+        Numbers of paths on which a step found no root, and that are not finite or blew up; the latter leave no mean.
     error : str
         Why there is no sample; empty if there is one.
     groups : tuple of (float, float)
-        Paths and sum of y_i of the groups that a jackknife leaves out; empty without paths.
+        Number of paths and sum of y_i of the groups of the jackknife; empty without paths.
     """
 
     paths: int = 0
@@ -36,14 +36,14 @@ class MeanSample(NamedTuple):
 
     @classmethod
     def of(cls, values: Array, without_root: int = 0, lost: int = 0) -> "MeanSample":
-        """Return the sample of some values, shape (P,).
+        """Create the sample from values, shape (P,).
 
         Parameters
         ----------
         values : ndarray, shape (P,)
-            Of the paths that count.
+            Values on the paths.
         without_root, lost : int
-            Further paths: how many met a step without root, and how many are not finite.
+            Numbers of paths with a step without root, and of paths that are not finite.
         """
         if not len(values):
             return cls()
@@ -56,12 +56,12 @@ class MeanSample(NamedTuple):
 
     @property
     def value(self) -> float:
-        """The mean; NaN without paths, or if one of them is lost."""
+        """Mean; NaN without paths, or if a path is lost."""
         return self.mean if self.paths and not self.lost else nan
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of a path; NaN as the mean, or for one path."""
+        """Standard deviation of a path; NaN as for the mean, or for a single path."""
         return sqrt(self.squares / (self.paths - 1)) if self.paths > 1 and not self.lost else nan
 
     @property
@@ -71,6 +71,6 @@ class MeanSample(NamedTuple):
 
     @property
     def effective(self) -> float:
-        """(sum y)^2/sum y^2, the number of equal y_i >= 0 whose mean would be known as well."""
+        """Effective sample size (sum y)^2/sum y^2 for y_i >= 0."""
         squares = self.squares + self.paths * self.mean**2
         return (self.paths * self.mean) ** 2 / squares if squares > 0.0 and isfinite(self.value) else nan

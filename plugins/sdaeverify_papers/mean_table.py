@@ -1,4 +1,4 @@
-"""Tables of means of schemes: an experiment whose rows are means, or mean squares against a fine run."""
+"""Tables of means of schemes: experiments whose rows are means, or mean squares against a fine run."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,14 +18,14 @@ from .mean_sample import MeanSample
 if TYPE_CHECKING:
     from .run import ExperimentEvidence
 
-# Step sizes that make a fit.
+# Least number of step sizes for a fit.
 FEWEST = 3
-# The reference of a row.
+# Symbol of the reference of a row.
 REFERENCE = "ref"
 
 
 class FineRun(NamedTuple):
-    """What a row is compared with path by path: a run with shorter steps on the same Brownian paths.
+    """Pathwise reference of a row: a run with shorter steps on the same Brownian paths.
 
     Attributes
     ----------
@@ -52,13 +52,13 @@ class Row:
     observable : str
         Name of one of the problem's observables.
     printed : Printed or None
-        What the paper has for it.
+        Number printed in the paper.
     costly : bool
         Whether the row is run at full budget only.
     at : int or None
-        After how many of the steps the mean is taken; after all if left out.
+        Number of steps after which the mean is taken; by default all.
     reference : FineRun or None
-        With phi the observable of a path, the row is E (phi - phi_reference)^2 if there is one, and E phi if not.
+        With a reference the row is E (phi - phi_reference)^2 for the observable phi, otherwise E phi.
     """
 
     problem: str
@@ -82,17 +82,17 @@ class Row:
 
     @property
     def steps_made(self) -> int:
-        """After how many of the steps the mean is taken."""
+        """Number of steps after which the mean is taken."""
         return self.steps if self.at is None else self.at
 
     @property
     def value(self) -> SchemeValue:
-        """What it is the mean of."""
+        """Value whose mean is taken."""
         return SchemeValue(self.scheme, self.steps, self.observable, self.steps_made)
 
     @property
     def reference_value(self) -> SchemeValue | None:
-        """What this is compared with."""
+        """Value of the reference, or None."""
         if self.reference is None:
             return None
         scheme, steps = self.reference
@@ -100,24 +100,24 @@ class Row:
 
     @property
     def values(self) -> tuple[SchemeValue, ...]:
-        """All values it is taken from."""
+        """All values from which the row is computed."""
         return (self.value, self.reference_value) if self.reference_value else (self.value,)
 
 
 class MeanLine(NamedTuple):
-    """A row with everything that stands in it.
+    """A row with its results.
 
     Attributes
     ----------
     row : Row
     h, time : float
-        Step size, and when the mean is taken.
+        Step size, and time of the mean.
     sample : MeanSample
     exact : float
-        The exact mean; NaN if it is not known.
+        Exact mean; NaN if unknown.
     exact_source : str
     scheme_mean : SchemeMean
-        What the scheme's mean is without sampling.
+        Mean of the scheme without sampling.
     """
 
     row: Row
@@ -130,7 +130,7 @@ class MeanLine(NamedTuple):
 
     @property
     def entry(self) -> TableEntry:
-        """The row of the table."""
+        """Entry of the table."""
         row, sample, square = self.row, self.sample, self.row.reference is not None
         what = f"({row.observable} - {REFERENCE})^2" if square else row.observable
         factor, rate = self.scheme_mean[1:]
@@ -157,7 +157,7 @@ class MeanLine(NamedTuple):
 
     @property
     def in_words(self) -> Iterator[str]:
-        """What could not be measured."""
+        """Failures of the row, in sentences."""
         row, sample = self.row, self.sample
         where = f"{row.scheme} on {row.problem}, h = {self.h:.4g}"
         if sample.error:
@@ -174,17 +174,17 @@ class MeanLine(NamedTuple):
 class MeanTable(Experiment):
     """An experiment of means.
 
-    All rows of a problem run on the same Brownian paths. A row's exact value is the moment that the problem knows at
-    the row's time.
+    All rows of a problem run on the same Brownian paths. The exact value of a row is the moment of the problem at the
+    time of the row.
 
     Attributes
     ----------
     name, title, source, paths, full_paths, block, notes
-        As of any `Experiment`.
+        As in `Experiment`.
     rows : tuple of Row
-        The step numbers of one problem are the least one times powers of 2.
+        Rows; the numbers of steps on one problem are the least one times powers of 2.
     equilibrium : bool
-        Whether the final time is so late that means are those of the invariant law, to all digits.
+        Whether the final time is large enough for means to equal those of the invariant law to all digits.
     """
 
     name: str
@@ -229,7 +229,7 @@ class MeanTable(Experiment):
         }
 
     def exhibit(self, evidence: "ExperimentEvidence") -> Exhibit:
-        """Return the means beside print and truth, orders from the rows with a reference, and the panels."""
+        """Return means with printed and exact values, orders from rows with a reference, and the panels."""
         found = self.lines(evidence)
         fitted = orders(found)
         return Exhibit(
@@ -240,11 +240,11 @@ class MeanTable(Experiment):
         )
 
     def panels(self, found: "Sequence[MeanLine]", evidence: "ExperimentEvidence") -> tuple[Panel, ...]:
-        """Return what is drawn of the rows: nothing, unless a subclass knows better."""
+        """Return the panels of the rows; empty by default."""
         return ()
 
     def lines(self, evidence: "ExperimentEvidence") -> "list[MeanLine]":
-        """Return the rows with everything that stands in them."""
+        """Return the rows with their results."""
         rows = self.chosen(evidence.budget)
         means = {
             problem: evidence.scheme_means(problem, [row.value for row in rows if _has_mean(row, problem, evidence)])
@@ -272,16 +272,16 @@ class MeanTable(Experiment):
 
 
 class FittedOrder(NamedTuple):
-    """The slope of log2 (E e^2)^(1/2) over log2 h.
+    """The slope of log2 (E e^2)^(1/2) against log2 h.
 
     Attributes
     ----------
     row : Row
-        One of those it is taken from.
+        One of the rows of the fit.
     step_sizes : int
         Number of rows.
     estimate : Estimate
-        With the standard error of all rows together: they share their paths.
+        Estimate, with a standard error that accounts for common paths of the rows.
     """
 
     row: Row
@@ -298,7 +298,7 @@ class FittedOrder(NamedTuple):
 
 
 def orders(found: Sequence[MeanLine]) -> list[FittedOrder]:
-    """Return the orders of all rows that differ in nothing but their step size, where there are three or more."""
+    """Return the orders of rows that differ only in their step size, for at least three of them."""
     fits: dict[tuple[object, ...], list[MeanLine]] = {}
     for line in found:
         if line.row.reference is not None and line.sample.value > 0.0:
@@ -319,7 +319,7 @@ def _order(lines: Sequence[MeanLine]) -> FittedOrder:
 
 
 def _sample(row: Row, evidence: "ExperimentEvidence") -> MeanSample:
-    """Return the sample of a row, or why there is none."""
+    """Return the sample of a row, or a sample with the error."""
     found = [_look_up_notes(value, evidence.run((row.problem, value.scheme, value.steps))) for value in row.values]
     if error := next((each for each in found if isinstance(each, str)), ""):
         return MeanSample(error=error)

@@ -1,4 +1,4 @@
-"""The panels of an experiment as a picture, by matplotlib: the extra `plot`."""
+"""Figures of the panels of an experiment, by matplotlib (extra `plot`)."""
 
 from collections.abc import Sequence
 from itertools import count, cycle
@@ -13,30 +13,30 @@ from sdaeverify import Array, UsageError
 from .exhibit import Curve, Panel
 
 MISSING = "no picture without matplotlib: pip install 'sdaeverify[plot]'"
-# Inches.
+# Size of a panel in inches.
 WIDTH, HEIGHT = 5.2, 3.9
 COLUMNS, IN_A_ROW = 2, 3
-# Colours of Okabe and Ito, told apart by anybody, and marks that tell curves apart without colour.
+# Colour-blind safe colours of Okabe and Ito, and marks that distinguish curves without colour.
 HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B6F47")
 MARKS = "os^vDPX*"
 GREY, DASHES = "0.45", ("--", ":", "-.")
-# Labels that have room inside the axes.
+# Largest number of labels that fit inside the axes.
 FEW = 4
-# Letters stay letters in SVG: they can be searched, and the file is half as large.
+# Text stays text in SVG, so that it can be searched and the file is half as large.
 SETTINGS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.fonttype": "none"}
 SETTINGS["svg.hashsalt"] = "sdaeverify"
 
 
 def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
-    """Draw panels into a file whose suffix says which kind it is.
+    """Draw panels into a file; the suffix determines the format.
 
     Parameters
     ----------
     panels : sequence of Panel
     title : str
-        Of the whole picture.
+        Title of the whole figure.
     path : Path
-        Its suffix is that of a kind that matplotlib writes.
+        File with a suffix of a format that matplotlib supports.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
             _draw_panel(panel, ax)
         for ax in axes[len(panels) :]:
             ax.set_visible(False)
-        # Without a date: the same numbers give the same file.
+        # Without a date, so that the same numbers give the same file.
         figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix in {".svg", ".pdf"} else None)
 
 
@@ -86,7 +86,7 @@ def _draw_panel(panel: Panel, ax: Any) -> None:
 
 
 def _unclutter(axis: Any, low: float, high: float) -> None:
-    """Label powers of 10 where an axis has two of them, and 2 and 5 times a power where it has not."""
+    """Label powers of 10 if an axis has two of them, otherwise 2 and 5 times a power as well."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator  # noqa: PLC0415 - only pictures need it
 
     if floor(log10(high)) > ceil(log10(low)):
@@ -97,7 +97,7 @@ def _unclutter(axis: Any, low: float, high: float) -> None:
 
 
 def _explain(panel: Panel, ax: Any) -> None:
-    """Put the legend inside where there is room for it, and below the axes elsewhere."""
+    """Place the legend inside the axes if it fits, otherwise below."""
     labels = [each for each in (*(c.label for c in panel.curves), *(r.label for r in panel.ranges)) if each]
     if len(labels) > FEW:
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False)

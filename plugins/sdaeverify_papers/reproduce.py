@@ -1,4 +1,4 @@
-"""``reproduce``: tables and figures of papers, run again at a chosen budget."""
+"""``reproduce``: run the experiments of papers again at a chosen budget."""
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
@@ -43,16 +43,10 @@ FOLDER = Path("reports")
 ALL = "all"
 CSV, JSON, FIGURE = "table.csv", "run.json", "figure"
 FORMATS = ("svg", "pdf", "png")
-WORDS = {
-    ExitCode.OK: "everything is run",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "something could not be run",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-    ExitCode.INTERRUPTED: "interrupted; the paths that were finished are saved",
-}
+CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Run the experiments of papers again.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Run the experiments of papers again.")
 @click.argument("names", nargs=-1)
 @click.option("--list", "as_list", is_flag=True, help="List the experiments, NAMES or all; run nothing.")
 @options.once(
@@ -70,11 +64,11 @@ WORDS = {
 @options.progress_of_cells
 @click.pass_context
 def reproduce(context: click.Context, /, **asked: Any) -> ExitCode:
-    """Run experiments of papers again, NAMES, globs or all, and set their numbers beside printed and exact ones.
+    """Run experiments of papers again (NAMES, globs or all) and compare with printed and exact numbers.
 
-    Tells where the print agrees with what is found here, and where with the exact value: up to half a unit of the
-    last printed digit and four standard errors. A number that disagrees is a result and no failure. Each experiment
-    leaves its table, its picture and what they were made with in a folder of its own.
+    Shows where a printed number agrees with the computed one, and where with the exact value: up to half a unit of
+    the last printed digit and four standard errors. A disagreement is a result, not a failure. Each experiment writes
+    its table, its figure and its provenance into a separate folder.
     """
     registry = load_and_warn(asked["plugins"], lab=True)
     if asked["as_list"]:
@@ -91,7 +85,7 @@ def reproduce(context: click.Context, /, **asked: Any) -> ExitCode:
         worst = max(worst, code)
         if code is ExitCode.INTERRUPTED:
             break
-    return conclude(worst, WORDS)
+    return conclude(worst)
 
 
 def _names_of(patterns: Sequence[str], registry: Registry) -> list[str]:

@@ -1,4 +1,4 @@
-"""An experiment under way and what it has found: blocks over an executor, joined in their order."""
+"""Execution of an experiment: blocks on an executor, joined in order."""
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -19,23 +19,23 @@ NOT_REACHED = "not reached"
 
 
 class ExperimentEvidence:
-    """What was found: nothing else may enter a table.
+    """The evidence of an experiment, on which its table depends exclusively.
 
     Parameters
     ----------
     plan : ExperimentPlan
     blocks : mapping of Hashable to sequence of RunFound
-        What came of each run, in the order of its blocks.
+        Results of each run, in the order of its blocks.
     probes : mapping of Hashable to ProbeFound
 
     Attributes
     ----------
     paths : int
-        Paths that were asked for.
+        Requested number of paths.
     budget : Budget
-        The budget it was run with.
+        Budget of the run.
     keys : frozenset of Hashable
-        Keys of what was planned.
+        Keys of planned runs and probes.
     """
 
     def __init__(
@@ -51,22 +51,22 @@ class ExperimentEvidence:
 
     @property
     def failures(self) -> list[str]:
-        """Why runs and probes have nothing to show, a line each."""
+        """Why runs and probes have no results, one line each."""
         found: dict[Hashable, RunFound | ProbeFound] = {**self.runs, **self.probes}
         words = (f"{key}: {found[key].error if key in found else NOT_REACHED}" for key in self.keys)
         return sorted(word for word in words if not word.endswith(": "))
 
     def run(self, key: Hashable) -> RunFound:
-        """Return what came of a run; nothing where it was not reached."""
+        """Return the results of a run; empty if it was not reached."""
         return self.runs.get(key, RunFound())
 
     def probe(self, key: Hashable) -> Mapping[str, Array]:
-        """Return what came of a probe.
+        """Return the results of a probe.
 
         Raises
         ------
         ProblemError
-            If it failed or was not reached.
+            If the probe failed or was not reached.
         """
         found = self.probes.get(key, ProbeFound(error=NOT_REACHED))
         if found.error:
@@ -88,13 +88,13 @@ class ExperimentEvidence:
         return noted.values
 
     def problem(self, label: str) -> Problem:
-        """Return a problem."""
+        """Return a problem by its label, built once."""
         if label not in self.problems:
             self.problems[label] = named_problem(self.registry, label).build()
         return self.problems[label]
 
     def scheme_means(self, problem: str, values: Sequence[SchemeValue]) -> Mapping[SchemeValue, SchemeMean]:
-        """Return exact means of schemes, where they have one: of quadratic observables of linear equations."""
+        """Return exact means of schemes, known for quadratic observables of linear equations."""
         schemes = {value.scheme: named_scheme(self.registry, value.scheme) for value in values}
         return scheme_means(self.problem(problem), values, schemes)
 
@@ -118,7 +118,7 @@ def _join_notes(noted: Sequence[Noted]) -> Noted:
 
 
 class ExperimentRun:
-    """A plan with what has been found: complete when `run` has come to its end, usable before.
+    """Execution of a plan, complete when `run` is exhausted and usable before.
 
     Parameters
     ----------
@@ -136,14 +136,14 @@ class ExperimentRun:
         return len(self.plan.probes) + len(self.plan.groups) * len(self.plan.sizes)
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Run everything.
+        """Run all blocks and probes.
 
         Parameters
         ----------
         executor : Executor, optional
-            Blocks run in this process if left out.
+            Executor; by default blocks run in this process.
         window : int, optional
-            Blocks in flight: bounds the memory of results that wait for their turn.
+            Number of blocks in flight, which bounds the memory of waiting results.
         """
         calls = ((job, self._call(job)) for job in self.plan.jobs())
         for done, (job, found) in enumerate(in_turn(executor, window, calls), start=1):
@@ -151,7 +151,7 @@ class ExperimentRun:
 
     @property
     def evidence(self) -> ExperimentEvidence:
-        """What is known now."""
+        """Present evidence."""
         return ExperimentEvidence(self.plan, self.blocks, self.probes)
 
     def _call(self, job: Job) -> Call:

@@ -1,7 +1,7 @@
-"""What a scheme's own means are, without sampling: of quadratic observables, on linear equations with a delay.
+"""Means of schemes without sampling, for quadratic observables on linear equations with a delay.
 
-A quadratic phi has the mean that it has on any points with the same first two moments, for example, with
-L L^T = E z z^T - m m^T and k rows,
+The mean of a quadratic phi depends only on the first two moments. It is the same on, for example, the points below
+with L L^T = E z z^T - m m^T and k rows,
 
     E phi(z) = 1/(2 k) sum_i [phi(m + sqrt(k) L_i) + phi(m - sqrt(k) L_i)] .
 """
@@ -30,17 +30,17 @@ def scheme_means(
     problem : Problem
     values : sequence of SchemeValue
     schemes : mapping of str to Scheme
-        By label.
+        Schemes by label.
 
     Returns
     -------
     mapping of SchemeValue to SchemeMean
-        Without the values of a run that is not linear, or of an observable that is not quadratic.
+        Means, without values of nonlinear runs or of observables that are not quadratic.
     """
     found: dict[SchemeValue, SchemeMean] = {}
     for scheme, steps in dict.fromkeys((value.scheme, value.steps) for value in values):
         own = [value for value in values if (value.scheme, value.steps) == (scheme, steps)]
-        # A step that cannot be made at states of its own choice has no known mean; its samples stand.
+        # If a step cannot be computed at the required states, the mean is unknown, and samples are used.
         with suppress(*FAULTS), np.errstate(all="ignore"):
             run = _linear_run(schemes[scheme], steps, problem)
             if run is not None:
@@ -64,7 +64,7 @@ def _means(run: LinearDelayRun, problem: Problem, values: Sequence[SchemeValue])
 def _mean(run: LinearDelayRun, problem: Problem, value: SchemeValue, moments: tuple[Array, Array]) -> float:
     mean, second = moments
     size, directions = np.linalg.eigh(second - np.outer(mean, mean))
-    # Of a y that x determines there is no variance of its own, and rounding may give it a negative one.
+    # A component y determined by x adds no variance, so that rounding may give a negative eigenvalue.
     L = directions * np.sqrt(len(mean) * np.maximum(size, 0.0))
     return float(_evaluate_observable(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
 

@@ -1,1 +1,1 @@
-"""Wrong schemes shipped with sdaeverify, one family a file: the program has to refute each of them."""
+"""Shipped wrong schemes, one family per file: the program has to refute each of them."""

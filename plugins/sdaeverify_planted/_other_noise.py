@@ -1,4 +1,4 @@
-"""Steps that are given other noise than was drawn for them."""
+"""Schemes whose steps receive changed noise in place of the drawn noise."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from sdaeverify import Array, Increment, Problem, Scheme, Step
 
 
 def first(rows: Array) -> Array:
-    """Return the first row in the place of all."""
+    """Return an array with all rows replaced by the first one."""
     return np.repeat(rows[:1], len(rows), axis=0)
 
 
-# What becomes of dW and of H in a step of size h.
+# Changes of dW and H in a step of size h.
 CHANGES: Mapping[str, Callable[[Array, float], Array]] = MappingProxyType({
     "none": lambda rows, h: 0.0 * rows,
     "of size h": lambda rows, h: np.sqrt(h) * rows,
@@ -30,19 +30,19 @@ CHANGES: Mapping[str, Callable[[Array, float], Array]] = MappingProxyType({
 
 @dataclass(frozen=True)
 class OtherNoise(Scheme):
-    """A scheme with other noise.
+    """Mixin that changes dW and H before it passes them to the step of the scheme.
 
     Attributes
     ----------
     dW, H : str
-        What becomes of them, one of `CHANGES`; the right ones if left out.
+        Changes of dW and H, keys of `CHANGES`; empty for no change.
     """
 
     dW: str = ""
     H: str = ""
 
     def step(self, problem: Problem, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
+        """Make one step of the scheme with the changed increment."""
         wrong = {name: CHANGES[how] for name, how in (("dW", self.dW), ("H", self.H)) if how}
         changed = {name: change(getattr(noise, name), h) for name, change in wrong.items()}
         return super().step(problem, state, t, h, noise._replace(**changed))

@@ -1,4 +1,4 @@
-"""Steps that are wrong within a range: of states, of times, of numbers or sizes of steps, of places in a batch."""
+"""Schemes that are wrong within a range of states, times, numbers or sizes of steps, or positions in a batch."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from sdaeverify import SDE, Array, Increment, Mask, Scheme, Step
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 TINY = float(np.finfo(float).tiny)
-# What a step from x at time t of size h is told by.
+# Marks of a step from x at time t of size h.
 MARKS: Mapping[str, Callable[[SDE, Array, float, float], Array | float]] = MappingProxyType({
     "x_1": lambda problem, x, t, h: x[0],
     "starts": lambda problem, x, t, h: np.abs(x).max(axis=0) / max(TINY, np.abs(problem.initial(1)).max()),
@@ -27,15 +27,15 @@ MARKS: Mapping[str, Callable[[SDE, Array, float, float], Array | float]] = Mappi
 
 @dataclass(frozen=True)
 class Within(Scheme):
-    """A scheme that is another one where a mark is in a range.
+    """A scheme that is replaced by another one where a mark lies in a range.
 
     Attributes
     ----------
     mark : str
-        One of `MARKS`: a component of a path, its largest one in units of the start, or its place in the batch; time,
-        also as a part of the horizon; number of a step from 1, also in turns of so many; step size.
+        Key of `MARKS`: a component of a path, its largest component relative to the start, or its index in the batch;
+        time, also as a part of the horizon; number of the step from 1, also modulo 7, 16 or 100; step size.
     low, high : float
-        The range, low <= mark < high.
+        Ends of the range low <= mark < high.
     """
 
     mark: str = "time"
@@ -43,7 +43,7 @@ class Within(Scheme):
     high: float = inf
 
     def within(self, problem: SDE, x: Array, t: float, h: float) -> Mask:
-        """Tell on which paths, or whether on all of them, a step is another one."""
+        """Return on which paths a step is replaced, or whether it is on all of them."""
         mark = MARKS[self.mark](problem, x, t, h)
         return np.asarray((self.low <= mark) & (mark < self.high))
 
@@ -55,9 +55,9 @@ class ScaledEuler(Within, EulerMaruyama):
     Attributes
     ----------
     drift, noise_share : float
-        a and c.
+        Factors a and c.
     of_drift, of_noise : float
-        b and d.
+        Factors b and d.
     """
 
     drift: float = 1.0
@@ -76,7 +76,7 @@ class ScaledEuler(Within, EulerMaruyama):
 
 
 class EulerWithin(Within):
-    """A scheme of higher order that is Euler-Maruyama within the range: the limit is right, the order is not."""
+    """A scheme of higher order that is Euler-Maruyama within the range, with the right limit but a lower order."""
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""

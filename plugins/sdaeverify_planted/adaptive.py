@@ -1,7 +1,7 @@
-"""Wrong adaptive solvers: what a controller does with noise that it has seen and a tolerance that it is given.
+"""Wrong adaptive solvers, with errors in the use of observed noise or of the tolerance.
 
-Each has the claims that its author would make. They are registered with the solvers, under names that begin with
-``planted-``, and run only where they are named.
+Each has the claims that its author would make. They are registered with the solvers under names that begin with
+``planted-``, and run only if they are named.
 """
 
 from typing import ClassVar
@@ -21,20 +21,20 @@ FINEST, FINER, FINE, COARSE = (tuple(2.0**-n for n in range(first, first + 8, 2)
 
 
 class Redraw(HeunPI):
-    """Heun's scheme that draws a new increment after a rejection, whatever it has seen."""
+    """Heun's scheme that draws a new increment after each rejection, ignoring the observed one."""
 
     name: ClassVar[str] = "planted-redraw"
     tolerances: ClassVar[tuple[float, ...]] = FINER
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
 
     def advance(self, problem: SDE, path: Path, front: Front, tolerance: float) -> Front:
-        """Return where the paths stand, with a mark in place of J where the last try was rejected."""
+        """Return the state of the integration, with J replaced by a mark where the last step was rejected."""
         moved = super().advance(problem, path, front, tolerance)
         mark = np.broadcast_to(1.0 * (moved.rejected > front.rejected), moved.here.J.shape)
         return moved._replace(here=moved.here._replace(J=mark))
 
     def ahead(self, path: Path, front: Front) -> Point:
-        """Return the end of the step that is tried: the path's, or one drawn anew."""
+        """Return the end point of the attempted step, on the path or with a new increment."""
         there, here = super().ahead(path, front), front.here
         h = (there.tick - here.tick) * path.tick
         node = there.tick + 2 * TICKS * front.rejected
@@ -44,7 +44,7 @@ class Redraw(HeunPI):
 
 
 class RedrawLaw(Redraw):
-    """The same that insists on noise of its own, as far as anybody knows: its law is what it claims."""
+    """The redrawing scheme that declares its own noise, which is not detectable: its law is as claimed."""
 
     name: ClassVar[str] = "planted-redraw-law"
     own_noise: ClassVar[bool] = True
@@ -54,20 +54,20 @@ class RedrawLaw(Redraw):
 
 
 class WideBridge(HeunPI):
-    """Heun's scheme that fills in a step that was rejected by a bridge of twice the deviation."""
+    """Heun's scheme that refines a rejected step by a bridge of twice the standard deviation."""
 
     name: ClassVar[str] = "planted-wide-bridge"
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
 
     def advance(self, problem: SDE, path: Path, front: Front, tolerance: float) -> Front:
-        """Return where the paths stand, with the end of a step that was just rejected in place of J."""
+        """Return the state of the integration, with J replaced by the end of a step just rejected."""
         moved = super().advance(problem, path, front, tolerance)
         end = np.minimum(front.here.tick + front.size, TICKS)
         seen = np.where(moved.rejected > front.rejected, end, 0)
         return moved._replace(here=moved.here._replace(J=np.broadcast_to(1.0 * seen, moved.here.J.shape)))
 
     def ahead(self, path: Path, front: Front) -> Point:
-        """Return the end of the step that is tried."""
+        """Return the end point of the attempted step."""
         there, here = super().ahead(path, front), front.here
         end = here.J[0].astype(np.int64)
         inside = end > there.tick
@@ -78,19 +78,19 @@ class WideBridge(HeunPI):
 
 
 class Peek(MilsteinPI):
-    """Euler's scheme in Ito's sense whose estimate has seen the increment: (1/2) DB B (dW^2 - h)."""
+    """Euler's scheme in Ito's sense whose error estimate depends on the increment: (1/2) DB B (dW^2 - h)."""
 
     name: ClassVar[str] = "planted-peek"
     tolerances: ClassVar[tuple[float, ...]] = FINER
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         return Tried(*milstein(problem, step))
 
 
 class BatchNorm(HeunPI):
-    """Heun's scheme whose error is a mean over all paths that are solved together: they share their steps."""
+    """Heun's scheme whose error is averaged over all paths solved together, so that they share their steps."""
 
     name: ClassVar[str] = "planted-batch-norm"
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
@@ -102,21 +102,21 @@ class BatchNorm(HeunPI):
 
 
 class Blind(HeunPI):
-    """Heun's scheme whose estimate is that of the diffusion alone: nothing, where the noise is additive."""
+    """Heun's scheme with an error estimate from the diffusion only, which is 0 for additive noise."""
 
     name: ClassVar[str] = "planted-blind"
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
     longest: ClassVar[int] = TICKS // 32
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         tried = heun(problem, step)
         B, C = problem.diffusion(0.0, step.x), problem.diffusion(0.0, tried.x)
         return tried._replace(error=0.5 * np.einsum("dlp,lp->dp", C - B, step.noise.dW) + 0.0 * tried.x)
 
 
 class Floor(HeunPI):
-    """Heun's scheme that makes no step shorter than T/64, whatever its error, and does not say so."""
+    """Heun's scheme with a shortest step of T/64, regardless of the error, without reporting it."""
 
     name: ClassVar[str] = "planted-floor"
     tolerances: ClassVar[tuple[float, ...]] = FINEST
@@ -125,9 +125,9 @@ class Floor(HeunPI):
 
 
 class Skip(HeunNested):
-    """Heun's scheme that sees the middle of a step and passes over it where its area is not large: A <= tol.
+    """Heun's scheme that evaluates the middle of a step and skips it if the area there is not large: A <= tol.
 
-    What it sees decides, and is then thrown away: the areas that are left out are not those of mean zero.
+    The observed value decides and is then discarded, so that the omitted areas do not have mean zero.
     """
 
     name: ClassVar[str] = "planted-skip"
@@ -135,23 +135,23 @@ class Skip(HeunNested):
     claims: ClassVar[tuple[Claim, ...]] = (HALF,)
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         tried = heun(problem, step)
         return tried._replace(error=self.seen(tried.error, area_of_middle(step)))
 
     def seen(self, error: Array, area: Array) -> Array:
-        """Return the estimate: the area, where it is positive."""
+        """Return the error estimate: the positive part of the area."""
         return np.asarray(np.maximum(area, 0.0) + 0.0 * error)
 
 
 class SkipMixed(Skip):
-    """The same where the area is added to the difference of Heun's and Euler's step: |D + A| <= tol."""
+    """The skipping scheme with the area added to the difference of Heun's and Euler's step: |D + A| <= tol."""
 
     name: ClassVar[str] = "planted-skip-mixed"
     tolerances: ClassVar[tuple[float, ...]] = COARSE
 
     def seen(self, error: Array, area: Array) -> Array:
-        """Return the estimate: the sum."""
+        """Return the error estimate: the sum of difference and area."""
         return np.asarray(error + area)
 
 

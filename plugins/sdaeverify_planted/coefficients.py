@@ -1,4 +1,4 @@
-"""Euler's and Heun's methods with wrong coefficients, noises or claims; they claim what the right ones keep."""
+"""Euler's and Heun's methods with wrong coefficients, noise or claims, and the claims of the right methods."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,11 +17,11 @@ from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from ._other_noise import OtherNoise
 from ._within import ScaledEuler
 
-# Euler-Maruyama with wrong noise, wrong drift or a wrong limit; it claims what Euler-Maruyama keeps.
+# Euler-Maruyama with wrong noise, wrong drift or a wrong limit, and the claims of Euler-Maruyama.
 
 
 class WithoutItoCorrection(EulerMaruyama):
-    """x+ = x + (f - (1/2) sum_j DB_j B_j) h + B dW: Ito's integral of the Stratonovich drift."""
+    """x+ = x + (f - (1/2) sum_j DB_j B_j) h + B dW: Ito's integral with the Stratonovich drift."""
 
     name: ClassVar[str] = "planted-em-stratonovich-drift"
 
@@ -32,7 +32,7 @@ class WithoutItoCorrection(EulerMaruyama):
 
 
 class HeunOfItoDrift(Heun):
-    """Heun's scheme with Ito's drift f: it tends to the Stratonovich solution of the same coefficients."""
+    """Heun's scheme with Ito's drift f, which converges to the Stratonovich solution for the same coefficients."""
 
     name: ClassVar[str] = "planted-heun-ito-drift"
 
@@ -58,13 +58,13 @@ class WrongVariance(EulerMaruyama):
 
 
 class OtherNoiseEuler(OtherNoise, EulerMaruyama):
-    """Euler-Maruyama with other noise, for example h xi in place of sqrt(h) xi."""
+    """Euler-Maruyama with a changed increment, for example h xi in place of sqrt(h) xi."""
 
     name: ClassVar[str] = "planted-em-noise"
 
 
 class ImplicitNoise(EulerMaruyama):
-    """Theta = 1/2 in the noise, too: x+ = x + f h + (1/2) [B(x) + B(y)] dW with y = x + f h + B dW."""
+    """Theta = 1/2 in the noise as well: x+ = x + f h + (1/2) [B(x) + B(y)] dW with y = x + f h + B dW."""
 
     name: ClassVar[str] = "planted-em-theta-in-noise"
 
@@ -75,7 +75,7 @@ class ImplicitNoise(EulerMaruyama):
         return Step(y + 0.5 * change)
 
 
-# Euler-Maruyama with the noises of a system mixed up, and orders that need iterated integrals it leaves out.
+# Euler-Maruyama with mixed-up noises of a system, and claims of orders that need the omitted iterated integrals.
 
 
 ORDER_ONE = (Claim(measure="strong", value=1.0, source="planted"), Claim(measure="weak", value=1.0, source="planted"))
@@ -97,7 +97,7 @@ class TransposedDiffusion(EulerMaruyama):
 
 
 class DiagonalMilstein(EulerMaruyama):
-    """Milstein's terms DB_j B_j (dW_j^2 - h)/2 alone, where noises do not commute; it claims Milstein's order."""
+    """Only Milstein's terms DB_j B_j (dW_j^2 - h)/2 for noncommutative noise, with the claim of Milstein's order."""
 
     name: ClassVar[str] = "planted-milstein-no-cross-terms"
     claims: ClassVar[tuple[Claim, ...]] = ORDER_ONE
@@ -120,7 +120,7 @@ class EulerAsMilstein(EulerMaruyama):
 
 
 class TamedTooMuch(TamedEuler):
-    """Taming f/(1 + sqrt(h) |f|), which costs half an order of the drift."""
+    """Taming f/(1 + sqrt(h) |f|), which loses half an order of the drift."""
 
     name: ClassVar[str] = "planted-tamed-by-sqrt-h"
     claims: ClassVar[tuple[Claim, ...]] = ORDER_ONE
@@ -132,7 +132,7 @@ class TamedTooMuch(TamedEuler):
         return Step(state + tamed + apply(problem.diffusion(t, state), noise.dW))
 
 
-# Euler-Maruyama with coefficients taken at wrong places: exact where they are constant, consistent nowhere else.
+# Euler-Maruyama with coefficients at wrong states: exact for constant coefficients, otherwise inconsistent.
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class WrongTimes(EulerMaruyama):
     Attributes
     ----------
     c, d : float
-        1 and 0 are right.
+        Factors of t and h; 1 and 0 are right.
     """
 
     c: float = 1.0
@@ -155,13 +155,13 @@ class WrongTimes(EulerMaruyama):
         return Step(state + h * problem.drift(self.c * t + self.d * h, state) + problem.diffused(t, state, noise.dW))
 
 
-# Schemes that declare what makes nodes say nothing of them, jumps or areas, and are wrong in plain sight.
+# Schemes that declare jumps or areas, which excludes quadrature nodes, and have an obvious error.
 
 
 class JumpingEuler(ScaledEuler):
-    """x+ = x + h f(t, b x) + B(t, d x) dW that says its steps jump as functions of their noise.
+    """x+ = x + h f(t, b x) + B(t, d x) dW that declares steps to jump as functions of their noise.
 
-    With constant coefficients, as in the problems that every scheme solves exactly, nothing of b and d is seen.
+    With constant coefficients, as in the problems that every scheme solves exactly, b and d have no effect.
     """
 
     name: ClassVar[str] = "planted-em-jumps"
@@ -169,7 +169,7 @@ class JumpingEuler(ScaledEuler):
 
 
 class AreaEuler(JumpingEuler):
-    """The same that says it needs areas, and makes no use of them."""
+    """The scheme `JumpingEuler` that declares to need areas instead, without using them."""
 
     name: ClassVar[str] = "planted-em-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "A"})
@@ -183,9 +183,9 @@ class ScaledAreas(MilsteinAreas):
     Attributes
     ----------
     areas : float
-        What areas are multiplied by.
+        Factor of the areas.
     of_drift, of_noise : float
-        a and b.
+        Factors a and b.
     """
 
     areas: float = 1.02
@@ -201,7 +201,7 @@ class ScaledAreas(MilsteinAreas):
         return Step(super().step(problem, state, t, h, given).state + euler - problem.euler(t, state, h, noise))
 
 
-# Heun's scheme for additive noise with wrong stages; it claims weak order 2.
+# Heun's scheme for additive noise with wrong stages, and the claim of weak order 2.
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class WrongStages(HeunAdditive):
     Attributes
     ----------
     w, a, b, c : float
-        1/2, 0, 1 and 1 are right.
+        Weight, times and noise factor of the stages; 1/2, 0, 1 and 1 are right.
     """
 
     w: float = 0.5
@@ -229,7 +229,7 @@ class WrongStages(HeunAdditive):
         return Step(state + h * ((1.0 - self.w) * f + self.w * later) + kick)
 
 
-# Schemes that claim mean-square stability for every step size and lose it for long steps.
+# Schemes that claim mean-square stability for every step size but are unstable for long steps.
 
 
 A_STABLE = Claim(measure="stability", value="A-stable", source="planted")
@@ -246,7 +246,7 @@ class AlmostHalf(StochasticTheta):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """What it would keep with theta = 1/2."""
+        """Claims of the method with theta = 1/2."""
         return (*self.claims, A_STABLE)
 
 

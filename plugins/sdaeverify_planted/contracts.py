@@ -1,4 +1,4 @@
-"""Schemes that break the contract of a step, or are not exact where every scheme is."""
+"""Schemes that break the contract of a step, or are not exact on the trivial equations."""
 
 from typing import ClassVar
 
@@ -11,14 +11,14 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 from ._within import ScaledEuler
 
-# Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it.
+# Euler-Maruyama whose step is not a pure function of its arguments for each path, without effect on orders.
 
 
 CALLS: list[float] = []
 
 
 class HiddenState(EulerMaruyama):
-    """Every second call takes the increment with the other sign: the same step is not the same twice."""
+    """Every second call negates the increment, so that repeated calls of a step differ."""
 
     name: ClassVar[str] = "planted-em-hidden-state"
 
@@ -29,7 +29,7 @@ class HiddenState(EulerMaruyama):
 
 
 class OwnNoise(EulerMaruyama):
-    """Draws its own increments, the same in each step: its generator is seeded anew."""
+    """Draws the same increments in each step, because the generator is reseeded."""
 
     name: ClassVar[str] = "planted-em-own-noise"
 
@@ -40,7 +40,7 @@ class OwnNoise(EulerMaruyama):
 
 
 class WritesIntoState(EulerMaruyama):
-    """x += f h, and then x += B dW at the moved x, in the caller's array."""
+    """x += f h and then x += B dW at the new x, in the caller's array."""
 
     name: ClassVar[str] = "planted-em-in-place"
 
@@ -53,7 +53,7 @@ class WritesIntoState(EulerMaruyama):
 
 
 class FirstPathForAll(EulerMaruyama):
-    """The drift of the first path of the batch moves them all."""
+    """The drift of the first path of the batch is used for all paths."""
 
     name: ClassVar[str] = "planted-em-stale-batch"
 
@@ -64,7 +64,7 @@ class FirstPathForAll(EulerMaruyama):
 
 
 class SharedTaming(EulerMaruyama):
-    """Drift f/(1 + h max |f|), the maximum over all paths of the batch: of the right order, not path by path."""
+    """Drift f/(1 + h max |f|) with the maximum over all paths of the batch: right order, but coupled paths."""
 
     name: ClassVar[str] = "planted-em-batch-maximum"
 
@@ -74,11 +74,11 @@ class SharedTaming(EulerMaruyama):
         return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
 
 
-# Euler-Maruyama that is inexact where every scheme is exact; in the orders it may stay hidden.
+# Euler-Maruyama that is inexact on the trivial equations, possibly without effect on orders.
 
 
 class TwiceAStep(EulerMaruyama):
-    """Two steps of size h where one is asked for."""
+    """Two steps of size h instead of one."""
 
     name: ClassVar[str] = "planted-em-double-step"
 

@@ -15,31 +15,31 @@ from sdaeverify_schemes.delays._theta import Begun, algebraic, begin_step, solve
 from sdaeverify_schemes.delays.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.delays.stochastic_theta import TRAPEZOIDAL, StochasticTheta
 
-# The theta method of delay equations with lagged values that are those of another time.
+# The theta method for delay equations with lagged values of another time.
 
 
 def ahead(lag: Lag, x: Array) -> Lag:
-    """Return the lag of the step's end at its begin as well."""
+    """Use the lag at the end of the step at its beginning as well."""
     return lag._replace(now=lag.ahead(x))
 
 
 def behind(lag: Lag, x: Array) -> Lag:
-    """Return the lag of the step's begin at its end as well."""
+    """Use the lag at the beginning of the step at its end as well."""
     return Lag(lag.now, lag.now, 0.0)
 
 
 def present(lag: Lag, x: Array) -> Lag:
-    """Return no lag at all."""
+    """Use no lag."""
     return Lag(x, np.zeros_like(x), 1.0)
 
 
 def known(lag: Lag, x: Array) -> Lag:
-    """Return it without the share of the unknown x."""
+    """Omit the part of the lag that depends on the unknown x."""
     return lag._replace(weight=0.0)
 
 
 def swapped(lag: Lag, x: Array) -> Lag:
-    """Return it with the weights of old and unknown x swapped, where both are positive."""
+    """Swap the weights of old and unknown x if both are positive."""
     if not 0.0 < lag.weight < 1.0:
         return lag
     return Lag(lag.now, lag.known * (lag.weight / (1.0 - lag.weight)), 1.0 - lag.weight)
@@ -50,29 +50,29 @@ READINGS: Mapping[str, Callable[[Lag, Array], Lag]] = MappingProxyType(
 )
 
 
-# What the right method has where the delay is a whole number of steps, as it is on the problems of this file.
+# Order of the right method if the delay is a multiple of the step size, as on the problems of this file.
 ON_MESH = replace(TRAPEZOIDAL, when=frozenset({"additive-noise"}))
 
 
 class DelayedTheta(StochasticTheta):
-    """The theta method for equations with a delay alone."""
+    """The theta method restricted to delay equations."""
 
     form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """Those of the right method, which has weak order 2 on these meshes too where the noise is additive."""
+        """Claims of the right method, which also has weak order 2 on these meshes for additive noise."""
         return (*super().promises, ON_MESH) if self.theta == 0.5 else super().promises
 
     def _solve(self, problem: DelaySDAE, state: DelayState, t: float, h: float, begin: Begun) -> Step:
-        """Return the step that ends where the implicit equations say, from what is known at its begin."""
+        """Solve the implicit equations of a step from its explicit part."""
         root, d = solve_coupled(problem, begin, t + h, self.theta * h), problem.dimension
         return hold_failed(state, DelayState(root.x[:d], root.x[d:]), root)
 
 
 @dataclass(frozen=True)
 class WrongLag(DelayedTheta):
-    """The lagged values are read wrong; the claims are those of the right method.
+    """Wrong lagged values, with the claims of the right method.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class WrongLag(DelayedTheta):
 
 
 class AnticipatingNoise(DelayedTheta):
-    """The noise reads the lagged value of the step's end, x there being that of the explicit step."""
+    """The noise uses the lagged value at the end of the step, with x from the explicit step."""
 
     name: ClassVar[str] = "planted-delay-anticipating"
 
@@ -105,19 +105,19 @@ class AnticipatingNoise(DelayedTheta):
         return self._solve(problem, state, t, h, begin._replace(known=begin.known + added))
 
 
-# The explicit method of delay equations that goes wrong late: nothing of it shows up to the second delay.
+# The explicit method for delay equations with an error that starts late, without effect up to the second delay.
 
 
 @dataclass(frozen=True)
 class LateLag(DelayedTheta):
-    """The lagged value is missing in the drift from some time on.
+    """The drift loses its lagged value from some time on.
 
     Attributes
     ----------
     theta : float
-        0 is meant.
+        Parameter of the method, 0 for the explicit one.
     since : float
-        When, in delays.
+        Time of the loss in units of the delay.
     """
 
     theta: float = 0.0
@@ -127,7 +127,7 @@ class LateLag(DelayedTheta):
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
-        # Times are sums of step sizes, and rounded.
+        # Times are sums of step sizes, with rounding errors.
         if t < (self.since - 1e-9) * problem.delay:
             return super().step(problem, state, t, h, noise)
         (x, y), lag = state, problem.lag(state.x, h, noise)
@@ -136,11 +136,11 @@ class LateLag(DelayedTheta):
         return hold_failed(state, DelayState(x + h * f + kick, root.x), root)
 
 
-# The theta method of delay equations with wrong algebraic components, and with claims that its relatives keep.
+# The theta method for delay equations with wrong algebraic components, and with claims of related methods.
 
 
 class KeptAlgebraic(DelayedTheta):
-    """y stays what it was at the start."""
+    """y keeps its initial value."""
 
     name: ClassVar[str] = "planted-delay-kept-y"
 
@@ -151,7 +151,7 @@ class KeptAlgebraic(DelayedTheta):
 
 
 class OldLagAlgebraic(DelayedTheta):
-    """y solves the constraint with the lagged value of the step's begin."""
+    """y solves the constraint with the lagged value at the beginning of the step."""
 
     name: ClassVar[str] = "planted-delay-old-lag-y"
 
@@ -163,7 +163,7 @@ class OldLagAlgebraic(DelayedTheta):
 
 
 class OldTimeAlgebraic(DelayedTheta):
-    """y solves the constraint of the step's begin."""
+    """y solves the constraint at the beginning of the step."""
 
     name: ClassVar[str] = "planted-delay-old-time-y"
 
@@ -197,7 +197,7 @@ class SingleIteration(DelayedTheta):
 
 @dataclass(frozen=True)
 class LaggedTrapezoidal(LaggedAlgebraicTheta):
-    """The trapezoidal rule with the old y, and the weak order of the coupled one."""
+    """The trapezoidal rule with the old y, and the claimed weak order of the coupled one."""
 
     theta: float = 0.5
 
@@ -207,7 +207,7 @@ class LaggedTrapezoidal(LaggedAlgebraicTheta):
 
 @dataclass(frozen=True)
 class AlmostHalfDelayed(DelayedTheta):
-    """Theta below 1/2 with the stability of 1/2, where it is stable for short steps only."""
+    """Theta below 1/2, stable only for short steps, with the claimed stability of theta = 1/2."""
 
     theta: float = 0.45
 
@@ -215,7 +215,7 @@ class AlmostHalfDelayed(DelayedTheta):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """What theta = 1/2 keeps beside the orders."""
+        """Claims of theta = 1/2 in addition to the orders."""
         stable = Claim(measure="stability", value="A-stable", when=frozenset({"dissipative"}), source="planted")
         return (*self.claims, stable)
 

@@ -1,4 +1,4 @@
-"""Schemes of higher order for SDEs with one of their terms, variables or supporting values changed."""
+"""Schemes of higher order for SDEs with a wrong term, variable or supporting value."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -17,7 +17,7 @@ from sdaeverify_schemes.sri1w1 import SRI1W1, stages
 
 from ._other_noise import OtherNoise
 
-# Milstein's scheme for one Brownian motion with a wrong correction; it claims Milstein's order.
+# Milstein's scheme for one Brownian motion with a wrong correction, and the claim of Milstein's order.
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ScaledCorrection(Milstein):
 
 
 class WithoutH(Milstein):
-    """Correction (1/2) DB B dW^2: its mean is (h/2) DB B."""
+    """Correction (1/2) DB B dW^2, with mean (h/2) DB B."""
 
     name: ClassVar[str] = "planted-milstein-without-h"
 
@@ -57,7 +57,7 @@ class WithoutDerivative(Milstein):
         return Step(problem.euler(t, state, h, noise) + 0.5 * B[:, 0] * (noise.dW**2 - h))
 
 
-# Platen's scheme with wrong variables or wrong supporting values; it claims weak order 2.
+# Platen's scheme with wrong variables or supporting values, and the claim of weak order 2.
 
 
 # P(|N| <= QUANTILE) = 3/4 for a standard normal N.
@@ -65,19 +65,19 @@ QUANTILE = 1.1503493803760079
 
 
 def heavy(x: Array) -> Array:
-    """Return 2 sign(x) where |x| is beyond its quartiles, 0 elsewhere: variance 1 and fourth moment 4."""
+    """Return 2 sign(x) if |x| exceeds its upper quartile and 0 otherwise: variance 1 and fourth moment 4."""
     return 2.0 * np.sign(x) * (np.abs(x) > QUANTILE)
 
 
 class HeavyLaw(PlatenWeak2):
-    """A three-point law of variance 1 whose fourth moment is 4 in place of 3."""
+    """A three-point law of variance 1 with fourth moment 4 instead of 3."""
 
     name: ClassVar[str] = "planted-platen-fourth-moment"
     law: ClassVar[Law] = Law("three-point of fourth moment 4", heavy, (-2.0, 0.0, 2.0), (1 / 8, 3 / 4, 1 / 8))
 
 
 class TwoPointLaw(PlatenWeak2):
-    """Variables +-sqrt(h), whose fourth moment is h^2."""
+    """Variables +-sqrt(h), with fourth moment h^2."""
 
     name: ClassVar[str] = "planted-platen-two-point"
     law: ClassVar[Law] = TWO_POINT
@@ -90,7 +90,7 @@ class WrongSupport(PlatenWeak2):
     Attributes
     ----------
     s, a : float
-        1 is right for both.
+        Factors of the spread and of the drift; 1 is right for both.
     """
 
     s: float = 1.0
@@ -109,11 +109,11 @@ class WrongSupport(PlatenWeak2):
         return Step(x + drift + kick)
 
 
-# Platen's scheme of weak order 2 for several noises with a wrong double integral; it claims weak order 2.
+# Platen's scheme for several noises with a wrong double integral, and the claim of weak order 2.
 
 
 class OtherSigns(OtherNoise, PlatenWeak2General):
-    """Other signs V_rj, which come from H."""
+    """Changed signs V_rj, by changes of H, from which the scheme derives them."""
 
     name: ClassVar[str] = "planted-platen-general-signs"
 
@@ -131,11 +131,11 @@ class FewSigns(PlatenWeak2General):
         return super().step(problem, state, t, h, noise._replace(H=signs))
 
 
-# The same with a coefficient at the wrong time of the step: f(t) and b(t) vanish where nothing depends on time.
+# The same with a coefficient at the wrong time: no effect on autonomous equations, where f(t) and b(t) vanish.
 
 
 class OldDrift(PlatenWeak2General):
-    """The drift of the second stage is taken at t in place of t + h."""
+    """The drift of the second stage is taken at t instead of t + h."""
 
     name: ClassVar[str] = "planted-platen-general-old-drift"
 
@@ -146,7 +146,7 @@ class OldDrift(PlatenWeak2General):
 
 
 class OldNoise(PlatenWeak2General):
-    """B(y_j+-) is taken at t in place of t + h."""
+    """B(y_j+-) is taken at t instead of t + h."""
 
     name: ClassVar[str] = "planted-platen-general-old-noise"
 
@@ -157,7 +157,7 @@ class OldNoise(PlatenWeak2General):
 
 
 class NewNoise(PlatenWeak2General):
-    """B(u_r+-) is taken at t + h in place of t, as B(y_j+-) is; B(x) is not."""
+    """B(u_r+-) is taken at t + h instead of t, as B(y_j+-); B(x) is not."""
 
     name: ClassVar[str] = "planted-platen-general-new-noise"
 
@@ -171,11 +171,11 @@ class NewNoise(PlatenWeak2General):
         return super().step(held, state, t, h, noise)
 
 
-# Milstein's scheme with Levy areas of the wrong pairs; it claims strong order 1.
+# Milstein's scheme with Levy areas of the wrong pairs, and the claim of strong order 1.
 
 
 class SwappedPairs(MilsteinAreas):
-    """The areas of the pairs are taken in the reverse order: wrong from three motions on."""
+    """Areas of the pairs in reverse order: wrong from three motions on."""
 
     name: ClassVar[str] = "planted-milstein-areas-pairs"
 
@@ -185,11 +185,11 @@ class SwappedPairs(MilsteinAreas):
         return super().step(problem, state, t, h, noise._replace(A=noise.A[::-1]))
 
 
-# SRA1 with a wrong time integral Z of the noise; it claims strong order 3/2.
+# SRA1 with a wrong time integral Z of the noise, and the claim of strong order 3/2.
 
 
 class OtherArea(OtherNoise, SRA1):
-    """Z/h = dW/2 + H with another H."""
+    """Changed time integral Z/h = dW/2 + H, by changes of H."""
 
     name: ClassVar[str] = "planted-sra1-area"
 
@@ -217,12 +217,12 @@ class _OnlyArea(Increment):
 
 @dataclass(frozen=True)
 class WeakSRA1(SRA1):
-    """SRA1 with signs in place of normal H; it claims weak order 2, which it has with a sign for each motion.
+    """SRA1 with signs instead of normal H, and the claim of weak order 2, right with a sign for each motion.
 
     Attributes
     ----------
     one : bool
-        Whether the sign of the first Brownian motion is taken for all.
+        Whether the sign of the first Brownian motion is used for all.
     """
 
     one: bool = True
@@ -240,17 +240,17 @@ class WeakSRA1(SRA1):
         return super().step(problem, state, t, h, noise._replace(H=H))
 
 
-# SRI1W1 with a wrong integral of the noise or a stage in the wrong place; it claims strong order 3/2.
+# SRI1W1 with a wrong integral of the noise or a wrong stage, and the claim of strong order 3/2.
 
 
 class OtherIntegral(OtherNoise, SRI1W1):
-    """Z = h (dW/2 + H) with another H, the part of int W ds that dW does not know."""
+    """Z = h (dW/2 + H) with another H, the part of int W ds independent of dW."""
 
     name: ClassVar[str] = "planted-sri1w1-area"
 
 
 class WithoutTripleIntegral(SRI1W1):
-    """The term of I_111 is left out."""
+    """The term with I_111 is missing."""
 
     name: ClassVar[str] = "planted-sri1w1-without-triple-integral"
 
@@ -262,7 +262,7 @@ class WithoutTripleIntegral(SRI1W1):
 
 
 class StratonovichIntegral(SRI1W1):
-    """The double integral is dW^2/2 in place of (dW^2 - h)/2."""
+    """The double integral is dW^2/2 instead of (dW^2 - h)/2."""
 
     name: ClassVar[str] = "planted-sri1w1-stratonovich-integral"
 
@@ -273,7 +273,7 @@ class StratonovichIntegral(SRI1W1):
 
 
 class OldTimes(SRI1W1):
-    """All stages take the coefficients at the beginning of the step."""
+    """All stages use the coefficients at the beginning of the step."""
 
     name: ClassVar[str] = "planted-sri1w1-old-times"
 
@@ -303,7 +303,7 @@ BUGS = [
     Planted("Platen-2, general: one sign for all", OtherSigns(H="first"), "noncommuting"),
     Planted("Platen-2, general: three signs for four motions", FewSigns(), "four-motions"),
     Planted("Platen-2, general: drift at the old time", OldDrift(), "turning-frame"),
-    # No elementary differential that shows the error is there on these: order conditions alone refute it.
+    # On these problems the relevant elementary differentials vanish, so that only order conditions refute it.
     Planted("Platen-2, general: drift at the old time, unseen", OldDrift(), "noncommuting"),
     Planted("Platen-2, general: noise at the old time, unseen", OldNoise(), "levy-area"),
     Planted("Platen-2, general: noise of y at the old time", OldNoise(), "turning-frame"),

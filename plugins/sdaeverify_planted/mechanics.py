@@ -1,4 +1,4 @@
-"""Schemes for mechanical equations, free and constrained, with one of their parts changed."""
+"""Schemes for mechanical equations, free and constrained, with one wrong part."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -29,7 +29,7 @@ from sdaeverify_schemes.projections.half_explicit_euler import BOUNDED, EVERY_H,
 
 from ._other_noise import OtherNoise
 
-# BAOAB and other schemes for an invariant law with a wrong part; they claim its order.
+# BAOAB and other schemes for an invariant law with a wrong part, and the claims of the right schemes.
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class WrongBAOAB(BAOAB):
     Attributes
     ----------
     excess : float
-        Of the variance of the noise.
+        Relative excess of the variance of the noise.
     linear : bool
         Whether c = 1 - gamma h.
     early : bool
-        Whether the friction acts on the noise as well, c (p + s dW).
+        Whether friction acts on the noise as well, c (p + s dW).
     last : str
-        The last kick: ``new`` at the new position is right, ``stale`` is at the old one, ``none`` is none.
+        Last kick: ``new`` at the new position (right), ``stale`` at the old position, ``none`` omitted.
     """
 
     excess: float = 0.0
@@ -76,16 +76,16 @@ class EulerOfOrderTwo(EulerMaruyama):
 
 
 class OtherNoiseHeun(OtherNoise, HeunAdditive):
-    """Heun's scheme for additive noise with other noise."""
+    """Heun's scheme for additive noise with a changed increment."""
 
     name: ClassVar[str] = "planted-heun-noise"
 
 
-# MALA that accepts too much or proposes from another law; it claims that its stationary means are exact.
+# MALA that accepts too often or proposes from another law, and the claim of exact stationary means.
 
 
 class AcceptsAll(MALA):
-    """Without rejection: Euler-Maruyama, smooth in its noise, whose bias on `ou` is 0.035 at h = 1/4."""
+    """No rejection: Euler-Maruyama, smooth in its noise, with a bias of 0.035 on `ou` at h = 1/4."""
 
     name: ClassVar[str] = "planted-mala-accepts-all"
     discontinuous_in_noise: ClassVar[bool] = False
@@ -96,7 +96,7 @@ class AcceptsAll(MALA):
 
 
 class WithoutProposal(MALA):
-    """Accepted by the ratio of densities alone, as if the step were symmetric."""
+    """Acceptance by the ratio of densities alone, as for a symmetric proposal."""
 
     name: ClassVar[str] = "planted-mala-without-proposal"
 
@@ -107,7 +107,7 @@ class WithoutProposal(MALA):
 
 
 class TooWide(MALA):
-    """A proposal with a tenth too much variance, accepted as the right one: 0.023 too much E x^2 on `ou`."""
+    """A proposal with a tenth too much variance, accepted as the right one: E x^2 is 0.023 too large on `ou`."""
 
     name: ClassVar[str] = "planted-mala-too-wide"
 
@@ -128,12 +128,12 @@ def _kick(problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, dw:
 
 
 def _multiplier(problem: HolonomicSDAE, r: Array, old: ConstraintJacobian, x: Array) -> Array:
-    """Return lambda with Dg(r) (x + M^{-1} grad g(r_0) lambda) = 0, for the linearisation at another position r_0."""
+    """Return lambda with Dg(r) (x + M^{-1} grad g(r_0) lambda) = 0, for the linearisation `old` at r_0."""
     J = problem.linearised(r)
     return -J.gram(old).solve(J.times(x))
 
 
-# The half-explicit scheme without one of its parts; it claims what the whole scheme keeps.
+# The half-explicit scheme without one of its parts, and the claims of the whole scheme.
 
 
 @dataclass(frozen=True)
@@ -145,15 +145,15 @@ class FreeHalfExplicit(HalfExplicitEuler):
 
 @dataclass(frozen=True)
 class WrongHalfExplicit(FreeHalfExplicit):
-    """The scheme without truncation, one of its parts changed.
+    """The scheme without truncation and with one wrong part.
 
     Attributes
     ----------
     position : str
-        The position goes along the old ``normal``, which is right, along a fixed ``axis`` or nowhere, ``free``. Where
-        there is no point along the axis, it stays, and nobody is told.
+        Direction of the position's projection: the old ``normal`` (right), a fixed ``axis``, or none, ``free``. If
+        there is no point along the axis, the position stays, without being reported as failed.
     velocity : str
-        The velocity goes onto the ``new`` tangent space, which is right, onto the ``old`` one, or nowhere, ``free``.
+        Tangent space of the velocity's projection: ``new`` (right), ``old``, or none, ``free``.
     strength : float
         Factor of dw.
     """
@@ -182,9 +182,10 @@ class WrongHalfExplicit(FreeHalfExplicit):
 
 @dataclass(frozen=True)
 class AlongAxis(WrongHalfExplicit):
-    """The position goes along the last axis: from near where that is tangential, it never gets past.
+    """The position is projected along the last axis, and cannot pass points where that is tangential.
 
-    Single steps do not show it. No claim about the invariant law: a chain moves between the sides too rarely to tell.
+    Single steps do not show the error. The scheme has no claim about the invariant law, because a chain moves between
+    the sides too rarely to decide it.
     """
 
     position: str = "axis"
@@ -194,35 +195,35 @@ class AlongAxis(WrongHalfExplicit):
 
 
 class NoProjection(EulerMaruyama):
-    """Euler-Maruyama for the inherent SDE that claims to be projected."""
+    """Euler-Maruyama for the inherent SDE with the claims of a projected scheme."""
 
     name: ClassVar[str] = "planted-em-inherent"
     claims: ClassVar[tuple[Claim, ...]] = HalfExplicitEuler.claims
 
 
 def upright(normals: Array) -> DenseJacobian:
-    """Return the last axis, on the side of the normals of shape (m, n, P), in place of them."""
+    """Return the last axis, oriented like the normals of shape (m, n, P), as a Jacobian."""
     axes = np.zeros_like(normals)
     axes[:, -1] = np.copysign(1.0, normals[:, -1])
     return DenseJacobian(axes)
 
 
-# The half-explicit scheme with all claims of its theory and without what keeps them.
+# The half-explicit scheme with all claims of its theory, without the part that ensures them.
 
 
 class Untruncated(FreeHalfExplicit):
-    """Without truncation it heats up and runs into states from which no step has a root."""
+    """Without truncation, energy grows until steps have no root."""
 
     name: ClassVar[str] = "planted-half-explicit-untruncated"
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """A root for every h, and bounded moments."""
+        """Claims of a root for every h, and of bounded moments."""
         return EVERY_H, BOUNDED
 
 
 class MultiplierOutput(FreeHalfExplicit):
-    """It gives out the multiplier of h a + B dw alone, without the Coriolis term, and sums up the right one."""
+    """Outputs the multiplier of h a + B dw without the Coriolis term, while mu accumulates the right one."""
 
     name: ClassVar[str] = "planted-half-explicit-multiplier-output"
 
@@ -248,7 +249,7 @@ class MultiplierSign(FreeHalfExplicit):
 
 
 class WithoutCoriolis(FreeHalfExplicit):
-    """The multiplier of h a + B dw, without the Coriolis term D^2 g(v, v), acts on v before v is projected anyway."""
+    """The multiplier of h a + B dw without the Coriolis term D^2 g(v, v) acts before v is projected."""
 
     name: ClassVar[str] = "planted-half-explicit-without-coriolis"
 
@@ -264,21 +265,21 @@ class WithoutCoriolis(FreeHalfExplicit):
         return Step(HolonomicState(new.r, x + problem.push(old, lam), mu + first + lam), ~new.found)
 
 
-# The implicit Euler scheme in GGL form with one of its parts changed; it claims what the right scheme keeps.
+# The implicit Euler scheme in GGL form with one wrong part, and the claims of the right scheme.
 
 
 @dataclass(frozen=True)
 class WrongImplicitEuler(ImplicitEulerGGL):
-    """The scheme with other data in its equations, or with another use of their solution.
+    """The scheme with wrong data in its equations, or with a wrong use of their solution.
 
     Attributes
     ----------
     noise_at : str
-        State in B dw: the ``old`` one, which is right, or the ``new`` one, first found with the old.
+        State in B dw: ``old`` (right), or ``new``, computed first with the old state.
     force : float
-        Part of h a that acts; the rest is taken away at the old state.
+        Fraction of h a that acts; the rest is subtracted at the old state.
     velocity : str
-        The ``solved`` one, which is right, or the ``quotient`` of positions by h, which has no hidden constraint.
+        ``solved`` (right), or ``quotient`` of the displacement and h, which violates the hidden constraint.
     multiplier : float
         Factor of h lambda in mu.
     """
@@ -292,7 +293,7 @@ class WrongImplicitEuler(ImplicitEulerGGL):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """All of the claims, whatever the tolerance, but that about the invariant law: chains would take minutes."""
+        """All claims regardless of the tolerance, except that on the invariant law, whose chains take minutes."""
         return (*(claim for claim in self.claims if claim.measure != "invariant"), TO_ROUNDING)
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:

@@ -1,4 +1,4 @@
-"""Schemes that project onto a constraint with one of their parts changed."""
+"""Schemes that project onto a constraint with one wrong part."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -18,7 +18,7 @@ from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitPro
 from sdaeverify_schemes.projections.projected_euler import ProjectedEuler
 from sdaeverify_schemes.projections.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 
-# Projection along given directions, of schemes that take wrong ones.
+# Projection along given directions, for schemes with wrong ones.
 
 
 def _project_step(problem: SDE, x: Array, y: Array, normals: Array) -> Step:
@@ -27,11 +27,11 @@ def _project_step(problem: SDE, x: Array, y: Array, normals: Array) -> Step:
     return Step(np.where(new.found, new.r, x), ~new.found)
 
 
-# Brownian motion on a circle that is projected wrongly or not at all; it claims what projected Euler keeps.
+# Brownian motion on a circle with a wrong projection or none, and the claims of projected Euler.
 
 
 class FixedDirection(ProjectedEuler):
-    """Projects along the first axis, wherever the normal is."""
+    """Projects along the first axis instead of the normal."""
 
     name: ClassVar[str] = "planted-projected-fixed-direction"
 
@@ -43,7 +43,7 @@ class FixedDirection(ProjectedEuler):
 
 
 class OneNewtonStep(ProjectedEuler):
-    """x+ = y - grad g(y) g(y)/|grad g(y)|^2: one step of the iteration that would end on the circle."""
+    """x+ = y - grad g(y) g(y)/|grad g(y)|^2: a single iteration of the projection."""
 
     name: ClassVar[str] = "planted-projected-one-newton-step"
 
@@ -56,7 +56,7 @@ class OneNewtonStep(ProjectedEuler):
 
 
 class GrownRadius(ProjectedEuler):
-    """Onto the circle of radius 1 + h, from which the next step starts."""
+    """Projects onto the circle of radius 1 + h, from which the next step starts."""
 
     name: ClassVar[str] = "planted-projected-radius"
 
@@ -67,26 +67,26 @@ class GrownRadius(ProjectedEuler):
 
 
 class EulerNotProjected(EulerMaruyama):
-    """Euler-Maruyama that claims to be projected."""
+    """Euler-Maruyama with the claims of a projected scheme."""
 
     name: ClassVar[str] = "planted-em-not-projected"
     claims: ClassVar[tuple[Claim, ...]] = ProjectedEuler.claims
 
 
 class HeunNotProjected(Heun):
-    """Heun's scheme that claims to be projected: its orders are right, its constraint is not."""
+    """Heun's scheme with the claims of a projected scheme: right orders, violated constraint."""
 
     name: ClassVar[str] = "planted-heun-not-projected"
     claims: ClassVar[tuple[Claim, ...]] = ProjectedEuler.claims
 
 
-# Motion on an ellipse with the drift of another measure; it claims what projected Euler keeps.
+# Motion on an ellipse with the drift of another measure, and the claims of projected Euler.
 
 
 class RadialProjection(ProjectedEuler):
-    """y = x + h P f + B dW with the tangential part P f of the drift, then onto g = 0 towards the origin.
+    """y = x + h P f + B dW with the tangential part P f of the drift, then projected radially onto g = 0.
 
-    Along the normal, the projection supplies the normal part of f, which it replaces here by a wrong one.
+    A projection along the normal would supply the normal part of f; the radial one replaces it by a wrong one.
     """
 
     name: ClassVar[str] = "planted-projected-radially"
@@ -104,7 +104,7 @@ class WrongFixman(ProjectedEuler):
     Attributes
     ----------
     part : float
-        0 is right; where f contains F, -1 takes it away and -2 turns its sign.
+        Factor of F; 0 is right. If f contains F, -1 removes it and -2 reverses its sign.
     """
 
     part: float = 1.0
@@ -120,12 +120,12 @@ class WrongFixman(ProjectedEuler):
 
 
 def tangential(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return x + h P f + B dW, P the orthogonal projector onto the tangent at x.
+    """Return x + h P f + B dW with the orthogonal projector P onto the tangent space at x.
 
     Parameters
     ----------
     problem : SDE
-        With a constraint.
+        Problem with a constraint.
     x : ndarray, shape (d, P)
     t, h : float
         Start and size of the step.
@@ -142,7 +142,7 @@ def fixman(problem: SDE, x: Array, tangent: Array) -> Array:
     Parameters
     ----------
     problem : SDE
-        With one constraint.
+        Problem with one constraint.
     x : ndarray, shape (d, P)
     tangent : ndarray, shape (d, P)
         Unit vector t along the curve.
@@ -153,12 +153,12 @@ def fixman(problem: SDE, x: Array, tangent: Array) -> Array:
     return np.asarray(-0.5 * tangent * turned / (gradient * gradient).sum(axis=0))
 
 
-# The projection-based Euler schemes with one of their parts changed; they claim what the right ones keep.
+# The projection-based Euler schemes with one wrong part, and the claims of the right schemes.
 
 
 @dataclass(frozen=True)
 class WrongExplicit(ExplicitProjectionEuler):
-    """The explicit scheme with another Coriolis term, or with part of its impulses in mu.
+    """The explicit scheme with a wrong Coriolis term, or with part of its impulses in mu.
 
     Attributes
     ----------
@@ -187,14 +187,14 @@ class WrongExplicit(ExplicitProjectionEuler):
 
 @dataclass(frozen=True)
 class WrongSemiImplicit(SemiImplicitProjectionEuler):
-    """The semi-implicit scheme with another projection, or with part of its impulses in mu.
+    """The semi-implicit scheme with a wrong projection, or with part of its impulses in mu.
 
     Attributes
     ----------
     position : str
-        The position is ``projected``, which is right, by Newton's first update, ``once``, or not at all, ``free``.
+        Projection of the position: ``projected`` (right), a single Newton update, ``once``, or none, ``free``.
     tangent : str
-        The velocity goes onto the ``new`` tangent space, which is right, onto the ``old`` one, or nowhere, ``free``.
+        Tangent space of the velocity's projection: ``new`` (right), ``old``, or none, ``free``.
     first, second : float
         Factors of l^ and l in mu+ = mu + l^ + l; 1 is right.
     """

@@ -1,4 +1,4 @@
-"""Schemes that are wrong in a region of the states, where runs are for a part of their time."""
+"""Schemes that are wrong in a region of the state space, which runs visit for a part of their time."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -23,12 +23,12 @@ class MilsteinBelow(EulerWithin, Milstein):
     name: ClassVar[str] = "planted-milstein-region"
 
 
-# Schemes that never leave a region: runs are at its end for a part of their time.
+# Schemes that never leave a region, at whose boundary runs stay for a part of their time.
 
 
 @dataclass(frozen=True)
 class Cut(Scheme):
-    """A scheme whose components are cut at a bound after each step.
+    """A scheme whose components are clipped at a bound after each step.
 
     Attributes
     ----------
@@ -43,14 +43,14 @@ class Cut(Scheme):
 
 
 class CutEuler(Cut, EulerMaruyama):
-    """Euler-Maruyama whose components are cut at a bound."""
+    """Euler-Maruyama with components clipped at a bound."""
 
     name: ClassVar[str] = "planted-em-cut"
 
 
 @dataclass(frozen=True)
 class CutHeun(Cut, Heun):
-    """Heun's scheme whose components are cut at a bound."""
+    """Heun's scheme with components clipped at a bound."""
 
     bound: float = 2.7
 
@@ -58,13 +58,13 @@ class CutHeun(Cut, Heun):
 
 
 class CutPlaten(Cut, PlatenWeak2):
-    """Platen's scheme whose components are cut at a bound."""
+    """Platen's scheme with components clipped at a bound."""
 
     name: ClassVar[str] = "planted-platen-cut"
 
 
 class Clipped(EulerMaruyama):
-    """Euler-Maruyama whose states are cut at twice the start."""
+    """Euler-Maruyama with states clipped at twice the start."""
 
     name: ClassVar[str] = "planted-em-clipped"
 
@@ -74,11 +74,11 @@ class Clipped(EulerMaruyama):
         return Step(np.clip(super().step(problem, state, t, h, noise).state, -bound, bound))
 
 
-# Schemes that carry something along and do not renew it in a region: whoever sets it right anew sees no bug.
+# Schemes with memory that is not updated in a region: resetting the memory hides the error.
 
 
 class Remembering(NamedTuple):
-    """x, and the drift there as the last step has left it, both of shape (d, P)."""
+    """x, and the drift stored by the last step, both of shape (d, P)."""
 
     x: Array
     drift: Array
@@ -86,7 +86,7 @@ class Remembering(NamedTuple):
 
 @dataclass(frozen=True)
 class StaleDrift(EulerMaruyama):
-    """x+ = x + h m + B(t, x) dW with m+ = f(t + h, x+), but for m+ = m where |x_1+| is between two bounds.
+    """x+ = x + h m + B(t, x) dW with m+ = f(t + h, x+), except m+ = m if |x_1+| lies between two bounds.
 
     Attributes
     ----------
@@ -99,11 +99,11 @@ class StaleDrift(EulerMaruyama):
     name: ClassVar[str] = "planted-em-stale"
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Remembering:
-        """Return a state with the drift there."""
+        """Return a state with its drift."""
         return Remembering(state, np.array(np.broadcast_to(problem.drift(t, state), state.shape)))
 
     def parts(self, problem: SDE, state: Remembering) -> Parts:
-        """Return x alone."""
+        """Return x without the stored drift."""
         return problem.parts(state.x)
 
     def step(self, problem: SDE, state: Remembering, t: float, h: float, noise: Increment) -> Step:
@@ -115,7 +115,7 @@ class StaleDrift(EulerMaruyama):
 
 @dataclass(frozen=True)
 class Unsolved(Scheme):
-    """A scheme whose algebraic component is kept where |x_1| is larger than a bound.
+    """A scheme whose algebraic component is not updated if |x_1| exceeds a bound.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class Unsolved(Scheme):
 
 @dataclass(frozen=True)
 class UnsolvedTheta(Unsolved, StochasticTheta):
-    """The theta method whose algebraic component is kept where |x_1| is larger than a bound."""
+    """The theta method whose algebraic component is not updated if |x_1| exceeds a bound."""
 
     name: ClassVar[str] = "planted-theta-unsolved"
     form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
@@ -141,7 +141,7 @@ class UnsolvedTheta(Unsolved, StochasticTheta):
 
 @dataclass(frozen=True)
 class UnsolvedLagged(Unsolved, LaggedAlgebraicTheta):
-    """The theta method with the old y, which is kept where |x_1| is larger than a bound."""
+    """The theta method with the old y, which is not updated if |x_1| exceeds a bound."""
 
     name: ClassVar[str] = "planted-lagged-unsolved"
 

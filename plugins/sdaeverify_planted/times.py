@@ -1,4 +1,4 @@
-"""Schemes that are wrong in some of their steps, told by time, number or size, or in one of many noises."""
+"""Schemes that are wrong in some of their steps, by time, number or size, or in one of many noises."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,7 +13,7 @@ from sdaeverify_schemes.sra1 import SRA1
 
 from ._within import EulerWithin, ScaledEuler
 
-# Schemes that are right in most of their steps, before a window and after it: who looks elsewhere sees nothing.
+# Schemes that are wrong only within a window of steps, so that other steps do not show the error.
 
 
 class SRA1Within(EulerWithin, SRA1):
@@ -28,11 +28,11 @@ class MilsteinWithin(EulerWithin, Milstein):
     name: ClassVar[str] = "planted-milstein-window"
 
 
-# Schemes that are wrong by little where there are many noises, whose nodes do not fit into a full grid.
+# Schemes with a small error for many noises, for which a full grid of nodes is too large.
 
 
 def with_share(noise: Array, motion: int, share: float) -> Array:
-    """Return noise with one row times a share, where there are more than four.
+    """Scale one row of noise by a factor, if there are more than four rows.
 
     Parameters
     ----------
@@ -40,6 +40,7 @@ def with_share(noise: Array, motion: int, share: float) -> Array:
     motion : int
         Index of the row.
     share : float
+        Factor of the row.
     """
     scaled = np.array(noise)
     if len(scaled) > 4:
@@ -49,14 +50,14 @@ def with_share(noise: Array, motion: int, share: float) -> Array:
 
 @dataclass(frozen=True)
 class ManyScaled(EulerMaruyama):
-    """Euler-Maruyama with one noise that is scaled where there are more than four.
+    """Euler-Maruyama with one scaled noise if there are more than four.
 
     Attributes
     ----------
     motion : int
         Index of the noise.
     noise_share : float
-        What it is multiplied by.
+        Factor of the noise.
     """
 
     motion: int = 7
@@ -72,14 +73,14 @@ class ManyScaled(EulerMaruyama):
 
 @dataclass(frozen=True)
 class ManyIntegrals(SRA1):
-    """SRA1 with one time integral of the noise that is scaled where there are more than four: of strong order 1.
+    """SRA1 with one scaled time integral of the noise if there are more than four: of strong order 1.
 
     Attributes
     ----------
     motion : int
         Index of the noise.
     share : float
-        What its integral H is multiplied by.
+        Factor of the integral H.
     """
 
     motion: int = 5

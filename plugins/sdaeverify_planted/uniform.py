@@ -1,4 +1,4 @@
-"""Uniformly accurate and other schemes for stiff penalties with one of their parts changed."""
+"""Uniformly accurate and other schemes for stiff penalties with one wrong part."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,20 +13,20 @@ from sdaeverify_schemes.penalised._uniform_weights import Weights
 from sdaeverify_schemes.penalised.uniform_expansion import ExpansionWeights, UniformExpansion
 from sdaeverify_schemes.penalised.uniformly_accurate import UniformlyAccurate
 
-# The uniformly accurate integrator with a term left out, doubled or taken elsewhere.
+# The uniformly accurate integrator with a term omitted, doubled or evaluated elsewhere.
 #
 # On the torus a missing Fixman term lowers the error, on spheres and matrix groups the multiplier absorbs it, and on
-# the exponential strip it has a tangential component. What changes E zeta^2 is seen on the torus, too.
+# the exponential strip it has a tangential component. Changes of E zeta^2 are detectable on the torus as well.
 
 
 @dataclass(frozen=True)
 class ScaledTerms(UniformlyAccurate):
-    """Coefficients of the step times given factors; 1 is right.
+    """Coefficients of the step multiplied by given factors; 1 is right.
 
     Attributes
     ----------
     fixman, quadratic, turning, divergence : float
-        Of grad ln det G and g'(w) c in the predictor, of g^T grad ln det G and div g in the level.
+        Factors of grad ln det G and g'(w) c in the predictor, and of g^T grad ln det G and div g in the level.
     """
 
     fixman: float = 1.0
@@ -44,7 +44,7 @@ class ScaledTerms(UniformlyAccurate):
 
 
 class HalfRoot(UniformlyAccurate):
-    """sqrt(eps/2) (1 - e^{-2h/eps}) in place of sqrt((eps/2) (1 - e^{-2h/eps})): right for eps far below h."""
+    """sqrt(eps/2) (1 - e^{-2h/eps}) instead of sqrt((eps/2) (1 - e^{-2h/eps})): right for eps far below h."""
 
     name: ClassVar[str] = "planted-uniform-half-root"
 
@@ -56,7 +56,7 @@ class HalfRoot(UniformlyAccurate):
 
 
 class OtherNoise(UniformlyAccurate):
-    """The level has the noise of the step with opposite sign: another xi of the same law."""
+    """The level has the noise of the step with opposite sign, another xi of the same law."""
 
     name: ClassVar[str] = "planted-uniform-other-noise"
 
@@ -66,12 +66,12 @@ class OtherNoise(UniformlyAccurate):
 
 
 class GramOfTheManifold(UniformlyAccurate):
-    """G at x - w, which is on the manifold to first order, in place of G at x."""
+    """G at x - w, a point on the manifold to first order, instead of G at x."""
 
     name: ClassVar[str] = "planted-uniform-gram-of-the-manifold"
 
     def near(self, problem: ConstrainedLangevin, x: Array) -> ConstraintGeometry:
-        """Return the geometry of the constraint at x, but for its Gram matrix."""
+        """Return the geometry of the constraint at x, except its Gram matrix."""
         return _Elsewhere(problem, x)
 
 
@@ -82,12 +82,12 @@ class _Elsewhere(ConstraintGeometry):
 
 
 class OneGramMissing(UniformlyAccurate):
-    """The quadratic term is g'(w) zeta: one of its two factors G^{-1} is missing; no matter where G is 1."""
+    """The quadratic term is g'(w) zeta, without one of its two factors G^{-1}; no effect if G is 1."""
 
     name: ClassVar[str] = "planted-uniform-one-gram-missing"
 
     def near(self, problem: ConstrainedLangevin, x: Array) -> ConstraintGeometry:
-        """Return the geometry of the constraint at x, but for its quadratic term."""
+        """Return the geometry of the constraint at x, except its quadratic term."""
         return _Undivided(problem, x)
 
 
@@ -98,7 +98,7 @@ class _Undivided(ConstraintGeometry):
 
 
 class Subtracted(UniformlyAccurate):
-    """eps (1 - e^{-h/eps}) by subtraction: cancelled for eps much larger than h; no claim about the long run."""
+    """eps (1 - e^{-h/eps}) by subtraction, which cancels for eps much larger than h; no claim on invariant laws."""
 
     name: ClassVar[str] = "planted-uniform-subtraction"
     claims: ClassVar[tuple[Claim, ...]] = tuple(
@@ -112,19 +112,19 @@ class Subtracted(UniformlyAccurate):
         return right._replace(drift=mean, turning=0.25 * variance * mean, divergence=0.5 * variance * mean)
 
 
-# The explicit expansion of the uniformly accurate step with a term left out or with another coefficient.
+# The explicit expansion of the uniformly accurate step with a term omitted or with a wrong coefficient.
 #
-# At a fixed eps all of them have the order of the right one. One step has not, uniformly in eps.
+# At a fixed eps all of them have the right order, but not uniformly in eps in one step.
 
 
 @dataclass(frozen=True)
 class ScaledExpansion(UniformExpansion):
-    """Coefficients of the step times given factors; 1 is right.
+    """Coefficients of the step multiplied by given factors; 1 is right.
 
     Attributes
     ----------
     traces, quadratic : float
-        Of tau, the traces over the normal space, and of g'(w) c - P g'(w) c.
+        Factors of tau, the traces over the normal space, and of g'(w) c - P g'(w) c.
     """
 
     traces: float = 1.0
@@ -139,7 +139,7 @@ class ScaledExpansion(UniformExpansion):
 
 
 class NoProjector(UniformExpansion):
-    """(sigma^2/8) eps omega^2 grad ln det G in place of its normal part."""
+    """(sigma^2/8) eps omega^2 grad ln det G instead of its normal part."""
 
     name: ClassVar[str] = "planted-expansion-no-projector"
 
@@ -150,7 +150,7 @@ class NoProjector(UniformExpansion):
 
 
 class RootForSquare(UniformExpansion):
-    """The coefficient s of the noise where its square belongs: 1 - s for 1 - s^2."""
+    """The coefficient s of the noise instead of its square: 1 - s for 1 - s^2."""
 
     name: ClassVar[str] = "planted-expansion-root-for-square"
 
@@ -163,16 +163,16 @@ class RootForSquare(UniformExpansion):
         return right._replace(traces=full * float(1.0 - np.sqrt(max(0.0, 1.0 - right.traces / full))))
 
 
-# The uniformly accurate integrator that tends to its limit eps = 0 too slowly, or to another one, or leaves M.
+# The uniformly accurate integrator that converges to its limit eps = 0 too slowly, or to a wrong limit, or leaves M.
 #
-# For a fixed eps all of them converge as the right one does.
+# For a fixed eps all of them converge as the right scheme.
 
 
 ASYMPTOTIC = Claim(measure="limits", quantities=("x", "zeta"), value=0.5, source="Laurent 2022, Theorem 2.9")
 
 
 class RootTwice(UniformlyAccurate):
-    """sigma (I_2/h)^{1/4} for sigma (I_2/h)^{1/2}: zeta is of size eps^{1/4}."""
+    """sigma (I_2/h)^{1/4} instead of sigma (I_2/h)^{1/2}, so that zeta is of size eps^{1/4}."""
 
     name: ClassVar[str] = "planted-limit-root-twice"
 
@@ -183,7 +183,7 @@ class RootTwice(UniformlyAccurate):
 
 
 class ForgottenLimit(UniformlyAccurate):
-    """h/eps is taken for 0 where eps is 0: the level set of the step before, with the noise on top."""
+    """h/eps is set to 0 if eps is 0: the level set of the previous step, plus the noise."""
 
     name: ClassVar[str] = "planted-limit-forgotten"
 
@@ -194,23 +194,23 @@ class ForgottenLimit(UniformlyAccurate):
 
 
 class Leaving(UniformExpansion):
-    """The explicit expansion, which leaves the manifold in the limit, with the claim that it does not."""
+    """The explicit expansion, which leaves the manifold in the limit, with the claim of staying on it."""
 
     name: ClassVar[str] = "planted-limit-leaving"
     claims: ClassVar[tuple[Claim, ...]] = (ASYMPTOTIC,)
 
 
-# The uniformly accurate integrator with multipliers that cost too much, or the more the smaller eps is.
+# The uniformly accurate integrator with multipliers that cost too much, or increasingly much for small eps.
 
 
 @dataclass(frozen=True)
 class Led(UniformlyAccurate):
-    """The level is approached in parts: one for each halving of eps below a step, or a fixed number.
+    """The level is approached in stages: one for each halving of eps below a step, or a fixed number.
 
     Attributes
     ----------
     stages : int
-        The fixed number; 0 for as many as eps asks for.
+        Fixed number of stages; 0 for a number that depends on eps.
     """
 
     stages: int = 0
@@ -223,9 +223,9 @@ class Led(UniformlyAccurate):
         Parameters
         ----------
         at : ConstraintGeometry
-            Of the old point.
+            Geometry at the old point.
         y : ndarray, shape (d, P)
-            Where the step without constraint leads.
+            Result of the step without constraint.
         level : ndarray, shape (q, P)
             Value zeta of the level set.
         """

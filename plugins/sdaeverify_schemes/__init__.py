@@ -1,1 +1,1 @@
-"""The schemes shipped with sdaeverify: a folder a family; each module is a plugin, a new scheme is a new module."""
+"""Shipped schemes, one folder per family: each module is a plugin, and a new scheme is a new module."""

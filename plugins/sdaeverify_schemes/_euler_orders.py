@@ -1,4 +1,4 @@
-"""What the schemes claim that agree with Euler-Maruyama up to terms of order h^2 in the mean and h^(3/2) else."""
+"""Claims of schemes that agree with Euler-Maruyama up to terms of order h^2 in the mean and h^(3/2) otherwise."""
 
 from sdaeverify import Claim
 
@@ -18,6 +18,6 @@ DRIFTS = (
     Claim(measure="drift", value=0.5, source=DRIFT),
     Claim(measure="drift", value=1.0, when=MILSTEIN, source=DRIFT),
 )
-# Tamed and truncated schemes have moments where drifts of one-sided growth are not linear; Euler-Maruyama has not.
+# For drifts of one-sided, superlinear growth, tamed and truncated schemes have moments, Euler-Maruyama has not.
 ORDERS = (*CONVERGES, *DRIFTS)
 EXPLICIT_ORDERS = (*by_growth(*CONVERGES), *DRIFTS)

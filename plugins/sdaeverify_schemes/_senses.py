@@ -1,4 +1,4 @@
-"""In which sense explicit schemes have their orders: their theorems need coefficients of linear growth."""
+"""Senses of convergence of explicit schemes, whose mean-square theorems need coefficients of linear growth."""
 
 from dataclasses import replace
 
@@ -10,12 +10,12 @@ REJECTED = "Milstein & Tretyakov 2005: means without exploding paths"
 
 
 def in_probability(*claims: Claim) -> tuple[Claim, ...]:
-    """Return claims that hold in probability, for coefficients of any growth."""
+    """Return the claims in probability, for coefficients of any growth."""
     sources = {claim.measure: REJECTED if claim.measure == "weak" else ALONG_PATHS for claim in claims}
     return tuple(replace(claim, sense="in probability", source=sources[claim.measure]) for claim in claims)
 
 
 def by_growth(*claims: Claim) -> tuple[Claim, ...]:
-    """Return claims that hold in mean square for coefficients of linear growth, and in probability for all others."""
+    """Return the claims in mean square for coefficients of linear growth, and in probability for all others."""
     bounded = (replace(claim, when=claim.when | LINEAR_GROWTH) for claim in claims)
     return (*bounded, *in_probability(*claims))

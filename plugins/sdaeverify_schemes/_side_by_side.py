@@ -1,4 +1,4 @@
-"""A function at several points of few paths: one call, as if the points were further paths."""
+"""Evaluation of a function at several points in one call, as if the points were further paths."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from sdaeverify import Array
 
-# Numbers in the points that are taken together: of more, what calls save is lost in memory.
+# Largest number of values evaluated together; beyond it, memory traffic outweighs the saved calls.
 TOGETHER = 2**13
 
 

@@ -1,9 +1,9 @@
-"""Mean-square stability for small steps, which schemes have whose second moments are right to a positive order.
+"""Mean-square stability for small steps, which follows from second moments of positive order.
 
-On an equation that is linear with constant coefficients an affine step maps the second moments by a matrix M(h). If
-its second moments err by O(h^(1+q)) in one step, q > 0, then M(h) = I + h L + O(h^(1+min(q, 1))) with the matrix L of
-the second moments' own equation; the spectral radius is 1 + a h + o(h) with the growth rate a of that equation. Where
-the equation is stable in mean square, a < 0, all steps below some size are stable.
+On a linear equation with constant coefficients, an affine step maps the second moments by a matrix M(h). If the
+second moments have an error of O(h^(1+q)) in one step, q > 0, then M(h) = I + h L + O(h^(1+min(q, 1))) with the
+matrix L of the equation of the second moments. The spectral radius is 1 + a h + o(h) with the growth rate a of that
+equation. If the equation is stable in mean square, a < 0, all steps below some size are stable.
 """
 
 from sdaeverify import Claim

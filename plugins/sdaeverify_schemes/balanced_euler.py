@@ -1,4 +1,4 @@
-"""The balanced Euler scheme, whose implicitness depends on the noise: of order 1/2 only, even weakly."""
+"""The balanced Euler scheme, whose implicitness depends on the noise: of order 1/2, also in the weak sense."""
 
 from typing import ClassVar
 
@@ -20,7 +20,8 @@ class BalancedEuler(Scheme):
     claims: ClassVar[tuple[Claim, ...]] = (
         Claim(measure="strong", value=0.5, source="Milstein, Platen & Schurz 1998"),
         Claim(measure="weak", value=0.5, source="local weak order 3/2, from E |dW| of size h^(1/2)"),
-        # On the circle it reads 0.26 from 16 to 128 steps and 0.31 from 32 to 256: the balancing settles slowly.
+        # On the circle the estimate is 0.26 from 16 to 128 steps and 0.31 from 32 to 256: a large preasymptotic
+        # range.
         Claim(measure="drift", value=0.5, margin=0.3, source="no projection; at least the strong order"),
         STABLE,
     )

@@ -18,7 +18,7 @@ class BAOAB(Scheme):
         q <- q + (h/2) p,      p <- p + (h/2) F(q).
 
     The middle step has the law of the exact one, not its path: int e^{-gamma (h-s)} dW differs from the multiple of
-    dW by a term of size h^(3/2) and mean 0, and so does int W ds from (h/2) dW. The strong order is 1 for it.
+    dW by a term of size h^(3/2) and mean 0, and so does int W ds from (h/2) dW. Therefore the strong order is 1.
     """
 
     name: ClassVar[str] = "baoab"

@@ -1,4 +1,4 @@
-"""A negative control: a scheme that is known not to converge to the solution."""
+"""A negative control: a scheme that does not converge to the solution."""
 
 from typing import ClassVar
 
@@ -6,10 +6,10 @@ from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 
 
 class DisplacedEuler(Scheme):
-    """x+ = x + f(t, y) h + B(t, y) dW with y = 1.05 x + 0.05: Euler-Maruyama, coefficients taken beside the state.
+    """x+ = x + f(t, y) h + B(t, y) dW with y = 1.05 x + 0.05: Euler-Maruyama with displaced coefficients.
 
-    It is right where they are constant. Elsewhere it converges with every sign of an order, towards the solution of
-    another equation. It claims nothing; problems name it as their negative control of the lowest order.
+    The scheme is right for constant coefficients. Otherwise it converges with an order, but to the solution of
+    another equation. It has no claims; problems use it as their negative control of the lowest order.
     """
 
     name: ClassVar[str] = "displaced-euler"

@@ -37,7 +37,7 @@ class EulerMaruyama(Scheme):
 class DriftTruncatedEuler(Scheme):
     """x+ = x + eta h f(t, x) + B(t, x) dW with eta = min(1, 1 / (h |f(t, x)|)).
 
-    On a constrained problem it solves the inherent SDE and never projects, so that the constraints drift.
+    On a constrained problem it solves the inherent SDE without projection, so that the constraints drift.
     """
 
     name: ClassVar[str] = "drift-truncated-euler"
@@ -57,7 +57,7 @@ class DriftTruncatedEuler(Scheme):
 class TamedEuler(Scheme):
     """x+ = x + h f(t, x) / (1 + h |f(t, x)|) + B(t, x) dW.
 
-    Every step is changed, by O(h^2) at a given state: no step is marked as truncated.
+    Taming changes every step by O(h^2) at a given state, so that no step is marked as truncated.
     """
 
     name: ClassVar[str] = "tamed-euler"

@@ -1,4 +1,4 @@
-"""Heun's schemes: for Stratonovich's integral, and for additive noise where it is of weak order 2."""
+"""Heun's schemes: for Stratonovich's integral, and for additive noise, where the weak order is 2."""
 
 from typing import ClassVar
 
@@ -43,7 +43,7 @@ class Heun(Scheme):
     source: ClassVar[str] = "Ruemelin 1982; Kloeden & Platen 1992, section 11.1"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse diffusions whose derivative, and with it the Stratonovich drift, cannot be had."""
+        """Refuse diffusions without a derivative, which the Stratonovich drift needs."""
         return problem.why_not_derivative_of_diffusion()
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
@@ -92,7 +92,7 @@ def stratonovich(problem: SDE, t: float, x: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     problem : SDE
-        Of Ito's form.
+        Problem in Ito's form.
     t : float
     x : ndarray, shape (d, P)
     """
@@ -101,7 +101,9 @@ def stratonovich(problem: SDE, t: float, x: Array) -> tuple[Array, Array]:
 
 
 def turned_noise(problem: SDE, t: float, x: Array, B: Array) -> Array:
-    """Return sum_j DB_j B_j, shape (d, P): of few paths by one call, for all columns B_j as if on further paths.
+    """Return sum_j DB_j B_j, shape (d, P).
+
+    For few paths all columns B_j are evaluated in one call, as if on further paths.
 
     Parameters
     ----------
@@ -109,7 +111,7 @@ def turned_noise(problem: SDE, t: float, x: Array, B: Array) -> Array:
     t : float
     x : ndarray, shape (d, P)
     B : ndarray, shape (d, l, P) or (d, l, 1)
-        At t and x.
+        Diffusion at t and x.
     """
     (d, P), l = x.shape, B.shape[1]
     columns = np.empty((d, l, P))

@@ -1,4 +1,4 @@
-"""The Metropolis-adjusted Langevin algorithm for one component: its stationary law is exact at every step size."""
+"""The Metropolis-adjusted Langevin algorithm for one component, with an exact stationary law at every step size."""
 
 from typing import ClassVar
 
@@ -17,8 +17,8 @@ class MALA(Scheme):
 
         log rho(y) - log rho(x) = (2/sigma^2) int_x^y f,    log q(x, y) = -(y - x - h f(x))^2/(2 sigma^2 h) + const.
 
-    The integral is taken at 4 Gauss-Legendre nodes, exact for drifts that are polynomials up to degree 7. What is
-    compared with exp(a) is uniform and independent of dW.
+    The integral uses 4 Gauss-Legendre nodes, exact for polynomial drifts up to degree 7. exp(a) is compared with a
+    uniform variable independent of dW.
     """
 
     name: ClassVar[str] = "mala"
@@ -35,7 +35,7 @@ class MALA(Scheme):
     source: ClassVar[str] = "Roberts & Tweedie 1996, section 1.4"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse what has no invariant density that is known from the drift at one time."""
+        """Refuse problems without an invariant density that is known from the drift at one time."""
         if problem.dimension != 1 or problem.noise_dim != 1 or "additive-noise" not in problem.traits:
             return "it takes one component with additive noise"
         x = problem.initial(1)
@@ -53,16 +53,16 @@ class MALA(Scheme):
 
 
 def log_ratio(problem: SDE, t: float, h: float, x: Array, y: Array) -> Array:
-    """Return a for steps from x to y, shape (1, P).
+    """Return a for proposals from x to y, shape (1, P).
 
     Parameters
     ----------
     problem : SDE
-        A gradient system with scalar noise.
+        Gradient system with scalar noise.
     t, h : float
         Start and size of the step.
     x, y : ndarray, shape (1, P)
-        Where the chain is, and what is proposed.
+        Present state and proposal.
     """
     variance = problem.diffusion(t, x)[:, 0] ** 2
     back, forth = ((b - a - h * problem.drift(t, a)) ** 2 for a, b in ((y, x), (x, y)))
@@ -75,10 +75,10 @@ def density_ratio(problem: SDE, t: float, x: Array, y: Array) -> Array:
     Parameters
     ----------
     problem : SDE
-        A gradient system with scalar noise; rho is its invariant density.
+        Gradient system with scalar noise and invariant density rho.
     t : float
     x, y : ndarray, shape (1, P)
-        Where the chain is, and what is proposed.
+        Present state and proposal.
     """
     middle, half = 0.5 * (x + y), 0.5 * (y - x)
     integral = sum(w * problem.drift(t, middle + z * half) for z, w in zip(NODES, WEIGHTS, strict=True)) * half

@@ -13,7 +13,7 @@ from ._senses import by_growth
 class Milstein(Scheme):
     """x+ = x + f h + B dW + (1/2) sum_j DB_j(x) B_j(x) (dW_j^2 - h).
 
-    Exact to this order where the columns B_j commute trivially: one Brownian motion, or diagonal noise.
+    Complete to this order if the columns B_j commute trivially: one Brownian motion, or diagonal noise.
     """
 
     name: ClassVar[str] = "milstein"
@@ -29,7 +29,7 @@ class Milstein(Scheme):
     source: ClassVar[str] = "Milstein 1974; Kloeden & Platen 1992, (10.3.1) and (10.3.12)"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse noise that needs iterated integrals, and diffusions whose derivative cannot be had."""
+        """Refuse noise that needs iterated integrals, and diffusions without a derivative."""
         if not problem.traits & {"scalar-noise", "diagonal-noise"}:
             return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal"
         return problem.why_not_derivative_of_diffusion()

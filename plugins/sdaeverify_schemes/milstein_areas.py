@@ -1,4 +1,4 @@
-"""Milstein's scheme for noises that need not commute, with Levy areas or without them."""
+"""Milstein's scheme for noncommutative noise, with Levy areas or without them."""
 
 from typing import ClassVar
 
@@ -12,8 +12,8 @@ from ._senses import by_growth
 class MilsteinAreas(Scheme):
     """x+ = x + f h + B dW + sum_jk DB_k(x) B_j(x) I_jk with the double integrals of Ito.
 
-    I_jk = int int dW_j dW_k = (dW_j dW_k - h delta_jk)/2 + A_jk is made of increments and Levy areas. Noises that
-    commute have DB_k B_j = DB_j B_k, and no area counts.
+    I_jk = int int dW_j dW_k = (dW_j dW_k - h delta_jk)/2 + A_jk consists of increments and Levy areas. For
+    commutative noise DB_k B_j = DB_j B_k, and the areas cancel.
     """
 
     name: ClassVar[str] = "milstein-areas"
@@ -28,7 +28,7 @@ class MilsteinAreas(Scheme):
     source: ClassVar[str] = "Milstein 1974; Kloeden & Platen 1992, (10.3.3)"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse one Brownian motion, which has no areas, and diffusions whose derivative cannot be had."""
+        """Refuse one Brownian motion, which has no areas, and diffusions without a derivative."""
         if problem.noise_dim == 1:
             return "one Brownian motion has no areas: that is Milstein's scheme"
         return problem.why_not_derivative_of_diffusion()

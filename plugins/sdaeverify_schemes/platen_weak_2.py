@@ -21,8 +21,8 @@ class PlatenWeak2(Scheme):
         x+ = x + (h/2) [f + f'(y)] + (1/4) [B'(y_+) + B'(y_-) + 2 B] dW
                + (1/4) [B'(y_+) - B'(y_-)] (dW^2 - h) / sqrt(h).
 
-    Each column B_j has supporting values of its own; where the noise is diagonal all of them can be taken at once,
-    because B_j depends on the component j alone that it moves. Other noise needs two-point variables beside dW.
+    Each column B_j has separate supporting values. For diagonal noise all of them can be evaluated at once, because
+    B_j depends on the component j alone, on which it acts. Other noise needs two-point variables in addition to dW.
     """
 
     name: ClassVar[str] = "platen-weak-2"
@@ -41,7 +41,7 @@ class PlatenWeak2(Scheme):
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.1) and (15.1.3)"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse noise whose columns move each other."""
+        """Refuse noise that is neither scalar nor diagonal nor additive."""
         if problem.traits & SEPARATE:
             return ""
         return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"

@@ -1,4 +1,4 @@
-"""Platen's explicit scheme of weak order 2 for noises that need not commute."""
+"""Platen's explicit scheme of weak order 2 for noncommutative noise."""
 
 from typing import ClassVar
 
@@ -23,8 +23,8 @@ class PlatenWeak2General(Scheme):
                + 1/(4 s) sum_j [B'_j(y_j+) - B'_j(y_j-)] (dW_j^2 - h)
                + 1/(4 s) sum_j sum_{r != j} [B_j(u_r+) - B_j(u_r-)] (dW_j dW_r + V_rj).
 
-    V_rj = -V_jr = h zeta_r zeta_j for r < j, with independent signs zeta: what H = sqrt(h/12) zeta is for bounded
-    increments. The products have the moments of independent two-point variables up to the order that counts.
+    V_rj = -V_jr = h zeta_r zeta_j for r < j with independent signs zeta, where H = sqrt(h/12) zeta for bounded
+    increments. The products have the moments of independent two-point variables up to the required order.
     """
 
     name: ClassVar[str] = "platen-weak-2-general"
@@ -38,7 +38,7 @@ class PlatenWeak2General(Scheme):
     source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.3)"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse noise for which the cheaper scheme has the same order."""
+        """Refuse noise for which the cheaper `platen-weak-2` has the same order."""
         return "platen-weak-2 makes fewer evaluations for separate noise" if problem.traits & SEPARATE else ""
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
@@ -53,7 +53,7 @@ class PlatenWeak2General(Scheme):
         for j in range(problem.noise_dim):
             up, down = next(later)[:, j], next(later)[:, j]
             new = new + (up + down + 2.0 * B[:, j]) * (0.25 * dW[j]) + (up - down) * (0.25 / s * (dW[j] ** 2 - h))
-            # B_j as the r of all the others, which are k here.
+            # Here j plays the role of r for all other columns k.
             above, below = next(beside), next(beside)
             for k in (k for k in range(problem.noise_dim) if k != j):
                 up, down, product = above[:, k], below[:, k], dW[k] * dW[j] + V[j, k]

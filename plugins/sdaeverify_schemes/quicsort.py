@@ -11,7 +11,7 @@ EARLY, LATE = 0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0
 
 
 class QUICSORT(Scheme):
-    """Two forces on a smooth path that has dW, H and K of the Brownian one.
+    """Two force evaluations on a smooth path with dW, H and K of the Brownian path.
 
     With v = p + sigma (H + 6 K), w = sigma (dW - 12 K) and, of s in {l, r, 1}, (l, r) = 1/2 -+ sqrt(3)/6,
 
@@ -31,7 +31,7 @@ class QUICSORT(Scheme):
     source: ClassVar[str] = "Foster, Lyons & Oberhauser 2021; Scott, O'Kane, Jelincic & Foster 2025"
 
     def refuses(self, problem: Langevin) -> str:
-        """Refuse dynamics without friction, by which the coefficients are divided."""
+        """Refuse dynamics without friction, because the coefficients are divided by it."""
         return "" if problem.friction > 0.0 else "there is no friction, by which the coefficients are divided"
 
     def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:

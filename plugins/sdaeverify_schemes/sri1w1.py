@@ -11,9 +11,9 @@ from ._small_steps import STABLE
 
 
 class SRI1W1(Scheme):
-    """Four values of the noise's coefficient b, two of the drift f, and Z = int_t^{t+h} (W(s) - W(t)) ds.
+    """Four evaluations of the diffusion b, two of the drift f, and Z = int_t^{t+h} (W(s) - W(t)) ds.
 
-    With s = sqrt(h), f and b_1 taken at (t, x), and componentwise where the noise is diagonal,
+    With s = sqrt(h), f and b_1 at (t, x), and componentwise for diagonal noise,
 
         b_2 = b(t + h/4, x + (h/4) f + (s/2) b_1),
         b_3 = b(t + h,   x + h f - s b_1),
@@ -63,7 +63,7 @@ def stages(problem: SDE, x: Array, t: float, h: float, f: Array) -> tuple[Array,
     t, h : float
         Start and size of the step.
     f : ndarray, shape (d, P)
-        Drift at its start.
+        Drift at the start of the step.
     """
     s, b_1 = np.sqrt(h), own_noise(problem, t, x)
     b_2 = own_noise(problem, t + 0.25 * h, x + 0.25 * h * f + 0.5 * s * b_1)
@@ -74,12 +74,12 @@ def stages(problem: SDE, x: Array, t: float, h: float, f: Array) -> tuple[Array,
 
 
 def own_noise(problem: SDE, t: float, x: Array) -> Array:
-    """Return the one column of scalar noise, or the diagonal of diagonal noise, shape (d, P) or (d, 1).
+    """Return the single column of scalar noise, or the diagonal of diagonal noise, shape (d, P) or (d, 1).
 
     Parameters
     ----------
     problem : SDE
-        With scalar or diagonal noise.
+        Problem with scalar or diagonal noise.
     t : float
     x : ndarray, shape (d, P)
     """

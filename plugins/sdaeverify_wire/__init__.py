@@ -6,9 +6,9 @@ Two lines are a plugin file, which every command takes with ``--plugin``, and a 
 
     sdaeverify_schemes = schemes("./my_solver")
 
-The program says hello with its name, form, noise and claims; while it makes a step it may ask for the coefficients of
-the problem at any batch of states. So every problem, the order conditions and the random members work without a line
-about them in the program.
+The program sends a hello with its name, form, noise and claims. During a step it may request the coefficients of the
+problem at any batch of states. Therefore every problem, the order conditions and the random members work without any
+support in the program.
 """
 
 from .scheme import Wired, scheme_of, schemes

@@ -1,4 +1,4 @@
-"""What ``wire --check`` asks of a program, one line for each answer."""
+"""Checks of ``wire --check`` on a program, with one line for each result."""
 
 import shlex
 import time
@@ -14,26 +14,26 @@ from .program import Program
 from .scheme import Wired, fields_of, restored, session_of
 from .transcript import GOLDEN, read, replay
 
-# Paths of the steps: none of them divides another, and the last fills no pipe at once.
+# Numbers of paths of the steps, not multiples of each other; the last one exceeds the capacity of a pipe.
 PATHS = (1, 3, 5000)
 H = 2.0**-6
 PAUSE = 0.1
 
 
 def checked(command: tuple[str, ...], patience: float, *, golden: bool) -> Iterator[str]:
-    """Yield a line for each property of a program.
+    """Yield a line for each verified property of a program.
 
     Parameters
     ----------
     command : tuple of str
     patience : float
     golden : bool
-        Whether it has to give the answers of the golden transcript.
+        Whether the program must reproduce the golden transcript.
 
     Raises
     ------
     SchemeError
-        At the first property that it has not.
+        At the first property that the program lacks.
     """
     if golden:
         yield _golden(command, patience)
@@ -92,7 +92,7 @@ def _step(scheme: Wired, problem: Any, noise: Increment, paths: int) -> dict[str
     first = problem.add_past(H, noise._replace(**given))
     state = scheme.start(problem, paths, H)
     found = fields_of(scheme.step(problem, state, 0.0, H, first).state)
-    # What is sent behind an answer is then there before the next step, which complains of it.
+    # Extra output after an answer then arrives before the next step, which reports it.
     time.sleep(PAUSE)
     return found
 

@@ -1,4 +1,4 @@
-"""What a program may ask of a problem while it makes a step, by form, and the numbers that each step tells it."""
+"""Coefficients that a program may request during a step, by form, and constants sent with each step."""
 
 from collections.abc import Callable, Mapping
 from string import ascii_lowercase
@@ -28,12 +28,12 @@ class Form(NamedTuple):
     ----------
     kind : type
     lengths : callable, problem -> mapping of str to int
-        What the letters of shapes stand for.
+        Values of the letters of shapes.
     answers : mapping of str to str
-        What may be asked for, each a method of the problem: ``t x:d -> dl`` takes a time and states of shape (d, P),
-        and gives an array of shape (d, l, P).
+        Coefficients that may be requested, methods of the problem: ``t x:d -> dl`` takes a time and states of shape
+        (d, P), and returns an array of shape (d, l, P).
     constants : tuple of str
-        Numbers of the problem that each step is sent with.
+        Numbers of the problem that are sent with each step.
     """
 
     kind: type[Problem]
@@ -43,14 +43,14 @@ class Form(NamedTuple):
 
     @property
     def letters(self) -> frozenset[str]:
-        """The letters of its shapes."""
+        """Letters of the shapes."""
         return frozenset(
             letter for text in self.answers.values() for word in text.split() for letter in _letters(word)
         )
 
 
 def _letters(word: str) -> str:
-    # Of x:d what stands behind the colon, and of the result the word itself; a time has none.
+    # The letters after the colon in x:d, and the whole word of a result; a time has no letters.
     name, colon, letters = word.partition(":")
     return letters if colon else "" if name in {"t", "->"} else name
 
@@ -123,7 +123,7 @@ FORMS: Mapping[str, Form] = {
 
 
 class Coefficients:
-    """The coefficients of one problem, as a program asks for them.
+    """Coefficients of one problem, as requested by a program.
 
     Parameters
     ----------
@@ -131,33 +131,34 @@ class Coefficients:
     forms : tuple of str
         Names of the forms that the program solves.
     asks : frozenset of str
-        What it said that it would ask for.
+        Coefficients announced in its hello.
     """
 
     def __init__(self, problem: Any, forms: tuple[str, ...], asks: frozenset[str]) -> None:
         self.problem, self.asks = problem, asks
-        # The first that fits, a derived form before its base.
+        # The first matching form, a derived form before its base.
         names = sorted((name for name in forms if isinstance(problem, FORMS[name].kind)), key=list(FORMS).index)
         self.form = FORMS[names[-1]]
         self.lengths = {**self.form.lengths(problem)}
 
     @property
     def constants(self) -> dict[str, Array]:
-        """Numbers of the problem, each an array of one number."""
+        """Constants of the problem, each an array with one number."""
         return {name: np.array([float(getattr(self.problem, name))]) for name in self.form.constants}
 
     def rows_of(self, memory: str) -> int:
-        """Return how many rows a memory has: ``2d`` is twice the length d."""
+        """Return the number of rows of a memory; ``2d`` is twice the length d."""
         number = memory.rstrip(ascii_lowercase)
         letter = memory[len(number) :]
         return int(number or 1) * (self.lengths[letter] if letter else 1)
 
     def require(self, name: str, shapes: Mapping[str, Shape]) -> None:
-        """Raise if something cannot be asked for, or not with arrays of these shapes.
+        """Check that a coefficient may be requested with arrays of these shapes.
 
         Raises
         ------
         SchemeError
+            If the coefficient was not announced, or an array has another shape.
         """
         if name not in self.asks or name not in self.form.answers:
             raise SchemeError(f"asks {name!r:.60}, which its hello does not name behind 'asks' for this form")
@@ -171,7 +172,7 @@ class Coefficients:
             raise SchemeError(f"asks {name} with {got!r:.120}, expected {told!r}")
 
     def answer(self, name: str, arrays: Mapping[str, Array]) -> Array:
-        """Return what was asked for, broadcast to all paths that were sent."""
+        """Evaluate a coefficient, broadcast to all paths of the request."""
         given = [float(array[0]) if key == "t" else array for key, array in arrays.items()]
         value = getattr(self.problem, name)(*given)
         letters = self.form.answers[name].partition(" -> ")[2]
@@ -179,14 +180,14 @@ class Coefficients:
         return np.broadcast_to(np.asarray(value, dtype=float), (*(self.lengths[each] for each in letters), paths))
 
     def why_too_large(self, most: tuple[tuple[str, int], ...]) -> str:
-        """Return which number of the problem is larger than a program's largest, or an empty string."""
+        """Return which dimension of the problem exceeds the program's limit, or an empty string."""
         for letter, largest in most:
             if (given := self.lengths.get(letter, 0)) > largest:
                 return f"it is for {letter} = {largest} at most, and the problem has {letter} = {given}"
         return ""
 
     def why_not(self) -> str:
-        """Return what the problem has not of all that the program asks for, or an empty string."""
+        """Return which announced coefficient the problem lacks, or an empty string."""
         for name in sorted(self.asks & {*self.form.answers}):
             missing = getattr(self.problem, name, None) is None
             if missing or (name == "dg" and getattr(self.problem, "constraint", None) is None):

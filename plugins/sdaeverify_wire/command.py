@@ -1,4 +1,4 @@
-"""``wire``: check a program that speaks the wire, and give the files with which one is written."""
+"""``wire``: check a program that speaks the wire protocol, and print the client files."""
 
 from pathlib import Path
 
@@ -26,9 +26,9 @@ CLIENTS = {
 @options.once("--patience", type=click.FloatRange(0.01), default=PATIENCE, help="Seconds that an answer may take.")
 @options.once("--client", type=click.Choice(sorted(CLIENTS)), help="Print the client of a language, a file to copy.")
 def wire(program: str | None, golden: bool, patience: float, client: str | None) -> ExitCode:
-    """Check that a program speaks the wire, by which a solver in any language is a scheme.
+    """Check that a program speaks the wire protocol, by which a solver in any language is a scheme.
 
-    With --client, print the file that a program in that language is written with.
+    With --client, print the file on which a program in that language is based.
     """
     if (program is None) == (client is None):
         raise UsageError("wire expects --check COMMAND or --client LANGUAGE, one of them")

@@ -1,4 +1,4 @@
-"""What a program says of itself: its name, the equations it solves, the noise it uses, and its claims."""
+"""The hello of a program: its name, forms, noise and claims."""
 
 import re
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from .coefficients import FORMS
 from .messages import VERSION, encode
 from .program import Program
 
-# Lines of a hello: whoever sends more says something else.
+# Largest number of lines of a hello, beyond which the output is not a hello.
 MOST_LINES = 200
 CLAIM = re.compile(
     r"(?P<measure>\S+) (?P<value>.+?)(?: of (?P<quantities>\S+))?(?: when (?P<when>\S+))? source (?P<source>.+)"
@@ -22,10 +22,10 @@ MEMORY = re.compile(r"(?P<number>[1-9][0-9]{0,3})?(?P<letter>[a-z])?(?<=.)")
 CLAIM_LINE = "claim MEASURE VALUE [of QUANTITY,...] [when TRAIT,...] source TEXT"
 
 
-# Of an increment, in the order in which a step is sent with them.
+# Fields of an increment, in the order in which they are sent with a step.
 FIELDS = ("dW", "H", "K", "A")
 LAWS = {law.name: law for law in (GAUSSIAN, THREE_POINT, TWO_POINT)}
-# Words behind ``is``, each with the class variable that it sets, and its value.
+# Words after ``is``, with the class variable that each sets, and its value.
 FLAGS = {
     "discontinuous-in-noise": ("discontinuous_in_noise", True),
     "corrected-later": ("local_order_is_global", False),
@@ -33,32 +33,32 @@ FLAGS = {
 
 
 class Hello(NamedTuple):
-    """What a program says of itself.
+    """Contents of a program's hello.
 
     Attributes
     ----------
     name : str
     form : tuple of str
-        Names of the forms it solves.
+        Names of the forms that the program solves.
     noise : frozenset of str
-        Fields of the increment it is given.
+        Fields of the increment that the program receives.
     asks : frozenset of str
-        What it may ask back: a problem without it is refused.
+        Coefficients that the program may request; a problem without them is refused.
     needs : tuple of frozenset of str
-        Of each, a problem must have at least one trait.
+        Sets of traits, of each of which a problem must have at least one.
     most : tuple of (str, int)
-        Letters of shapes, and the largest number that each may stand for: ``m`` and 1 for one constraint.
+        Letters of shapes with their largest values, for example ``m`` and 1 for one constraint.
     gives : tuple of str
-        Components of the solution that its state holds; empty for all.
+        Components of the solution that the state contains; empty for all.
     memory : str
-        Rows of further state: a number, a letter of a shape, or both, as in ``2d``; empty for none.
+        Number of rows of additional state: a number, a letter of a shape, or both, as in ``2d``; empty for none.
     law : str
-        Of the ``dW`` that it is given, one of `LAWS`.
+        Law of ``dW``, a key of `LAWS`.
     flags : frozenset of str
-        What of `FLAGS` its steps are like.
+        Keys of `FLAGS` that apply to the steps.
     claims : tuple of Claim
     source, about : str
-        Where the method is from, and one line that describes it.
+        Source of the method, and its description in one line.
     """
 
     name: str
@@ -82,7 +82,7 @@ def greet(program: Program) -> Hello:
     Raises
     ------
     SchemeError
-        If what it says is no hello of this version, or its numbers have another byte order.
+        If the output is not a hello of this version, or its numbers have another byte order.
     """
     program.send(encode("hello", {"version": np.array([float(VERSION)])}))
     said = []
@@ -104,12 +104,12 @@ def greet(program: Program) -> Hello:
 
 
 def read_hello(lines: list[str]) -> Hello:
-    """Return what the lines of a hello say.
+    """Parse the lines of a hello.
 
     Raises
     ------
     SchemeError
-        If one is unknown, stands twice, or is missing.
+        If a line is unknown, repeated or missing.
     """
     said: dict[str, Any] = {}
     for line in lines:
@@ -221,6 +221,6 @@ READERS: dict[str, Callable[[str], Any]] = {
     "source": _text,
     "about": _text,
 }
-# Lines that may stand several times, and those whose field has another name.
+# Lines that may be repeated, and lines whose field has another name.
 REPEATED = {"claim": "claims", "needs": "needs"}
 RENAMED = {"is": "flags"}

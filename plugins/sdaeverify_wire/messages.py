@@ -1,9 +1,9 @@
-r"""Messages of the wire: one line of ASCII that names the arrays behind it, then the arrays.
+r"""Messages of the wire: one line of ASCII that names the following arrays, then the arrays.
 
     step t=1 h=1 x=2x1024 dW=1x1024\n
 
-A shape is its lengths with ``x`` between them. Arrays follow in the order of the line without anything between them:
-little-endian float64, the last axis, of paths, being the fastest.
+A shape consists of its lengths separated by ``x``. Arrays follow in the order of the line without separators, in
+little-endian float64, with the last axis, that of paths, varying fastest.
 """
 
 import re
@@ -17,7 +17,7 @@ import numpy as np
 from sdaeverify import Array, SchemeError
 
 VERSION = 1
-# Letters of a line, and bytes of an array: what is longer is no message.
+# Largest length of a line in characters, and of an array in bytes.
 LONGEST_LINE, LARGEST = 4096, 2**31
 NUMBER = np.dtype("<f8")
 FIELD = re.compile(r"([A-Za-z][A-Za-z0-9_.]*)=([0-9]{1,10}(?:x[0-9]{1,10}){0,3})")
@@ -30,11 +30,11 @@ class Line(NamedTuple):
     Attributes
     ----------
     word : str
-        What the message is: ``hello``, ``step``, ``ask``, ``give``, ``done`` or ``error``.
+        Kind of the message: ``hello``, ``step``, ``ask``, ``give``, ``done`` or ``error``.
     about : str
-        What is asked for, or the text of an error; else empty.
+        Requested coefficient, or text of an error; otherwise empty.
     shapes : mapping of str to tuple of int
-        Of the arrays that follow, in their order.
+        Shapes of the following arrays, in order.
     """
 
     word: str
@@ -48,7 +48,7 @@ def encode(words: str, arrays: Mapping[str, Array]) -> bytes:
     Parameters
     ----------
     words : str
-        What the line begins with.
+        First words of the line.
     arrays : mapping of str to ndarray
     """
     fields = [f"{name}={shape_text(array.shape)}" for name, array in arrays.items()]
@@ -57,19 +57,19 @@ def encode(words: str, arrays: Mapping[str, Array]) -> bytes:
 
 
 def shape_text(shape: Shape) -> str:
-    """Return a shape as it stands in a line."""
+    """Return a shape as written in a line."""
     return "x".join(map(str, shape))
 
 
-# A run has few lines, each many times.
+# A run has few different lines, each repeated many times.
 @lru_cache(maxsize=256)
 def read_line(text: str) -> Line:
-    """Take the line of a message apart.
+    """Parse the line of a message.
 
     Raises
     ------
     SchemeError
-        If it is none, or announces the same array twice or more numbers than any message has.
+        If it is malformed, or announces an array twice or more numbers than permitted.
     """
     word, _, rest = text.partition(" ")
     if word == "error":

@@ -1,4 +1,4 @@
-"""A program that speaks the wire: its process, its pipes, and the time that it has for each answer."""
+"""A program that speaks the wire protocol: process, pipes and time limits."""
 
 import os
 import select
@@ -17,25 +17,25 @@ from sdaeverify import Array, SchemeError, UsageError
 
 from .messages import LONGEST_LINE, NUMBER, Line, Shape, read_line
 
-# Bytes that are read at a time, and kept of what a program writes to stderr.
+# Number of bytes per read, and number of last bytes of stderr that are stored.
 CHUNK, KEPT = 2**16, 2**12
-# Seconds that a program is given to end by itself.
+# Seconds for a program to exit by itself.
 ENDING = 1.0
-# Of Linux: ends a program with the process that started it, however that one ends.
+# Linux: kills the program when its parent process ends for any reason.
 WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
 
 
 class Program:
-    """A running program and what it has said on its stderr.
+    """A running program with its output on stderr.
 
-    Neither a read nor a write blocks for longer than `patience`, whatever the program does.
+    Neither a read nor a write blocks for longer than `patience`.
 
     Parameters
     ----------
     command : sequence of str
         The program and its arguments.
     patience : float
-        Seconds without any byte after which it counts as hung.
+        Seconds without any byte after which the program counts as hung.
     """
 
     def __init__(self, command: Sequence[str], patience: float) -> None:
@@ -62,20 +62,20 @@ class Program:
 
     @property
     def name(self) -> str:
-        """The command in one word or more, for messages."""
+        """Command for messages, without the path of the program."""
         return shlex.join([Path(self.command[0]).name, *self.command[1:]])
 
     @property
     def runs(self) -> bool:
-        """Whether the process has not ended."""
+        """Whether the process is still running."""
         return self._process.poll() is None
 
     def close(self) -> None:
-        """End the program at once."""
+        """Kill the program."""
         self._finalizer()
 
     def finish(self) -> int | None:
-        """Close its stdin and return its exit code; None if it does not end by itself."""
+        """Close its stdin and return its exit code, or None if it does not exit."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         with suppress(subprocess.TimeoutExpired):
@@ -88,7 +88,7 @@ class Program:
         Raises
         ------
         SchemeError
-            If the program has written something that nobody asked for, does not read, or has ended.
+            If the program has sent unrequested output, does not read, or has ended.
         """
         if self._rest or self._ready():
             self._take()
@@ -110,7 +110,7 @@ class Program:
         Raises
         ------
         SchemeError
-            If there is none.
+            If there is no valid line.
         """
         text = self.text()
         try:
@@ -124,7 +124,7 @@ class Program:
         Raises
         ------
         SchemeError
-            If it is too long or no ASCII, or the program has ended.
+            If the line is too long or not ASCII, or the program has ended.
         """
         while (end := self._rest.find(b"\n")) < 0:
             if len(self._rest) > LONGEST_LINE:
@@ -141,7 +141,7 @@ class Program:
         Raises
         ------
         SchemeError
-            If the program ends, or stops, in the midst of it.
+            If the program ends or stalls before the array is complete.
         """
         found = np.empty(shape, NUMBER)
         if found.size:
@@ -170,7 +170,7 @@ class Program:
             left = left[count:]
 
     def failure(self, what: str) -> SchemeError:
-        """End the program, and return the error that says why, with the end of what it said on stderr."""
+        """Kill the program, and return the error with the end of its stderr."""
         self._hear()
         said = b" | ".join(line.strip() for line in self._errors.strip().splitlines()[-3:])
         told = f"; its stderr ends: {said[-300:].decode('utf-8', 'replace')}" if said else ""
@@ -219,7 +219,7 @@ class Program:
                 raise self.failure(f"{does} for {self.patience:g} s (patience)")
 
     def _hear(self) -> bool:
-        """Keep the end of what is on stderr; return whether there may be more."""
+        """Read stderr and store its end; return whether there may be more."""
         with suppress(BlockingIOError, OSError):
             found = os.read(self._stderr, CHUNK)
             self._errors = (self._errors + found)[-KEPT:]
@@ -241,12 +241,12 @@ def split_command(command: "str | Path | Sequence[str]") -> tuple[str, ...]:
     Parameters
     ----------
     command : str, Path or sequence of str
-        A text is split as a shell does; a path is the program itself.
+        Command; a text is split as by a shell, a path is a program without arguments.
 
     Raises
     ------
     UsageError
-        If it is no command, or there is no such program.
+        If `command` is malformed, or there is no such program.
     """
     try:
         words = _words(command)
@@ -267,7 +267,7 @@ def _words(command: "str | Path | Sequence[str]") -> list[str]:
 
 
 def _note_files(command: tuple[str, ...]) -> None:
-    """Open the program, and the files among its arguments: the framework notes that evidence depends on them."""
+    """Open the program and files among its arguments, so that they are recorded as inputs of the evidence."""
     for path in (command[0], *(word for word in command[1:] if os.path.isfile(word))):
         with Path(path).open("rb"):
             pass

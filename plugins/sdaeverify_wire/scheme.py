@@ -20,13 +20,13 @@ from .program import Program, split_command
 # Seconds without any byte after which a program counts as hung.
 PATIENCE = 60.0
 MASKS = ("failed", "truncated")
-# What begins the names of arrays that are reported beside the new state.
+# Prefixes of the names of arrays that are reported in addition to the new state.
 OUTPUT, COST = "output.", "cost."
 MEMORY = "memory"
 
 
 class Session:
-    """The program of a command in this process: started when it is first needed, and again after it has broken off.
+    """The program of a command in this process, started on demand and restarted after a failure.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ class Session:
         Raises
         ------
         SchemeError
-            If it cannot be started, or says another hello than when it was registered.
+            If the program cannot be started, or its hello differs from that at registration.
         """
         if self._program is None or not self._program.runs:
-            # It may have been ended between two steps: steps know nothing of each other.
+            # The program may have ended between two steps; restarting is safe because steps are independent.
             self.drop()
             program = Program(self.command, self.patience)
             if greet(program) != expected:
@@ -58,7 +58,7 @@ class Session:
         return self._program
 
     def drop(self) -> None:
-        """End the program: it may be in the midst of a step."""
+        """Kill the program, which may be in the middle of a step."""
         program, self._program = self._program, None
         if program is not None:
             program.close()
@@ -66,12 +66,12 @@ class Session:
 
 @lru_cache(maxsize=16)
 def session_of(command: tuple[str, ...], patience: float) -> Session:
-    """Return the session of a command in this process: one process of it a worker."""
+    """Return the session of a command in this process, so that each worker has one process of it."""
     return Session(command, patience)
 
 
 class Wired(Scheme):
-    """A program that makes the steps, started once in each worker.
+    """A scheme whose steps are computed by a program, started once in each worker.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Wired(Scheme):
         The program and its arguments.
     hello : Hello
     patience : float
-        Seconds without any byte after which it counts as hung.
+        Seconds without any byte after which the program counts as hung.
     """
 
     command: ClassVar[tuple[str, ...]] = ()
@@ -87,13 +87,13 @@ class Wired(Scheme):
     patience: ClassVar[float] = PATIENCE
 
     def __reduce__(self) -> Any:
-        """Return how a worker makes it: without starting the program."""
+        """Return how a worker recreates the scheme, without starting the program."""
         if type(self) is not wired_class(self.command, self.hello, self.patience):
             raise pickle.PicklingError("a scheme with other claims than its program has")
         return restored, (self.command, self.hello, self.patience)
 
     def refuses(self, problem: Any) -> str:
-        """Refuse problems without the traits it needs, that are too large, or that have not what it asks for."""
+        """Refuse problems that lack required traits or coefficients, or are too large."""
         for traits in self.hello.needs:
             if not traits & problem.traits:
                 return f"it needs a problem with {' or '.join(sorted(traits))}"
@@ -101,7 +101,7 @@ class Wired(Scheme):
         return known.why_too_large(self.hello.most) or known.why_not()
 
     def enter(self, problem: Any, state: Any, t: float, h: float) -> Any:
-        """Return the state with the memory that the program begins with, if it has any."""
+        """Return the state with the initial memory of the program, if it has one."""
         if not self.hello.memory:
             return state
         known, fields = Coefficients(problem, self.hello.form, self.hello.asks), fields_of(state)
@@ -111,7 +111,7 @@ class Wired(Scheme):
         return self._answered(encode("enter", {**times, **fields, **known.constants}), empty, known).state
 
     def parts(self, problem: Any, state: Any) -> Parts:
-        """Return the components of the solution, without the program's memory."""
+        """Return the components of the solution without the program's memory."""
         if self.hello.memory:
             kind, fields = type(problem.initial(1)), state[:-1]
             state = fields[0] if kind is np.ndarray else kind(*fields)
@@ -132,7 +132,7 @@ class Wired(Scheme):
         return stepper
 
     def _answered(self, message: bytes, state: Any, known: Coefficients) -> Step:
-        """Send a message to the program of this process, and return what comes back."""
+        """Send a message to the program of this process, and return the resulting step."""
         session = session_of(self.command, self.patience)
         with session.lock:
             try:
@@ -148,7 +148,7 @@ class Wired(Scheme):
     def _noise(self, noise: Increment) -> dict[str, Array]:
         drawn: dict[str, Any] = {name: getattr(noise, name) for name in FIELDS if name in self.noise}
         if drawn.get("A", 0) is None and len(noise.dW) == 1:
-            # One Brownian motion has no areas, whether or not they are drawn.
+            # A single Brownian motion has no areas, even if they are declared.
             drawn["A"] = noise.dW[:0]
         if missing := [name for name, array in drawn.items() if array is None]:
             raise SchemeError(f"{missing[0]} is not drawn for this problem")
@@ -156,15 +156,15 @@ class Wired(Scheme):
 
 
 def made(program: Program, message: bytes, state: Any, known: Coefficients) -> Step:
-    """Have a program make a step, and answer what it asks meanwhile.
+    """Let a program compute a step, and answer its requests meanwhile.
 
     Parameters
     ----------
     program : Program
     message : bytes
-        A ``step`` or ``enter``.
+        Encoded ``step`` or ``enter``.
     state : ndarray or NamedTuple of ndarray
-        Of the kind and the shapes that the answer has.
+        State with the type and shapes of the answer.
     known : Coefficients
 
     Raises
@@ -189,15 +189,15 @@ def made(program: Program, message: bytes, state: Any, known: Coefficients) -> S
 
 
 def read_step(program: Program, line: Line, state: Any) -> Step:
-    """Read the new state and what else a step returns.
+    """Read the new state and the other results of a step.
 
     Parameters
     ----------
     program : Program
     line : Line
-        That of the message ``done``.
+        Line of the message ``done``.
     state : ndarray or NamedTuple of ndarray
-        The old one.
+        Old state.
 
     Raises
     ------
@@ -221,14 +221,14 @@ def read_step(program: Program, line: Line, state: Any) -> Step:
 
 
 def why_not_done(shapes: Mapping[str, Shape], expected: Mapping[str, Shape], paths: int) -> str:
-    """Return what is wrong with the arrays of a ``done``, or an empty string.
+    """Return why the arrays of a ``done`` are invalid, or an empty string.
 
     Parameters
     ----------
     shapes : mapping of str to tuple of int
-        Of the arrays that the program announces.
+        Shapes of the announced arrays.
     expected : mapping of str to tuple of int
-        Of the arrays of the state, which come first.
+        Shapes of the arrays of the state, which come first.
     paths : int
     """
     first = list(shapes.items())[: len(expected)]
@@ -251,13 +251,13 @@ def _mask(program: Program, name: str, array: Array) -> Any:
 
 
 def fields_of(state: Any) -> dict[str, Array]:
-    """Return the arrays of a state by name; ``x`` for one that is an array itself."""
+    """Return the arrays of a state by name; ``x`` for a state that is a single array."""
     return state._asdict() if isinstance(state, tuple) else {"x": state}  # type: ignore[attr-defined]
 
 
 @lru_cache(maxsize=64)
 def remembering(names: tuple[str, ...]) -> Any:
-    """Return the class of states with fields of these names, the last one being the memory."""
+    """Return the class of states with the given fields, the last of which is the memory."""
     return namedtuple("Remembering", names)
 
 
@@ -290,7 +290,7 @@ def wired_class(command: tuple[str, ...], hello: Hello, patience: float) -> type
 
 
 def restored(command: tuple[str, ...], hello: Hello, patience: float) -> Wired:
-    """Return the scheme of a program that has said hello before.
+    """Return the scheme of a program whose hello is known.
 
     Parameters
     ----------
@@ -303,21 +303,21 @@ def restored(command: tuple[str, ...], hello: Hello, patience: float) -> Wired:
 
 
 def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -> Wired:
-    """Start a program, hear its hello, end it, and return its scheme.
+    """Start a program, read its hello, end it, and return its scheme.
 
     Parameters
     ----------
     command : str, Path or sequence of str
-        The program with its arguments; a text is split as a shell does.
+        Program with its arguments; a text is split as by a shell.
     patience : float
-        Seconds without any byte after which it counts as hung.
+        Seconds without any byte after which the program counts as hung.
 
     Raises
     ------
     UsageError
         If there is no such program.
     SchemeError
-        If it says no hello.
+        If it sends no valid hello.
     """
     words = split_command(command)
     program = Program(words, patience)
@@ -328,12 +328,12 @@ def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -
 
 
 def schemes(*commands: str | Path | Sequence[str], patience: float = PATIENCE) -> Callable[[], list[Scheme]]:
-    """Return the hook that registers programs: a plugin file gives it the name ``sdaeverify_schemes``.
+    """Return the hook that registers programs; a plugin file names it ``sdaeverify_schemes``.
 
     Parameters
     ----------
     *commands : str, Path or sequence of str
-        A program each, with its arguments; a text is split as a shell does.
+        Programs with their arguments; a text is split as by a shell.
     patience : float
         Seconds without any byte after which a program counts as hung.
     """

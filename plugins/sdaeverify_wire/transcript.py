@@ -1,8 +1,8 @@
-r"""The golden transcript: the bytes of a conversation, with which clients in new languages are tried.
+r"""The golden transcript: the bytes of a conversation, for tests of clients in new languages.
 
-The program of it is Euler's scheme under the name ``golden-euler``. All numbers are short binary fractions, so that
-its answers do not depend on how a machine rounds. On disk each message stands behind a line, ``> 40`` for 40 bytes
-to the program and ``< 40`` for 40 bytes from it.
+Its program is Euler's scheme under the name ``golden-euler``. All numbers are short binary fractions, so that answers
+do not depend on rounding. On disk each message follows a line, ``> 40`` for 40 bytes to the program and ``< 40`` for
+40 bytes from it.
 """
 
 from collections.abc import Iterable, Iterator
@@ -27,7 +27,7 @@ class Message(NamedTuple):
     Attributes
     ----------
     sent : bool
-        Whether it goes to the program.
+        Whether the message is sent to the program.
     content : bytes
     """
 
@@ -36,7 +36,7 @@ class Message(NamedTuple):
 
 
 def golden_conversation() -> Iterator[Message]:
-    """Yield the golden transcript: hello, and Euler steps with one path, with three, and with several motions."""
+    """Yield the golden transcript: hello, and Euler steps with one, three and five paths and several motions."""
     version = encode("hello", {"version": np.array([1.0])})
     yield from (Message(True, version), Message(False, HELLO.encode() + version))
     for d, l, paths in ((1, 1, 1), (2, 1, 3), (3, 2, 5)):
@@ -55,18 +55,18 @@ def _euler_step(d: int, l: int, paths: int) -> Iterator[Message]:
 
 
 def fractions(*shape: int) -> Array:
-    """Return multiples of 1/8 between -1 and 1, no two neighbours alike."""
+    """Return multiples of 1/8 between -1 and 1, with different neighbours."""
     numbers = (5 * np.arange(np.prod(shape)) + len(shape)) % 17 - 8
     return (numbers / 8.0).reshape(shape)
 
 
 def written(messages: Iterable[Message]) -> bytes:
-    """Return a transcript as bytes."""
+    """Encode a transcript."""
     return b"".join(b"%s %d\n%s\n" % (b"<>"[sent : sent + 1], len(content), content) for sent, content in messages)
 
 
 def read(content: bytes) -> list[Message]:
-    """Return the messages of a transcript."""
+    """Decode the messages of a transcript."""
     messages = []
     while content:
         line, _, content = content.partition(LINE_END)
@@ -77,7 +77,7 @@ def read(content: bytes) -> list[Message]:
 
 
 def replay(program: Program, messages: Iterable[Message]) -> int:
-    """Play a transcript to a program that was just started, and return how many answers were compared.
+    """Play a transcript to a program that was just started, and return the number of compared answers.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""The problems shipped with sdaeverify: a folder a family; each module is a plugin, a new problem is a new module.
+"""The problems shipped with sdaeverify: one folder for each family, one module (a plugin) for each problem.
 
-For problems of one's own the package has the builders that its problems are made with::
+The package also exports the builders of its problems, for user-defined problems::
 
     from sdaeverify_problems import Bath, Fibre, clamped_chain, constrained_langevin, fibre_problem
 

@@ -1,4 +1,4 @@
-"""What is wrong with a parameter of a problem or an argument of a builder, in one line."""
+"""Checks of the parameters of problems and the arguments of builders, with messages of one line."""
 
 from collections.abc import Callable, Iterable
 from functools import wraps
@@ -12,12 +12,12 @@ Builder = TypeVar("Builder", bound=Callable[..., HolonomicSDAE])
 
 
 def number(name: str, value: object) -> float:
-    """Return a real number as a float; NaN and infinities are left to who knows the range.
+    """Return a real number as a float; NaN and infinities pass, because only callers know the range.
 
     Raises
     ------
     ParameterError
-        If it is none, or too large for a float.
+        If `value` is not a real number, or is too large for a float.
     """
     if not isinstance(value, Real) or isinstance(value, bool):
         raise ParameterError(f"{name} must be a number, got {_format_value(value)}")
@@ -28,48 +28,48 @@ def number(name: str, value: object) -> float:
 
 
 def count(name: str, value: object, least: int, most: int) -> None:
-    """Check a whole number.
+    """Raise unless a value is an integer from `least` to `most`.
 
     Raises
     ------
     ParameterError
-        If it is none, or out of its range.
+        If `value` is not an integer, or is out of range.
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or not least <= value <= most:
         raise ParameterError(f"{name} must be a whole number from {least} to {most}, got {_format_value(value)}")
 
 
 def instance(name: str, value: object, kind: type) -> None:
-    """Check what something is.
+    """Raise unless a value is an instance of a class.
 
     Raises
     ------
     ParameterError
-        If it is something else.
+        If `value` is not an instance of `kind`.
     """
     if not isinstance(value, kind):
         raise ParameterError(f"{name} must be a {kind.__name__}, got {_format_value(value)}")
 
 
 def function(name: str, value: object) -> None:
-    """Check that something can be called.
+    """Raise unless a value is callable.
 
     Raises
     ------
     ParameterError
-        If it cannot.
+        If `value` is not callable.
     """
     if not callable(value):
         raise ParameterError(f"{name} must be a function, got {_format_value(value)}")
 
 
 def check_positive(**values: float) -> None:
-    """Check parameters that are divided by.
+    """Raise unless all parameters are positive and finite.
 
     Raises
     ------
     ParameterError
-        Naming the first that is not positive and finite.
+        If a parameter is not positive and finite; the message names the first of them.
     """
     for name, value in values.items():
         if not 0.0 < value < inf:
@@ -77,12 +77,12 @@ def check_positive(**values: float) -> None:
 
 
 def check_not_negative(**values: float) -> None:
-    """Check parameters that may be 0.
+    """Raise unless all parameters are finite and not negative.
 
     Raises
     ------
     ParameterError
-        Naming the first that is negative or not finite.
+        If a parameter is negative or not finite; the message names the first of them.
     """
     for name, value in values.items():
         if not 0.0 <= value < inf:
@@ -90,12 +90,12 @@ def check_not_negative(**values: float) -> None:
 
 
 def check_least(least: float, **values: float) -> None:
-    """Check parameters that have a lower bound.
+    """Raise unless all parameters are at least `least`.
 
     Raises
     ------
     ParameterError
-        Naming the first that is below.
+        If a parameter is smaller or NaN; the message names the first of them.
     """
     for name, value in values.items():
         if not value >= least:
@@ -103,19 +103,19 @@ def check_least(least: float, **values: float) -> None:
 
 
 def check_choice(name: str, value: str, known: Iterable[str]) -> None:
-    """Check a word.
+    """Raise unless a value is one of the known words.
 
     Raises
     ------
     ParameterError
-        If it is none of those known.
+        If `value` is not in `known`.
     """
     if value not in known:
         raise ParameterError(f"{name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def in_one_line(build: Builder) -> Builder:
-    """Return a builder whose errors are all of this package: those of a user's own functions are its causes."""
+    """Wrap a builder so that errors of user functions are re-raised as errors of this package, in one line."""
 
     @wraps(build)
     def built(*arguments: Any, **named: Any) -> HolonomicSDAE:

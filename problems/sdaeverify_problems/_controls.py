@@ -1,4 +1,4 @@
-"""Which shipped schemes tell whether a problem discriminates, for each kind of noise."""
+"""Pairs of shipped schemes, a positive and a negative control of each order, for each kind of noise."""
 
 from sdaeverify import Control
 
@@ -11,37 +11,38 @@ STRONG_HALF = _control("strong", 0.5, "euler-maruyama", "displaced-euler")
 WEAK_HALF = _control("weak", 0.5, "balanced-euler", "displaced-euler")
 WEAK_ONE = _control("weak", 1.0, "euler-maruyama", "balanced-euler")
 
-# Any noise: no shipped scheme has strong order 1.
+# Any noise: no shipped scheme has strong order 1 for all of them.
 GENERAL = (STRONG_HALF, WEAK_HALF, WEAK_ONE)
-# The same where H is drawn, for the signs in a scheme of weak order 2.
+# Any noise if increments contain H, whose signs a scheme of weak order 2 uses.
 NONCOMMUTING = (*GENERAL, _control("weak", 2.0, "platen-weak-2-general", "euler-maruyama"))
-# The same where Levy areas are drawn, too.
+# Any noise if increments contain H and Levy areas.
 WITH_LEVY_AREAS = (*NONCOMMUTING, _control("strong", 1.0, "milstein-areas", "euler-maruyama"))
-# One Brownian motion whose coefficient depends on the state.
+# One Brownian motion with a coefficient that depends on the state.
 SCALAR = (
     *GENERAL,
     _control("strong", 1.0, "milstein", "euler-maruyama"),
     _control("weak", 2.0, "platen-weak-2", "euler-maruyama"),
 )
-# The same, or diagonal noise, where H is drawn.
+# One such Brownian motion, or diagonal noise, if increments contain H.
 WITH_AREAS = (*SCALAR, _control("strong", 1.5, "sri1w1", "milstein"))
 # DB_j B_k = 0, so that Euler-Maruyama has strong order 1.
 VANISHING = (*GENERAL, _control("strong", 1.0, "euler-maruyama", "balanced-euler"))
-# The same with one Brownian motion, whose coefficient depends on the state.
+# DB_j B_k = 0, one Brownian motion, and a coefficient that depends on the state.
 VANISHING_SCALAR = (*VANISHING, SCALAR[-1], _control("strong", 1.5, "sri1w1", "euler-maruyama"))
-# The same with several.
+# DB_j B_k = 0 and several Brownian motions.
 VANISHING_SEVERAL = (*VANISHING, NONCOMMUTING[-1])
 ADDITIVE = (
     *VANISHING,
     _control("strong", 1.5, "sra1", "euler-maruyama"),
     _control("weak", 2.0, "sra1", "euler-maruyama"),
 )
-# With an invariant law that every scheme finds without sampling.
+# An invariant law that can be computed for every scheme without sampling.
 INVARIANT_ONE = _control("invariant", 1.0, "euler-maruyama", "displaced-euler")
-# Linear, or with noise in the velocity alone: SRA1 has order 2.
+# Linear equations, or noise in the velocity alone: SRA1 has order 2.
 STRONG_TWO = _control("strong", 2.0, "sra1", "heun-additive")
 STATIONARY = (*ADDITIVE, STRONG_TWO, INVARIANT_ONE, _control("invariant", 2.0, "sra1", "euler-maruyama"))
-# The same where K is drawn, too.
+# Additive noise, an invariant law, and increments that contain K.
 SMOOTH_LANGEVIN = (*STATIONARY, _control("strong", 3.0, "quicsort", "sra1"))
-# The same with two noises: a scheme that uses H needs four normals a step, too many for a sharp operator.
+# Additive noise with two Brownian motions: schemes with H need four normals per step, too many for an accurate
+# operator.
 STATIONARY_PAIR = (*ADDITIVE, INVARIANT_ONE, _control("invariant", 2.0, "heun-additive", "euler-maruyama"))

@@ -9,7 +9,7 @@ from sdaeverify import Array
 
 
 class GaussianStep(NamedTuple):
-    """z+ = propagator z + of_dW dW + of_H H + of_xi xi with k further normals xi, for z in R^k and W in R^l.
+    """One step z+ = propagator z + of_dW dW + of_H H + of_xi xi with k additional normals xi, z in R^k and W in R^l.
 
     Attributes
     ----------
@@ -28,8 +28,8 @@ def gaussian_step(A: Array, B: Array, h: float) -> GaussianStep:
 
     With q = (h-s)/h, the kernels of dW and H on [0, h] are 1 and q - 1/2, which are orthogonal: alpha and beta are
     the projections of e^{qhA} B, by a quadrature that is exact to rounding for |hA| <= 4, and rho rho^T is the
-    integral over q of R R^T, R being what remains. The factor rho comes from the values of R: the difference of
-    covariances would cancel.
+    integral over q of R R^T with the remainder R of the projection. The factor rho is computed from values of R,
+    because the difference of covariances suffers from cancellation.
 
     Parameters
     ----------

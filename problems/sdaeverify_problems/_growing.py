@@ -1,4 +1,4 @@
-"""A volatility that grows linearly in time, and its integrals over a step."""
+"""A volatility that grows linearly in time, with its integrals over a step."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,14 @@ from sdaeverify import Array, Increment
 
 @dataclass(frozen=True)
 class GrowingVolatility:
-    """b(t) = b (1 + growth t).
+    """The volatility b(t) = b (1 + growth t).
 
     Attributes
     ----------
     b : float
-        At the start, unit 1/sqrt(time).
+        Volatility at the start, unit 1/sqrt(time).
     growth : float
-        Relative, unit 1/time.
+        Relative growth rate, unit 1/time.
     """
 
     b: float
@@ -25,7 +25,7 @@ class GrowingVolatility:
         return self.b * (1.0 + self.growth * t)
 
     def variance(self, t: float, h: float) -> float:
-        """Return int_t^{t+h} b(s)^2 ds, by Simpson's rule: exact for squares."""
+        """Return int_t^{t+h} b(s)^2 ds, by Simpson's rule, which is exact for the square of a linear function."""
         begin, middle, end = (self(t + part * h) ** 2 for part in (0.0, 0.5, 1.0))
         return h * (begin + 4.0 * middle + end) / 6.0
 

@@ -13,7 +13,7 @@ SOURCE = "Roessler's SRA1 (2010, section 6) on the inherent SDE, order 3/2"
 def inherent_truth(problem: HolonomicSDAE) -> Pathwise:
     """Return the solution of the inherent SDE by a Runge-Kutta step of strong order 3/2, rows (r, v, mu).
 
-    Let R(r, v, s, y) be what an impulse y does to v and mu when the constraint acts at r for a time s,
+    Let R(r, v, s, y) be the change of v and mu by an impulse y when the constraint acts at r for a time s,
 
         lambda = -G_M^{-1} { Dg M^{-1} y + s D^2 g(v, v) },   R = ( M^{-1} [ y + grad g lambda ], lambda ).
 
@@ -23,16 +23,17 @@ def inherent_truth(problem: HolonomicSDAE) -> Pathwise:
         r+ = r + (h/3) (v + 2 v'),
         (v+, mu+) = (v, mu) + R(r, v, h/3, (h/3) a + B (dw - w')) + R(r', v', (2/3) h, (2/3) h a' + B' w')
 
-    where a, B are taken at (t, r, v) and a', B' at (t + (3/4) h, r', v'). It is SRA1 but for the point where B is
-    taken the second time. As r has finite variation, the noise of the inherent SDE varies like a function of time:
-    the only new term of order 3/2 is its rate of change times h dw - I = (3/4) h w', which w' supplies.
+    where a, B are evaluated at (t, r, v) and a', B' at (t + (3/4) h, r', v'). The step is SRA1 except for the point
+    of the second evaluation of B. As r has finite variation, the noise of the inherent SDE varies like a function of
+    time: the only additional term of order 3/2 is its rate of change times h dw - I = (3/4) h w', which the term with
+    w' contains.
 
-    It needs products with Dg and B and Gram systems alone, so that a chain of N points costs O(N).
+    The step needs only products with Dg and B and solutions of Gram systems, so that a chain of N points costs O(N).
 
     Parameters
     ----------
     problem : HolonomicSDAE
-        Its noise coefficient B(t, r) does not depend on v.
+        Problem with a noise coefficient B(t, r) that does not depend on v.
 
     Returns
     -------
@@ -41,7 +42,7 @@ def inherent_truth(problem: HolonomicSDAE) -> Pathwise:
     Raises
     ------
     ProblemError
-        If B depends on v, so that the step would be of order 1/2.
+        If B depends on v, because the step would be of order 1/2.
     """
     _check_noise(problem)
 
@@ -58,13 +59,13 @@ def inherent_truth(problem: HolonomicSDAE) -> Pathwise:
 
 
 def with_inherent_truth(problem: HolonomicSDAE) -> HolonomicSDAE:
-    """Return the problem with the fine reference among its truths."""
+    """Return the problem with the fine reference as first truth."""
     return replace(problem, truths=(inherent_truth(problem), *problem.truths))
 
 
 def _step(problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> HolonomicState:
     r, v, mu = state
-    # I/h, which is there at h = 0, too.
+    # I/h, which is defined for h = 0, too.
     mean = noise.time_integral(1.0)
     late = 4.0 / 3.0 * (noise.dW - mean)
 

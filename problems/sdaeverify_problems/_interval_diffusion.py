@@ -1,7 +1,7 @@
-"""A reversible diffusion on [-1, 1] with the generator L phi = (1/rho) (rho D phi')': expectations at every time.
+"""Expectations at all times of a reversible diffusion on [-1, 1] with the generator L phi = (1/rho) (rho D phi')'.
 
-In polynomials of degree below n, L is symmetric for the inner product of rho; with eigenvalues -l_k and normalised
-eigenfunctions psi_k of it,
+On polynomials of degree below n, L is symmetric in the inner product of rho; with its eigenvalues -l_k and normalised
+eigenfunctions psi_k,
 
     E phi(c_t) = phi(c_0) + sum_k (e^{-l_k t} - 1) psi_k(c_0) <psi_k, phi>.
 """
@@ -19,16 +19,16 @@ from sdaeverify import Array
 
 @dataclass(frozen=True, eq=False)
 class IntervalDiffusion:
-    """The diffusion, on a quadrature for its invariant law.
+    """A diffusion on an interval, with a quadrature for its invariant law.
 
     Attributes
     ----------
     nodes, weights : ndarray, shape (Q,)
-        The weights are those of rho, of sum 1.
+        Quadrature for the density rho; the weights sum to 1.
     D : ndarray, shape (Q,)
-        At the nodes; 0 at the ends of the interval.
+        Values at the nodes of D, which is 0 at the ends of the interval.
     count : int
-        Number n of polynomials, fewer than there are nodes.
+        Number n of polynomials, less than the number of nodes.
     """
 
     nodes: Array
@@ -49,7 +49,7 @@ class IntervalDiffusion:
 
     @property
     def gap(self) -> float:
-        """The least positive eigenvalue of -L: the rate at which the start is forgotten."""
+        """Smallest positive eigenvalue of -L, the rate at which the influence of the start decays."""
         return float(self._modes[0][1])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What many problems have in common: products of components as observables, and truths of one source."""
+"""Common parts of problems: products of components as observables, and truths of one source."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -21,13 +21,13 @@ def monomials(*names: str) -> dict[str, Observable]:
     Parameters
     ----------
     *names : str
-        x^2 is the square of the first component of x, r_1 v_2 a product of two others.
+        For example ``x^2``, the square of the first component of x, or ``r_1 v_2``.
     """
     return {name: monomial(name) for name in names}
 
 
 def monomial(name: str) -> Observable:
-    """Return one of `monomials`."""
+    """Return an observable of `monomials` by its name."""
     factors = [FACTOR.fullmatch(word).groups("1") for word in name.split()]  # type: ignore[union-attr]
     places = [(part, int(row) - 1, int(power)) for part, row, power in factors]
 
@@ -48,7 +48,7 @@ def constant_noise(sigma: float) -> dict[str, Any]:
 
 
 def gradient_noise(sigma: float) -> dict[str, Any]:
-    """Return the same where the drift does not depend on time: every drift of one component is a gradient."""
+    """Return `constant_noise` with the trait of a gradient drift, which every drift f(x) in one dimension has."""
     noise = constant_noise(sigma)
     return {**noise, "traits": noise["traits"] | {"overdamped-gradient"}}
 
@@ -59,12 +59,12 @@ def matrix(value: float, x: Array) -> Array:
 
 
 def moments(values: Mapping[str, Callable[[float], float]], source: str) -> tuple[Moment, ...]:
-    """Return expectations as functions of time, by observable."""
+    """Return expectations, functions of time, as truths."""
     return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
 
 
 def limits(values: Mapping[str, float], source: str) -> tuple[InvariantMean, ...]:
-    """Return means under the invariant law, by observable."""
+    """Return means under the invariant law as truths."""
     return tuple(InvariantMean(observable=name, value=value, source=source) for name, value in values.items())
 
 
@@ -72,12 +72,12 @@ Law = Callable[[Array, Array], float]
 
 
 def normal_means(products: Mapping[str, tuple[int, ...]]) -> dict[str, Law]:
-    """Return the expectations of components and of products of two, of mean m and covariance C.
+    """Return expectations of components and of products of two under a normal law of mean m and covariance C.
 
     Parameters
     ----------
     products : mapping of str to tuple of int
-        By name, the rows that are multiplied, one or two.
+        One or two rows that are multiplied, by name.
     """
 
     def expectation(i: int, j: int | None = None) -> Law:
@@ -92,15 +92,15 @@ def normal_truths(
     limit: tuple[Array, Array],
     source: str,
 ) -> tuple[Moment | InvariantMean, ...]:
-    """Return what is known of a normal law.
+    """Return the moments and invariant means of a normal law as truths.
 
     Parameters
     ----------
     means : mapping of str to callable
-        The expectation of each observable, of mean and covariance.
+        Expectation of each observable as a function of mean and covariance.
     law : callable, t -> mean and covariance
     limit : tuple of ndarray
-        Mean and covariance in the long run.
+        Mean and covariance of the invariant law.
     source : str
     """
 
@@ -114,16 +114,16 @@ def normal_truths(
 def solution(
     start: ArrayLike, advance: Callable[[Array, float, float, Increment], Array], source: str, **further: Any
 ) -> Pathwise:
-    """Return the solution on a path, from a point.
+    """Return the solution on a path from a fixed initial state.
 
     Parameters
     ----------
     start : float or array_like, shape (k,)
-        Its state at time 0.
+        State at time 0.
     advance : callable, (z, t, h, noise) -> ndarray, shape (k, P)
     source : str
     **further
-        Other fields; without `parts` the state is the component x.
+        Other fields of `Pathwise`; by default `parts` makes the state the component x.
     """
     column = np.array(start, dtype=float).reshape(-1, 1)
     fields: dict[str, Any] = {"parts": lambda t, x: {"x": x}, **further}

@@ -1,8 +1,8 @@
-"""The law of the node voltages of a resistor-capacitor ladder with thermal noise: it is normal.
+"""The normal law of the node voltages of a resistor-capacitor ladder with thermal noise.
 
     C dx = (j - G x) dt + N dW,    N N^T = 2 kT G,    j = G (U, U),
 
-so that x has in the long run mean (U, U) and covariance kT C^{-1}: the fluctuation-dissipation relation.
+so that the invariant law of x has mean (U, U) and covariance kT C^{-1}, by the fluctuation-dissipation relation.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ OBSERVABLES = {name: monomial(name.replace("e", "x")) for name in PRODUCTS}
 
 
 class Ladder(NamedTuple):
-    """Capacitances, shape (2,), conductances, shape (2, 2), the voltage of the source, and kT.
+    """Parameters of the ladder: two capacitances, a 2 x 2 conductance matrix, the source voltage U and kT.
 
     Attributes
     ----------
@@ -42,28 +42,28 @@ class Ladder(NamedTuple):
 
     @property
     def limit(self) -> tuple[Array, Array]:
-        """Mean and covariance in the long run."""
+        """Mean and covariance of the invariant law."""
         return np.full(2, self.U), np.diag(self.kT / self.C)
 
     @property
     def relaxation(self) -> float:
-        """Time in which a deviation of the mean shrinks by a factor e."""
+        """Time in which the mean's deviation from U decays by a factor e."""
         return float(-1.0 / np.linalg.eigvals(self.rates).real.max())
 
     @property
     def chart(self) -> Chart | None:
-        """The voltages themselves, where they fluctuate."""
+        """The voltages as coordinates; None without thermal noise."""
         if not self.kT:
             return None
         axes = tuple(Line(self.U, float(np.sqrt(self.kT / C))) for C in self.C)
         return Chart(axes=axes, embed=lambda z: z, read=lambda x: x)
 
     def law(self, t: float) -> tuple[Array, Array]:
-        """Return mean and covariance at time t, all voltages being 0 at time 0."""
+        """Return mean and covariance at time t, if all voltages are 0 at time 0."""
         change, (m, P) = scipy.linalg.expm(self.rates * t), self.limit
         return m - change @ m, P - change @ P @ change.T
 
 
 def truths(ladder: Ladder) -> tuple[Truth, ...]:
-    """Return the expectations of all observables, at every time and in the long run."""
+    """Return the expectations of all observables at every time and under the invariant law."""
     return normal_truths(normal_means(PRODUCTS), ladder.law, ladder.limit, SOURCE)

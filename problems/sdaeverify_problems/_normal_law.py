@@ -18,7 +18,7 @@ MEANS: dict[str, Callable[[float, float], float]] = {
 
 
 def normal_moments(law: Callable[[float], tuple[float, float]], source: str) -> tuple[Truth, ...]:
-    """Return the expectations of all observables, from mean and variance as a function of time."""
+    """Return the expectations of all observables, given mean and variance as functions of time."""
 
     def at(mean: Callable[[float, float], float]) -> Callable[[float], float]:
         return lambda t: mean(*law(t))
@@ -27,5 +27,5 @@ def normal_moments(law: Callable[[float], tuple[float, float]], source: str) -> 
 
 
 def normal_limits(variance: float, source: str) -> tuple[Truth, ...]:
-    """Return the means of all observables under the centred invariant law."""
+    """Return the means of all observables under the centred invariant law of the given variance."""
     return limits({name: mean(0.0, variance) for name, mean in MEANS.items()}, source)

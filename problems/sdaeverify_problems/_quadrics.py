@@ -8,7 +8,7 @@ from sdaeverify import Array
 
 
 class Quadrics(NamedTuple):
-    """Their coefficients.
+    """Coefficients of the constraints.
 
     Attributes
     ----------
@@ -32,5 +32,5 @@ class Quadrics(NamedTuple):
         return np.asarray(np.tensordot(self.H, x, 1) + self.l[..., None])
 
     def fields(self) -> dict[str, Any]:
-        """Return the fields of `ConstrainedLangevin` that they make up."""
+        """Return the constraint, Jacobian and Hessians as fields of `ConstrainedLangevin`."""
         return {"constraint": self.zeta, "jacobian": self.jacobian, "hessians": self.H}

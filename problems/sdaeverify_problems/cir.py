@@ -1,4 +1,4 @@
-"""The square root process of Cox, Ingersoll and Ross: its solution stays at or above 0."""
+"""The square root process of Cox, Ingersoll and Ross, whose solution is nonnegative."""
 
 import numpy as np
 
@@ -14,9 +14,9 @@ SOURCE = "Cox, Ingersoll & Ross 1985, (17) to (20)"
 def cir(kappa: float = 1.0, theta: float = 1.0, sigma: float = 0.5, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
     """Square root process: dx = kappa (theta - x) dt + sigma sqrt(x) dW, in x >= 0.
 
-    It reaches 0 if and only if sigma^2 > 2 kappa theta, the case beyond Feller's condition, where the diffusion is
-    not Lipschitz at states that solutions reach and orders of schemes are lower than for smooth coefficients. Mean
-    and variance are
+    The solution reaches 0 if and only if sigma^2 > 2 kappa theta, that is if Feller's condition is violated. Then the
+    diffusion is not Lipschitz at states that solutions reach, and orders of schemes are lower than for smooth
+    coefficients. Mean and variance are
 
         E x = theta + (x_0 - theta) q,  Var x = sigma^2 (1 - q) [x_0 q + theta (1 - q)/2]/kappa,  q = e^{-kappa t},
 
@@ -25,9 +25,9 @@ def cir(kappa: float = 1.0, theta: float = 1.0, sigma: float = 0.5, x_0: float =
     Parameters
     ----------
     kappa : float
-        Rate of return, unit 1/time, positive.
+        Rate of mean reversion, unit 1/time, positive.
     theta : float
-        Mean in the long run, positive.
+        Mean under the invariant law, positive.
     sigma : float
         Volatility, unit 1/sqrt(time), not negative.
     x_0 : float
@@ -64,12 +64,12 @@ def cir(kappa: float = 1.0, theta: float = 1.0, sigma: float = 0.5, x_0: float =
 
 
 def known_moments(kappa: float, theta: float, sigma: float, x_0: float) -> tuple[Moment, ...]:
-    """Return E x and E x^2.
+    """Return E x and E x^2 as functions of time.
 
     Parameters
     ----------
     kappa, theta, sigma, x_0 : float
-        Of the problem.
+        Parameters of the problem.
     """
 
     def mean(t: float) -> float:

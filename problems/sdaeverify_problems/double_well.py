@@ -1,4 +1,4 @@
-"""Overdamped motion in a double well."""
+"""Overdamped motion in a double-well potential."""
 
 import numpy as np
 import scipy
@@ -18,11 +18,11 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
     Parameters
     ----------
     sigma : float
-        Noise amplitude, unit x/sqrt(time), at least 0.3: below, the wells hardly mix.
+        Noise amplitude, unit x/sqrt(time), at least 0.3, because transitions between the wells are rare below.
     x_0 : float
         Initial value.
     horizon : float
-        Final time, in the unit of the growth time at the hill.
+        Final time, in units of the growth time at the local maximum of V.
 
     Source
     ------
@@ -31,7 +31,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
     check_least(0.3, sigma=sigma)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        """Make one Ito-Taylor step of strong order 3/2."""
+        """Return x after one Ito-Taylor step of strong order 3/2."""
         f, slope = x - x * x * x, 1.0 - 3.0 * x * x
         curved = 0.5 * h * h * (f * slope - 3.0 * sigma**2 * x)
         return x + f * h + sigma * noise.dW + sigma * slope * noise.time_integral(h) + curved
@@ -49,7 +49,7 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
             *limits(means, "quadrature"),
             MomentEquation(observable="x^2", source="virial theorem"),
         ),
-        # The law falls off faster than a normal one: half its width keeps the expansion near the wells.
+        # The tails are lighter than normal: half the width concentrates the expansion on the wells.
         chart=Chart(axes=(Line(0.0, 0.5 * means["x^2"] ** 0.5),), embed=lambda z: z, read=lambda x: x),
         relaxation_time=relaxation(sigma),
         units="wells at -1 and 1, time in the unit of the growth time at the hill",
@@ -58,22 +58,22 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
 
 
 def grid(sigma: float) -> Array:
-    """Return equidistant points out to where the invariant density is below e^{-40} of its largest value."""
+    """Return equidistant points that cover the region where the invariant density exceeds e^{-40} of its maximum."""
     end = np.sqrt(1.0 + sigma * np.sqrt(80.0))
     return np.linspace(-end, end, 401)
 
 
 def invariant_means(sigma: float) -> dict[str, float]:
-    """Return the means of all observables by the trapezoidal rule, exact to rounding for a density like this."""
+    """Return the means of all observables by the trapezoidal rule, exact to rounding for this density."""
     x = grid(sigma)
     density = np.exp(-0.5 * ((x * x - 1.0) / sigma) ** 2)
     return {name: float(density @ q(0.0, {"x": x[None]}) / density.sum()) for name, q in OBSERVABLES.items()}
 
 
 def relaxation(sigma: float) -> float:
-    """Return 1/lambda for the gap lambda of -(sigma^2/2) D^2 + (V'^2/sigma^2 - V'')/2.
+    """Return 1/lambda for the spectral gap lambda of -(sigma^2/2) D^2 + (V'^2/sigma^2 - V'')/2.
 
-    It is similar to minus the generator. Central differences on the grid: lambda is right to about a thousandth.
+    The operator is similar to minus the generator. Central differences on the grid give lambda to about 0.1 %.
     """
     x = grid(sigma)
     hop = 0.5 * (sigma / (x[1] - x[0])) ** 2

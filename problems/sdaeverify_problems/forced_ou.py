@@ -1,4 +1,4 @@
-"""The Ornstein-Uhlenbeck process under a periodic force: the drift depends on time."""
+"""The Ornstein-Uhlenbeck process with a periodic force, so that the drift depends on time."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def forced_ou(
     a : float
         Rate, unit 1/time, positive.
     amplitude : float
-        A, unit x/time.
+        Amplitude A of the force, unit x/time.
     omega : float
         Frequency of the force, unit 1/time.
     sigma : float

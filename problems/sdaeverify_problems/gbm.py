@@ -1,4 +1,4 @@
-"""Geometric Brownian motion: growing, with heavy tails, and stable as the linear test equation."""
+"""Geometric Brownian motion: with moderate growth, with heavy tails, and as the linear test equation."""
 
 from collections.abc import Callable
 
@@ -60,7 +60,7 @@ def gbm_heavy(x_0: float = 1.0, horizon: float = 1.0) -> SDE:
     x_0 : float
         Initial value.
     horizon : float
-        Final time, in the unit of half the growth time.
+        Final time, in units in which the growth rate is 2.
 
     Source
     ------
@@ -70,7 +70,7 @@ def gbm_heavy(x_0: float = 1.0, horizon: float = 1.0) -> SDE:
 
 
 def linear_test(a: float = -2.0, b: float = 1.0, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
-    """Linear test equation of mean-square stability: dx = a x dt + b x dW, stable exactly if 2a + b^2 < 0.
+    """Linear test equation of mean-square stability: dx = a x dt + b x dW, stable if and only if 2a + b^2 < 0.
 
     Parameters
     ----------
@@ -91,17 +91,17 @@ def linear_test(a: float = -2.0, b: float = 1.0, x_0: float = 1.0, horizon: floa
 
 
 def exponential(a: float, b: float) -> Callable[[Array, float, float, Increment], Array]:
-    """Return the advance of x(t) = x_0 exp((a - b^2/2) t + b W(t)) over a step."""
+    """Return the exact step of x(t) = x_0 exp((a - b^2/2) t + b W(t))."""
     return lambda x, t, h, noise: x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
 
 
 def powers(x_0: float, a: float, b: float) -> tuple[Moment, ...]:
-    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t) for n = 1, 2, 3.
+    """Return the moments E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t) for n = 1, 2, 3.
 
     Parameters
     ----------
     x_0 : float
-        Start.
+        Initial value.
     a, b : float
         Rates of drift and noise: dx = a x dt + b x dW.
     """

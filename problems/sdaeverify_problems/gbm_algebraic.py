@@ -1,4 +1,4 @@
-"""Geometric Brownian motion whose drift holds an algebraic component."""
+"""Geometric Brownian motion whose drift contains an algebraic component."""
 
 from sdaeverify import Array, DelaySDAE, MeanSquareStability, Partials, Parts, hookimpl
 
@@ -20,9 +20,9 @@ def gbm_algebraic(
     b : float
         Volatility, unit 1/sqrt(time).
     q : float
-        Growth rate by y, unit 1/time.
+        Contribution of y to the growth rate, unit 1/time.
     tau : float
-        A delay on which nothing depends, in the unit of time.
+        Delay, in the unit of time; no coefficient depends on the delayed state.
     x_0 : float
         Value at all times up to 0.
     horizon : float

@@ -1,4 +1,4 @@
-"""Growth whose volatility is an algebraic component that grows in time: the constraint depends on time."""
+"""Geometric growth whose volatility is an algebraic component, with a time-dependent constraint."""
 
 from collections.abc import Callable
 
@@ -17,20 +17,20 @@ def growing_algebraic(
 ) -> IndexOneSDAE:
     """Growth by a moving constraint: dx = (a x + q y) dt + y dW, 0 = b(t) x - y with b(t) = b (1 + growth t).
 
-    Without y it is dx = (a + q b(t)) x dt + b(t) x dW, so that x(t) = x_0 exp(int a + q b - b^2/2 ds + int b dW). The
-    integral of b dW over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds: known from dW and H. A scheme that
-    solves the constraint at another time than it should has the right y on every autonomous problem; here it has not.
+    Eliminating y gives dx = (a + q b(t)) x dt + b(t) x dW, so that x(t) = x_0 exp(int a + q b - b^2/2 ds + int b dW).
+    The integral of b dW over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds, a function of dW and H. A scheme
+    that solves the constraint at a wrong time has the right y on every autonomous problem, but not on this one.
 
     Parameters
     ----------
     a : float
         Growth rate without y, unit 1/time.
     q : float
-        Growth rate by y, unit 1/sqrt(time).
+        Contribution of y to the growth rate, unit 1/sqrt(time).
     b : float
         Volatility at the start, unit 1/sqrt(time).
     growth : float
-        Of the volatility, relative, unit 1/time.
+        Relative growth rate of the volatility, unit 1/time.
     x_0 : float
         Initial value.
     horizon : float
@@ -43,7 +43,7 @@ def growing_algebraic(
     volatility = GrowingVolatility(b, growth)
 
     def rate(t: float, h: float) -> float:
-        """Return int_t^{t+h} (a + q b) ds, by the midpoint rule: exact for lines."""
+        """Return int_t^{t+h} (a + q b) ds, by the midpoint rule, which is exact for linear functions."""
         return h * (a + q * volatility(t + 0.5 * h))
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:

@@ -18,7 +18,7 @@ def growing_volatility(
 ) -> SDE:
     """Growth dx = a x dt + b(t) x dW with b(t) = b (1 + growth t), x(t) = x_0 exp(a t - int b^2/2 + int b dW).
 
-    The integral of b over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds: known from dW and H.
+    The integral of b dW over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds, a function of dW and H.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def growing_volatility(
     b : float
         Volatility at the start, unit 1/sqrt(time).
     growth : float
-        Of the volatility, relative, unit 1/time.
+        Relative growth rate of the volatility, unit 1/time.
     x_0 : float
         Initial value.
     horizon : float

@@ -1,4 +1,4 @@
-"""Two hyperbolic sines of Gaussian processes: diagonal noise, the second pushed by the first."""
+"""Two hyperbolic sines of Gaussian processes: diagonal noise, with the first component in the drift of the second."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,7 +18,7 @@ def hyperbolic_pair(
     """Diagonal noise, coupled by the drift: x_j = sinh y_j with dy_1 = b_1 dW_1 and dy_2 = c y_1 dt + b_2 dW_2.
 
     dx_1 = b_1^2 x_1/2 dt + b_1 r_1 dW_1, dx_2 = (c r_2 arsinh x_1 + b_2^2 x_2/2) dt + b_2 r_2 dW_2, with
-    r_j = sqrt(1 + x_j^2). The integral of W_1 that x_2 depends on is known from dW and H.
+    r_j = sqrt(1 + x_j^2). x_2 depends on the time integral of W_1, a function of dW and H.
 
     Parameters
     ----------
@@ -76,9 +76,9 @@ def values(start: Array, c: float, b_1: float, b_2: float) -> dict[str, Callable
     Parameters
     ----------
     start : ndarray, shape (2,)
-        y at time 0, where x = sinh(y).
+        Value of y at time 0, where x = sinh(y).
     c : float
-        Drift of y_2 for each unit of y_1.
+        Drift of y_2 per unit of y_1.
     b_1, b_2 : float
         Strengths of the noises.
     """
@@ -97,14 +97,14 @@ def values(start: Array, c: float, b_1: float, b_2: float) -> dict[str, Callable
 
 
 def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float, float, float]:
-    """Return the mean and the variance of y_2, and its covariance with y_1, whose mean stays y_1(0): y is normal.
+    """Return the mean and variance of y_2, and its covariance with y_1, whose mean is constant; y is normal.
 
     Parameters
     ----------
     start : ndarray, shape (2,)
-        y at time 0.
+        Value of y at time 0.
     c : float
-        Drift of y_2 for each unit of y_1.
+        Drift of y_2 per unit of y_1.
     b_1, b_2 : float
         Strengths of the noises.
     t : float
@@ -113,7 +113,7 @@ def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float
 
 
 def diagonal(entries: Array) -> Array:
-    """Return the diagonal matrices with entries of shape (2, P), shape (2, 2, P)."""
+    """Return diagonal matrices, shape (2, 2, P), of entries of shape (2, P)."""
     matrices: Array = np.eye(2)[..., None] * entries[:, None]
     return matrices
 

@@ -1,4 +1,4 @@
-"""A point on the circle that is turned by the Levy area of two Brownian motions, which do not commute."""
+"""A point on the circle rotated by the Levy area of two Brownian motions, with noises that do not commute."""
 
 import numpy as np
 
@@ -11,20 +11,21 @@ SOURCE = "Ito's formula for e^{i c A}; Levy 1951 for its expectation"
 
 
 def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
-    """Rotation by an area: (u, v) = (cos c A, sin c A) with A(t) = (1/2) int W_1 dW_2 - W_2 dW_1, beside W itself.
+    """Rotation by an area: (u, v) = (cos c A, sin c A) with A(t) = (1/2) int W_1 dW_2 - W_2 dW_1, and W itself.
 
     dw_1 = dW_1,   dw_2 = dW_2,   with r^2 = w_1^2 + w_2^2
 
     du = -(c^2/8) r^2 u dt + (c/2) v (w_2 dW_1 - w_1 dW_2),
     dv = -(c^2/8) r^2 v dt - (c/2) u (w_2 dW_1 - w_1 dW_2).
 
-    Brackets of the two noises turn the point: strong order 1 is impossible without areas. The coefficients grow like
-    |x|^2. Steps of the same noise know A by Chen's relation, and E cos c A(t) = 1/cosh(c t/2).
+    The Lie bracket of the noises rotates the point: strong order 1 is impossible without areas. The coefficients grow
+    like |x|^2. The area A of a path follows from those of its steps by Chen's relation, and
+    E cos c A(t) = 1/cosh(c t/2).
 
     Parameters
     ----------
     c : float
-        Angle for each unit of area, unit 1/time.
+        Angle per unit of area, unit 1/time.
     horizon : float
         Final time.
 
@@ -79,16 +80,16 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
 
 
 def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return W_1, W_2 and A one step later, by Chen's relation.
+    """Return W_1, W_2 and A after one step, by Chen's relation.
 
     Parameters
     ----------
     z : ndarray, shape (3, P)
-        W_1, W_2 and A at t.
+        Values of W_1, W_2 and A at time t.
     t, h : float
         Start and size of the step.
     noise : Increment
-        With the area A of the step itself.
+        Increment that contains the area A of the step.
     """
     (dW_1, dW_2), (area,) = noise.dW, noise.A
     return np.stack([z[0] + dW_1, z[1] + dW_2, z[2] + area + 0.5 * (z[0] * dW_2 - z[1] * dW_1)])

@@ -25,18 +25,19 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
 ) -> IndexOneSDAE:
     """Noisy RC ladder: source U, R_1, node 1 with C_1 to ground, R_a, node 3, R_b, node 2 with C_2 to ground.
 
-    The voltages x = (e_1, e_2) obey Kirchhoff's law with the currents of the noise, that of node 3, y, without any:
+    The voltages x = (e_1, e_2) satisfy Kirchhoff's current law with noise; for y, the voltage of node 3, it has no
+    noise:
 
         C_1 de_1 = [(U - e_1)/R_1 - (e_1 - y)/R_a] dt + sqrt(2 kT/R_1) dW_1 - sqrt(2 kT/(R_a + R_b)) dW_2
         C_2 de_2 = (y - e_2)/R_b dt + sqrt(2 kT/(R_a + R_b)) dW_2,        0 = (e_1 - y)/R_a - (y - e_2)/R_b,
 
-    the resistors in series having one source of noise. In the long run e_1 and e_2 are independent, with mean U and
-    variances kT/C_1 and kT/C_2. All voltages are 0 at the start.
+    where the resistors in series share one noise source. Under the invariant law e_1 and e_2 are independent, with
+    mean U and variances kT/C_1 and kT/C_2. All voltages are 0 at the start.
 
     Parameters
     ----------
     R_1 : float
-        Resistance, unit kOhm, positive as all others.
+        Resistance, unit kOhm, positive as the others.
     R_a : float
         Resistance, unit kOhm.
     R_b : float
@@ -48,7 +49,7 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
     U : float
         Voltage of the source, unit mV.
     temperature : float
-        T, unit K, not negative.
+        Temperature T, unit K, not negative.
     horizon : float
         Final time, unit ns.
 

@@ -14,7 +14,7 @@ A = np.array([[-1.0, 0.5], [-0.5, -1.0]])
 B_1 = np.array([[0.6, 0.0], [0.0, -0.3]])
 B_2 = np.array([[0.0, 0.4], [0.4, 0.0]])
 IDENTITY = np.eye(2)
-# Of E x x^T, read row by row.
+# Generator of E x x^T, flattened row by row.
 GENERATOR = np.kron(A, IDENTITY) + np.kron(IDENTITY, A) + np.kron(B_1, B_1) + np.kron(B_2, B_2)
 SOURCE = "linear equations of the first two moments, Arnold 1974, section 8.5"
 

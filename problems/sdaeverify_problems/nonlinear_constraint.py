@@ -1,4 +1,4 @@
-"""A nonlinear constraint without usable solution, and an x that is known all the same."""
+"""A nonlinear constraint without attached solution formula, although x has a closed form."""
 
 import numpy as np
 
@@ -13,8 +13,8 @@ SOURCE = "Kloeden & Platen 1992, (4.4.6), in the variable of a cubic constraint"
 def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, horizon: float = 1.0) -> DelaySDAE:
     """Cubic constraint: dx = a z dt + b z dW, z = y + y^3 + v/2, 0 = y + y^3 - x + v/2, v(t) = x(t - tau).
 
-    The constraint makes z = x, so that x(t) = exp((a - b^2/2) t + b W(t)); x = 1 for t <= 0. y is left to Newton's
-    method, and known on a path without delay.
+    The constraint implies z = x, so that x(t) = exp((a - b^2/2) t + b W(t)); x = 1 for t <= 0. Schemes find y by
+    Newton's method; without delay y is known in closed form.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
     """
 
     def combine(v: Array, y: Array) -> Array:
-        # A power takes as long as all else of a step.
+        # y**3 would take as long as the rest of a step.
         sum_of_both: Array = y + y * y * y + 0.5 * v
         return sum_of_both
 
@@ -67,7 +67,7 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
 
 
 def cubic_root(p: Array) -> Array:
-    """Return the y with y + y^3 = p."""
+    """Return the real solution y of y + y^3 = p."""
     scale = np.sqrt(3.0)
     return np.asarray(2.0 / scale * np.sinh(np.arcsinh(1.5 * scale * p) / 3.0))
 

@@ -65,8 +65,9 @@ def exponential_integral(z: float) -> tuple[float, float, float]:
     """Return alpha, beta, rho of int_0^h e^{-a(h-s)} dW(s) = alpha dW + beta H + rho sqrt(h) xi, z = a h.
 
     (1, q - 1/2) with q = (h-s)/h are the orthogonal kernels of dW and H on [0, h]; alpha, beta and rho are the
-    projections and the remainder of e^{-zq}, by a quadrature that is exact to rounding for |z| <= 4. The
-    remainder is found from its own values: the difference of variances would cancel like z^4/720.
+    projections and the remainder of e^{-zq}, by a quadrature that is exact to rounding for |z| <= 4. The remainder is
+    computed from its values, because the difference of variances is only of size z^4/720 and would suffer from
+    cancellation.
     """
     nodes, weights = np.polynomial.legendre.leggauss(16)
     q, w = 0.5 + 0.5 * nodes, 0.5 * weights

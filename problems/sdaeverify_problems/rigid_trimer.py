@@ -1,4 +1,4 @@
-"""Three atoms in space with two rigid bonds: their angle tells the surface measure from wrong powers of det G."""
+"""Three atoms with two rigid bonds, whose angle distinguishes the surface measure from wrong powers of det G."""
 
 from collections.abc import Callable
 from functools import cache
@@ -14,8 +14,8 @@ from ._known import limits, moments
 from ._quadrics import Quadrics
 
 SOURCE = "diffusion of c = b_1 . b_2 on [-1, 1], eigenfunctions in polynomials"
-# The bonds as rows of differences of atoms, and polynomials of c: its coefficients are singular at c = 2 only, and
-# polynomials of degree 40 converge to 3.7^-40.
+# Matrices that map positions to the bonds. Number of polynomials in c: the coefficients are singular at c = 2 only,
+# so that polynomials of degree 40 have errors of size 3.7^-40.
 BONDS = np.kron([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]], np.eye(3)).reshape(2, 3, 9)
 POLYNOMIALS = 40
 
@@ -26,16 +26,16 @@ def rigid_trimer(
 ) -> ConstrainedLangevin:
     """Atoms x = (x_1, x_2, x_3) in R^9 with zeta_i = (|b_i|^2 - 1)/2, b_i = x_{i+1} - x_i, and f = 0.
 
-    In the limit c = b_1 . b_2 is a diffusion of its own, reversible for the density rho of the surface measure:
+    In the limit, c = b_1 . b_2 is a Markov diffusion, reversible for the density rho of the surface measure:
 
-        (1/rho) (rho D phi')',    rho = sqrt(4 - c^2),    D = (sigma^2/2) |Pi grad c|^2 = 3 sigma^2 (1 - c^2)/(2 - c);
+        (1/rho) (rho D phi')',    rho = sqrt(4 - c^2),    D = (sigma^2/2) |Pi grad c|^2 = 3 sigma^2 (1 - c^2)/(2 - c).
 
-    E c^2 = (2 pi/3 - sqrt(3)/2)/(2 pi/3 + sqrt(3)) in the long run. The centre is a Brownian motion.
+    The invariant mean of c^2 is (2 pi/3 - sqrt(3)/2)/(2 pi/3 + sqrt(3)). The centre is a Brownian motion.
 
     Parameters
     ----------
     eps : float
-        Stiffness parameter, unit time; nothing is known exactly unless it is 0.
+        Stiffness parameter, unit time; exact expectations exist only for 0.
     angle : float
         Initial angle from one bond to the next, radian.
     sigma : float
@@ -91,7 +91,7 @@ def angle_diffusion(sigma: float) -> IntervalDiffusion:
 
 
 def truths(start: float, sigma: float) -> tuple[Truth, ...]:
-    """Return the expectations of powers of c at every time, and in the long run that of c^2: odd powers vanish."""
+    """Return the expectations of powers of c at every time, and the invariant mean of c^2; odd powers have mean 0."""
     diffusion = angle_diffusion(sigma)
     values = {
         name: lambda t, n=n: diffusion.expectation(lambda c: c**n, start, t)

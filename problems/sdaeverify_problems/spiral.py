@@ -22,9 +22,9 @@ def spiral(
     omega : float
         Rate of rotation, Im lambda, unit 1/time.
     beta : float
-        Noise along x, Re mu, unit 1/sqrt(time).
+        Noise amplitude parallel to x, Re mu, unit 1/sqrt(time).
     gamma : float
-        Noise across x, Im mu, unit 1/sqrt(time).
+        Noise amplitude perpendicular to x, Im mu, unit 1/sqrt(time).
     horizon : float
         Final time.
 
@@ -64,12 +64,12 @@ def spiral(
 
 
 def matrix(z: complex) -> Array:
-    """Return the matrix of the multiplication by z."""
+    """Return the real 2 x 2 matrix of the multiplication by z."""
     return np.array([[z.real, -z.imag], [z.imag, z.real]])
 
 
 def pair(z: Array) -> Array:
-    """Return real and imaginary parts, shape (2, P)."""
+    """Return real and imaginary parts of z, shape (P,), as an array of shape (2, P)."""
     return np.stack([z.real, z.imag])
 
 

@@ -65,8 +65,10 @@ def judge(scheme: Scheme, problems: str) -> Judged:
 
 
 def judged_by(rows: Iterable[Mapping[str, Any]], seconds: float) -> Judged:
-    """Return the verdict that rows of verdicts.csv and classes.csv amount to."""
-    claimed = [row for row in rows if row["claim"] and row["verdict"] in CLAIMED]
+    """Return the verdict that rows of verdicts and of classes amount to."""
+    # Where a premise of order conditions fails, they say nothing of a claim.
+    said = (row for row in rows if not ("class" in row and row["verdict"] == "inconclusive"))
+    claimed = [row for row in said if row["claim"] and row["verdict"] in CLAIMED]
     counts = {kind: sum(row["verdict"] == kind for row in claimed) for kind in CLAIMED}
     refuting = [row for row in claimed if row["verdict"] == "refuted"]
     whole = claimed and counts["verified"] == len(claimed)

@@ -18,10 +18,11 @@ from pathlib import Path
 import pandas as pd
 
 from sdaeverify import SDE, Langevin
+from sdaeverify.measuring import Verdict
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
 from sdaeverify.study.order_report import classes_named
-from sdaeverify.trees.class_row import ClassRow, ClassVerdict
+from sdaeverify.trees.class_row import ClassRow
 from sdaeverify.trees.classes import CLASSES, EquationClass
 from sdaeverify.trees.report import rows_of
 
@@ -62,7 +63,7 @@ def rows(label: str) -> list[dict[str, object]]:
 
 def applies(row: ClassRow) -> bool:
     """Tell whether the solver takes equations of the class."""
-    return row.verdict is not ClassVerdict.NOT_APPLICABLE
+    return row.verdict is not Verdict.NOT_APPLICABLE
 
 
 def table(found: pd.DataFrame) -> Iterator[str]:

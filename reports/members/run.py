@@ -30,7 +30,6 @@ from sdaeverify.registry.selection import select_measures, select_schemes
 from sdaeverify.study.class_results import answers
 from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
 from sdaeverify.study.members.rows import MEMBERS, member_rows
-from sdaeverify.trees.class_row import ClassVerdict
 
 if __package__:
     from .mutations import MUTATED, Mutation, loaded, mutations_of
@@ -221,19 +220,19 @@ def judge_planted(label: str) -> dict[str, Any]:
     rows = []
     for kind in member_classes(bug.scheme, SEED):
         rows += list(member_rows(bug.scheme, kind, measures(), SEED))
-    refuted = next((each for each in rows if each.verdict is ClassVerdict.REFUTED), None)
+    refuted = next((each for each in rows if each.verdict is Verdict.REFUTED), None)
     tier = tier_of_problem(bug)
     found = Counter(each.verdict.value for each in rows)
     verdict = (
         "refuted"
         if refuted
         else "undecided"
-        if found[ClassVerdict.PREMISE.value]
+        if found[Verdict.INCONCLUSIVE.value]
         else "verified"
         if rows
         else "not asked"
     )
-    other = next((each.why for each in rows if each.verdict is ClassVerdict.PREMISE), "")
+    other = next((each.why for each in rows if each.verdict is Verdict.INCONCLUSIVE), "")
     by = (
         {"by": f"{refuted.kind}: {refuted.measure}", "reason": refuted.why}
         if refuted

@@ -1,1 +1,1 @@
-"""The command line: words in, one line for each mistake, an exit code with one meaning out."""
+"""Command line interface: parsing, one-line messages for mistakes, and documented exit codes."""

@@ -1,34 +1,45 @@
-"""With which exit code a run or a gate ends that came to its end."""
+"""Exit codes of completed runs and gates."""
 
 from collections.abc import Iterable, Sequence
 
-from ..contracts.finding import UNMEASURED, Verdict
-from ..gate.outcomes import Outcome, Status, is_red
+from ..contracts.finding import UNMEASURED, Status, Verdict
+from ..gate.outcomes import Outcome, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
-from ..trees.class_row import ClassRow, ClassVerdict
+from ..study.class_results import is_of_class
 from .exit_codes import ExitCode
 
 
-def code_of_results(results: Iterable[CellResult], class_rows: Iterable[ClassRow] = ()) -> ExitCode:
-    """Return the code of a run that came to its end, by what is found of cells and of classes of equations."""
-    verdicts = {finding.verdict for result in results for finding in result.findings}
-    if Verdict.REFUTED in verdicts or any(row.verdict is ClassVerdict.REFUTED for row in class_rows):
+def code_of_verdicts(verdicts: Iterable[Verdict]) -> ExitCode:
+    """Return the exit code of verdicts: refuted before not measured; `NOTHING` if all are not applicable."""
+    known = {*verdicts}
+    if Verdict.REFUTED in known:
         return ExitCode.REFUTED
-    if verdicts & UNMEASURED:
+    if known & UNMEASURED:
         return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+    return ExitCode.NOTHING if known <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+
+
+def code_of_results(results: Iterable[CellResult]) -> ExitCode:
+    """Return the exit code of a completed run.
+
+    If it is `OK`, findings about classes of equations are ignored: they alone do not make a run successful.
+    """
+    known = [*results]
+    code = code_of_verdicts(finding.verdict for result in known for finding in result.findings)
+    of_cells = (finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings)
+    return code_of_verdicts(of_cells) if code is ExitCode.OK else code
 
 
 def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
-    """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
+    """Return the exit code of a gate: that of its worst failing outcome, or 0.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
     policy : Policy
     complete : bool
-        Whether all that the lock file demands is there, and all that is claimed is tested.
+        Whether all locked claims are found and all claims are tested. If not, `NOTHING` precedes every outcome.
     """
     if not outcomes or not complete:
         return ExitCode.NOTHING

@@ -1,4 +1,4 @@
-"""Names of what is registered, for the completion of a shell: ``-s mil<TAB>``."""
+"""Shell completion of registered names, as in ``-s mil<TAB>``."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def names_of(*kinds: str) -> Complete:
-    """Return a completion of names, also of the last one of a list with commas.
+    """Return a completion of names, which also completes the last name of a comma-separated list.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def names_of(*kinds: str) -> Complete:
         try:
             registry = load_quietly(context.params.get("plugins") or ())
         except SdaeverifyError:
-            # A shell has no place for a message; the command says it when it is run.
+            # Completion cannot show a message; the command reports the error when it is run.
             return []
         names = {name for kind in kinds for name in getattr(registry, kind)}
         return [CompletionItem(f"{before}{comma}{name}") for name in sorted(names) if name.startswith(begun)]

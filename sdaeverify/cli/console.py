@@ -1,9 +1,9 @@
-"""Where words go: results to stdout; errors, warnings and progress to stderr, one line each."""
+"""Output streams: results on stdout; errors, warnings and progress on stderr, one line each."""
 
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 import click
@@ -18,19 +18,19 @@ __all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "prin
 
 PROGRAM = "sdaeverify"
 STDOUT, STDERR = 1, 2
-# Letters of a message.
+# Longest message in characters.
 LONGEST = 1600
 
 
 def complain(kind: str, message: str) -> None:
-    """Write one line to stderr.
+    """Write a message as one line to stderr.
 
     Parameters
     ----------
     kind : str
-        ``error``, ``warning``, or empty for neither.
+        ``error``, ``warning``, or empty for no label.
     message : str
-        Anything; what cannot be shown on one line is escaped.
+        Text of the message; line breaks and control characters are escaped.
     """
     style = {"error": "bold red", "warning": "yellow"}.get(kind, "")
     label = f"{kind}: " if kind else ""
@@ -39,16 +39,19 @@ def complain(kind: str, message: str) -> None:
 
 
 def _shorten(text: str) -> str:
-    """Return a text whose middle is left out where nobody would read it: what it quotes may have any length."""
+    """Omit the middle of a long text, because quoted input may have any length."""
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
 @contextmanager
 def output_to_stderr() -> Iterator[None]:
-    """Send to stderr what is written to stdout, even past Python: what the code of a plugin prints is no result."""
+    """Redirect stdout to stderr at the level of file descriptors.
+
+    Output printed by the code of a plugin must not be mixed with results.
+    """
     with printed_to_stderr():
         if sys.__stdout__ is None or sys.__stderr__ is None:
-            # The program was started without: what has their number now is some other file.
+            # The program was started with a stream closed, so that its descriptor may belong to another file.
             yield
             return
         sys.__stdout__.flush()
@@ -64,28 +67,26 @@ def output_to_stderr() -> Iterator[None]:
 
 
 def print_texts(console: Console, texts: Iterable[str | Text]) -> None:
-    """Print texts, each on a line of its own; what cannot be shown is escaped, but for texts with a style."""
+    """Print texts on separate lines; unprintable characters are escaped, except in styled texts."""
     for text in texts:
         console.print(Text(visible(text)) if isinstance(text, str) else text, soft_wrap=True)
 
 
 def print_json(value: object) -> None:
-    """Print a value for programs."""
+    """Print a value as JSON on stdout."""
     click.echo(json.dumps(value, indent=2))
 
 
-def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:
-    """Print what a command came to, with the seconds that it took if they are given, and return its code.
+def conclude(code: ExitCode, seconds: float | None = None) -> ExitCode:
+    """Print the exit code with its meaning, optionally with the elapsed time, and return it.
 
     Parameters
     ----------
     code : ExitCode
-    words : mapping of ExitCode to str
-        What its codes mean to the command.
     seconds : float, optional
-        What it took; nothing is said of it if left out.
+        Elapsed time in seconds; omitted if None.
     """
     taken = "" if seconds is None else f"{seconds:.0f} s; "
     style = "green" if code is ExitCode.OK else "red"
-    output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)
+    output().print(f"{taken}exit code {code.value}: {code.words}", style=style, soft_wrap=True)
     return code

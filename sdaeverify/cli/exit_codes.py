@@ -1,18 +1,17 @@
-"""Exit codes: one meaning each, never a count, printed in words at the end of a run."""
+"""Exit codes with one meaning for all commands. They are never counts, and are printed in words after a run."""
 
-from collections.abc import Mapping
 from enum import IntEnum
 
 from ..errors import PluginError, SdaeverifyError, UsageError
 
 
 class ExitCode(IntEnum):
-    """What a run came to."""
+    """Exit code with its meaning as `words`."""
 
-    OK = 0, "no claim is refuted"
-    REFUTED = 1, "a claim is refuted"
+    OK = 0, "no claim is refuted, and no check fails"
+    REFUTED = 1, "a claim is refuted, or a check fails"
     USAGE = 2, "the command line is wrong"
-    NOT_MEASURED = 3, "cells could not be measured"
+    NOT_MEASURED = 3, "something could not be measured"
     UNDECIDED = 4, "a claim is undecided, and must not be"
     NOTHING = 5, "nothing was there to be measured, or less than is claimed or locked"
     PLUGIN = 6, "a requested plugin failed to load"
@@ -22,22 +21,19 @@ class ExitCode(IntEnum):
     words: str
 
     def __new__(cls, value: int, words: str = "") -> "ExitCode":
-        """Return the code with its meaning."""
+        """Create a code with its meaning."""
         code = int.__new__(cls, value)
         code._value_, code.words = value, words
         return code
 
 
-WORDS = {code: code.words for code in ExitCode}
-
-
-def codes_in_words(words: Mapping[ExitCode, str] = WORDS) -> str:
-    """Return the sentence in which the help of a command tells its codes."""
-    return f"Exit codes: {'; '.join(f'{code.value} {meaning}' for code, meaning in words.items())}."
+def codes_in_words(*codes: ExitCode) -> str:
+    """Return the sentence on exit codes for the help of a command; all exit codes if no code is given."""
+    return f"Exit codes: {'; '.join(f'{code.value} {code.words}' for code in codes or ExitCode)}."
 
 
 def code_of_error(error: SdaeverifyError) -> ExitCode:
-    """Return the code of an error meant for the user."""
+    """Return the exit code of an error that is reported to the user."""
     if isinstance(error, PluginError):
         return ExitCode.PLUGIN
     return ExitCode.USAGE if isinstance(error, UsageError) else ExitCode.NOT_MEASURED

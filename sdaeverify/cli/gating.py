@@ -1,4 +1,4 @@
-"""A gate under way: run, judge, compare with the lock file, write and print the reports."""
+"""Execution of a gate: run, judge, compare with the lock file, write and print the reports."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -8,11 +8,10 @@ from typing import Any
 import click
 
 from ..api import Result
-from ..contracts.spelling import counted
-from ..errors import UsageError
+from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..gate.against import changes, in_one_line, read_gate
-from ..gate.gate_plan import gate_plan, gated_schemes, gates_everything, omitted_measures
-from ..gate.gated import Gated
+from ..gate.gate_plan import gate_plan, gates_everything, omitted_measures
+from ..gate.gated import Gated, Hunted
 from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, require_named, why_never
 from ..gate.policy import Policy
@@ -21,11 +20,10 @@ from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
 from ..report.folders import require_run_folder
+from ..report.saved import GATE
 from ..study import Plan
-from ..study.class_results import class_results
 from ..study.examination import Work, begin_all
 from ..study.unseen import unseen_features
-from ..testing.hunting.hunt import hunt
 from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .codes_of_runs import code_of_gate
@@ -34,13 +32,10 @@ from .exit_codes import ExitCode
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, run_on_workers, workers
 
 MOST_UNTESTED = 20
-GATE = "gate.json"
-# What a hunt remembers, and where it writes what it finds.
-HUNT, COUNTEREXAMPLE = "hunt", "counterexample.py"
 
 
 def is_narrowed(options: Mapping[str, Any]) -> bool:
-    """Tell whether a command line selects a part: the lock file is not held against the rest."""
+    """Return whether the command line selects a part, in which case missing locked claims are not reported."""
     return any(options[name] for name in ("schemes", "problems", "measures"))
 
 
@@ -60,14 +55,14 @@ def carry_out_gate(
     arguments : tuple of str
         Words of the command line.
     options : mapping
-        Of the command line.
+        Options of the command line.
     held_to : tuple of int and Limits
-        Worker processes at most, and what each is held to.
+        Largest number of worker processes, and limits of each.
 
     Returns
     -------
     Gated or None
-        None if it was not carried to its end.
+        None if the gate did not complete.
     ExitCode
 
     Raises
@@ -75,12 +70,12 @@ def carry_out_gate(
     UsageError
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
-    # What stands in its place and is no lock file must not be overwritten.
+    # Read before the run: a file in its place that is not a lock file must not be overwritten.
     before = read_lock(policy.lock_file) if options["write_lock"] else locked_tiers(policy)
     earlier = None if options["against"] is None else read_gate(options["against"])
     require_run_folder(options["out"])
     if options["write_lock"]:
-        # Said now, not after all is run.
+        # Checked before the run rather than after it.
         require_writable(policy.lock_file.parent, "lock of the policy")
     _remove_report(options["out"] / GATE)
     narrowed = is_narrowed(options)
@@ -88,7 +83,7 @@ def carry_out_gate(
     with workers(*held_to, registry) as crew:
         plan = _plan(registry, policy, crew, narrowed=narrowed)
         if gates_everything(registry, policy):
-            # Said now, too: it may not be what is wanted, and takes long.
+            # Reported before the run, because it takes long and may be unintended.
             complain("", describe_everything(registry, policy.file))
         given = policy.settings, registry, arguments, options["out"], not options["reuse"]
         run = Run(plan, *given, orders=policy.asks_classes)
@@ -105,13 +100,13 @@ def carry_out_gate(
         gated = replace(gated, changes=changed, notes=(*gated.notes, in_one_line(changed, options["against"])))
     for line in (*text_report(gated), gated.words):
         click.echo(line)
-    # Written last: where it is, the gate came to its end.
+    # Written last, so that the file exists only if the gate completed.
     write_json(json_report(gated), options["out"] / GATE)
     return gated, ExitCode(gated.code)
 
 
 def _plan(registry: Registry, policy: Policy, crew: Workers, *, narrowed: bool) -> Plan:
-    """Return what is run; an unknown name of the policy is told with the file that names it."""
+    """Return the plan of a gate; errors of an unknown name are prefixed with the policy file."""
     try:
         with output_to_stderr():
             made = gate_plan(registry, policy, crew.executor)
@@ -124,7 +119,7 @@ def _plan(registry: Registry, policy: Policy, crew: Workers, *, narrowed: bool) 
 
 
 def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, ExitCode]:
-    """Return what a run came to; None and why not if it did not come to its end."""
+    """Return the result of a run, or None with the exit code if it did not complete."""
     try:
         return advance(run, crew, kind), ExitCode.OK
     except ENDINGS as error:
@@ -135,7 +130,7 @@ def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, 
 
 
 def _begin_examinations(registry: Registry, policy: Policy) -> list[Work]:
-    """Return what plugins examine; what is wrong with a table of the policy is told with the file that holds it."""
+    """Return the examinations of plugins; errors of their tables are prefixed with the policy file."""
     try:
         return begin_all(registry, policy.examinations, policy.settings)
     except UsageError as error:
@@ -143,9 +138,15 @@ def _begin_examinations(registry: Registry, policy: Policy) -> list[Work]:
 
 
 def _examine(run: Run, beside: list[Work], jobs: int, kind: str) -> tuple[Result | None, ExitCode]:
-    """Do the work of examinations and return what the run and they come to; None and why not if there is no end."""
+    """Run the examinations and return the result with them, or None with the exit code."""
     for work in beside:
-        code = run_on_workers(work, jobs, run.registry, kind)
+        try:
+            code = run_on_workers(work, jobs, run.registry, kind)
+        except (SdaeverifyError, MemoryError):
+            raise
+        except FAULTS as error:
+            complain("error", f"an examination raises {one_line(error)}; nothing is gated")
+            return None, ExitCode.NOT_MEASURED
         if code is not ExitCode.OK:
             return None, code
     run.examined = beside
@@ -157,18 +158,17 @@ def _judge(
 ) -> Gated:
     registry, narrowed = run.registry, is_narrowed(options)
     violations, news = tuple[str, ...](), tuple[str, ...]()
-    results = [*result.results, *class_results(run.study.class_rows or (), run.plan.cells)]
-    found = tuple(outcomes(results, policy))
+    found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
     untested = find_untested(registry, policy, run.plan, result.results)
     if options["problems"] or options["measures"]:
-        # Of a part of the problems or measures nothing is known but names.
+        # For a selection of problems or measures, only the names can be checked.
         untested = [each for each in untested if each.claim.measure not in registry.measures]
     missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
-    hunted, told = _hunt(registry, policy, options) if policy.hunt and policy.budget.hunts else ((), ())
-    if hunted and code is not ExitCode.NOTHING:
+    hunted = _hunt(registry, policy, options["out"]) if policy.hunt and policy.budget.hunts else Hunted()
+    if hunted.refuted and code is not ExitCode.NOTHING:
         code = ExitCode.REFUTED
     locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
     store = run.study.store
@@ -178,7 +178,8 @@ def _judge(
         policy,
         run.settings,
         violations,
-        hunted,
+        hunted.refuted,
+        hunted.attacks,
         code,
         f"exit code {code.value}: {code.words}",
         registry.files,
@@ -188,7 +189,7 @@ def _judge(
         (
             *news,
             *locked,
-            *told,
+            *hunted.notes,
             *_left_out(policy, registry),
             *_notes(run, policy),
             *limit_lines(chosen, MOST_UNTESTED),
@@ -197,28 +198,21 @@ def _judge(
     )
 
 
-def _hunt(registry: Registry, policy: Policy, options: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return a line for each claim that is refuted, and one for all that was looked at, or why nothing was."""
-    asked = {"measures": policy.measures, "seed": policy.seed, "plugins": registry.files}
-    seconds, folder = policy.hunt_seconds, options["out"] / HUNT
+def _hunt(registry: Registry, policy: Policy, folder: Path) -> Hunted:
+    # The hunt is not part of the core: an installation without it can gate.
     try:
-        report = hunt(
-            gated_schemes(registry, policy), **asked, minutes=seconds / 60.0, shrinking=seconds, database=folder
-        )
-    except UsageError as error:
-        # Schemes of forms of which no example is drawn are gated all the same.
-        return (), (f"hunt of {policy.hunt}: {error}",)
-    found = report.write(options["out"] / COUNTEREXAMPLE)
-    files = [f"written: {', '.join(map(str, found))}: keep them with the tests of the project"] if found else []
-    tried, refuted = counted(report.looked_at, "example"), counted(len(report.found), "claim")
-    told = f"hunt of {policy.hunt}: {tried}, {refuted} refuted"
-    return tuple(attack.outcome for attack in report.found), (told, *files)
+        from ..testing.hunting.hunt import hunt_of_gate  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if not str(error.name).startswith("sdaeverify.testing"):
+            raise
+        return Hunted(notes=(f"hunt of {policy.hunt}: this installation has no hunt",))
+    return hunt_of_gate(registry, policy, folder)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
-    # A smaller selection need not reach what is expected to fail.
+    # A smaller selection need not contain the expected failures.
     whole = not narrowed and not policy.budget.quick
     for one in idle(found, policy):
         if why := why_never(one, registry, (each.cell for each in found)) or ("remove it" if whole else ""):
@@ -242,13 +236,13 @@ def _left_out(policy: Policy, registry: Registry) -> Iterator[str]:
 
 
 def describe_everything(registry: Registry, file: Path | None) -> str:
-    """Return whose claims are gated where a policy names no schemes and has none of its own, and whose are not.
+    """Return a sentence on which claims are gated if the policy selects no schemes.
 
     Parameters
     ----------
     registry : Registry
     file : Path or None
-        The policy's.
+        File of the policy; None if there is none.
     """
     left = [name for name, entry in registry.schemes.items() if entry.on_request]
     names = "no pyproject.toml is here or above" if file is None else f"{file} names no schemes, plugins or project"
@@ -257,7 +251,7 @@ def describe_everything(registry: Registry, file: Path | None) -> str:
 
 
 def _notes(run: Run, policy: Policy) -> Iterator[str]:
-    """Yield features that no problem of the gate has, and what examinations have left out, or that none is made."""
+    """Yield notes on features that no problem of the gate has, and on omitted examinations."""
     yield from unseen_features(run.plan)
     yield from (note for work in run.examined for note in work.notes)
     if policy.examinations and not run.examined:
@@ -265,7 +259,7 @@ def _notes(run: Run, policy: Policy) -> Iterator[str]:
 
 
 def _remove_report(file: Path) -> None:
-    """Remove what an earlier gate has left: nobody shall take it for this one's where this one does not end."""
+    """Remove the report of an earlier gate, which must not be mistaken for that of an unfinished one."""
     try:
         file.unlink(missing_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The program from its start to its end."""
+"""Entry point of the console script."""
 
 import os
 import sys
@@ -10,13 +10,13 @@ from .exit_codes import ExitCode
 
 
 def run() -> NoReturn:
-    """Run the command line of this process and end it."""
+    """Run the command line of this process and exit."""
     sys.exit(_program())
 
 
 def _find_modules_here() -> None:
-    """Let the console script find modules of the current folder, as ``python -m`` does; they hide no others."""
-    # There may be no such folder any more.
+    """Append the current folder to `sys.path`, as ``python -m`` prepends it, for the console script."""
+    # The current folder may have been removed.
     with suppress(OSError):
         if not sys.flags.safe_path and (here := os.getcwd()) not in sys.path:
             sys.path.append(here)
@@ -28,7 +28,7 @@ def _program() -> int:
         sys.stderr.write(f"sdaeverify: error: {why}\n")
         return ExitCode.NOT_MEASURED
     try:
-        # Libraries are loaded where there is room for them, and where an interrupt ends the program like a later one.
+        # Imported here, once there is enough memory, and where an interrupt is handled as during a run.
         from .program import conclude  # noqa: PLC0415
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED

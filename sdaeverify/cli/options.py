@@ -1,4 +1,4 @@
-"""Options: how they are read and what their help says."""
+"""Options shared by commands: parsing and help."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ SELECTION = (
 
 
 def once(*names: str, default: object = None, **attributes: Any) -> Callable[[Command], Command]:
-    """Return an option with one value: giving it twice with different values contradicts itself."""
+    """Return an option with one value; repeating it with different values is an error."""
 
     def one(_: click.Context, parameter: click.Parameter, values: Sequence[object]) -> object:
         different = list(dict.fromkeys(values))
@@ -50,10 +50,10 @@ progress_of_cells = once(
 
 
 class _NamedPath(click.Path):
-    """A path that is not empty, which would be the folder that the program is in, and no option of the command."""
+    """Path that is not empty, which would mean the current folder, and not an option of the command."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path."""
+        """Return the path, or fail on an empty text or an option."""
         if is_blank(str(value)):
             self.fail("expected a path, got an empty text", param, ctx)
         options = [word for each in ctx.command.params for word in each.opts if word.startswith("-")] if ctx else []
@@ -66,7 +66,7 @@ PLACE = _NamedPath(path_type=Path)
 
 
 def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """Return several options as one decorator; they stand in the help as they stand here."""
+    """Combine options into one decorator, in the order of the help."""
 
     def add(command: Command) -> Command:
         for option in reversed(options):
@@ -77,16 +77,16 @@ def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command
 
 
 def selected(short: str, kind: str, told: str) -> Callable[[Command], Command]:
-    """Return the option that selects schemes, problems or measures; a shell completes their names.
+    """Return the option that selects schemes, problems or measures, with shell completion.
 
     Parameters
     ----------
     short : str
-        The option in one letter.
+        Short form of the option.
     kind : str
-        What it selects, which is the option in full.
+        Kind of the selected entries, and long form of the option.
     told : str
-        Its help.
+        Help text.
     """
     complete = names_of(kind)
     return click.option(short, f"--{kind}", multiple=True, metavar="PATTERN", help=told, shell_complete=complete)
@@ -106,11 +106,11 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="Say the counts alone."
 
 
 def levels_text(settings: Settings) -> str:
-    """Return the step sizes as ``--levels`` takes them."""
+    """Return the numbers of steps in the format of ``--levels``."""
     return f"{settings.steps[0]}..{settings.steps[-1]}"
 
 
-# How the code of plugins is held to limits.
+# Limits on the code of plugins.
 limits = combine_options(
     once(
         "--timeout",
@@ -127,5 +127,5 @@ limits = combine_options(
 
 
 def options_of(options: dict[str, Any]) -> tuple[int, Limits | None]:
-    """Return `read_limits` of a command's options."""
+    """Return the number of workers and their limits from a command's options; see `read_limits`."""
     return read_limits(options["timeout"], options["memory"], options["jobs"])

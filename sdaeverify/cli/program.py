@@ -1,4 +1,4 @@
-"""The commands, and what becomes of their errors."""
+"""The command group, and the handling of errors."""
 
 import os
 import sys
@@ -20,13 +20,13 @@ from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_di
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error, codes_in_words
 
-# Each file of the folder is a command, imported when it is asked for.
+# Each file of the folder is a command, imported on demand.
 OWN = {module.name for module in iter_modules([str(Path(__file__).parent / "commands")])}
 COMPLETION = "_SDAEVERIFY_COMPLETE"
 
 
 class _Commands(click.Group):
-    """A group that imports a command when it is asked for, and knows what a misspelt one was meant to be."""
+    """Command group that imports commands on demand and suggests names for misspelt ones."""
 
     def list_commands(self, _: click.Context) -> list[str]:
         return sorted({*OWN, *_of_plugins()})
@@ -39,7 +39,7 @@ class _Commands(click.Group):
             return None
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        # By name alone: the help of a command is in its module, which takes a second to import with its libraries.
+        # Names without help: the help is in the module of a command, whose import takes a second.
         names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
         return [*map(CompletionItem, names), *click.Command.shell_complete(self, ctx, incomplete)]
 
@@ -58,12 +58,12 @@ def _of_plugins() -> dict[str, EntryPoint]:
 
 
 def _command(name: str) -> click.Command | None:
-    """Return a command, or None if there is none of this name.
+    """Return a command, or None for an unknown name.
 
     Raises
     ------
     PluginError
-        If its plugin cannot be loaded.
+        If the plugin of the command cannot be loaded.
     """
     if name in OWN:
         known = vars(import_module(f".commands.{name}", __package__)).values()
@@ -90,23 +90,23 @@ def _command(name: str) -> click.Command | None:
 @click.version_option(__version__, message="%(prog)s %(version)s")
 @click.pass_context
 def sdaeverify(context: click.Context) -> None:
-    """Tell whether schemes for stochastic differential-algebraic equations keep their promises."""
+    """Verify the claims of schemes for stochastic differential-algebraic equations."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run the command line and return the exit code; an error of the user becomes one line on stderr.
+    """Run the command line and return the exit code; user errors are printed as one line on stderr.
 
     Parameters
     ----------
     arguments : sequence of str
-        Without the program's name.
+        Words of the command line without the program's name.
 
     Returns
     -------
     int
-        One of `ExitCode`.
+        Value of `ExitCode`.
     """
     try:
         if instruction := os.environ.get(COMPLETION):
@@ -119,12 +119,12 @@ def execute(arguments: Sequence[str]) -> int:
         silence(sys.stdout)
         return ExitCode.OK
     except SystemExit as ending:
-        # Nothing here raises it; its status must not pass for the outcome of a run.
+        # Raised only by plugins; its status must not be taken for the result of a run.
         return _fail(f"a plugin called sys.exit({ending.code!r})", ExitCode.NOT_MEASURED)
     except BaseException as error:
         if isinstance(error, Exception):
             raise
-        # Nor anything else that is meant to end a program.
+        # Other exceptions that end a program, such as GeneratorExit, are errors of the plugin, too.
         return _fail(f"a plugin raised {one_line(error)}", ExitCode.NOT_MEASURED)
 
 
@@ -145,10 +145,10 @@ def _invoke(arguments: Sequence[str]) -> int:
 
 
 def conclude(arguments: Sequence[str]) -> int:
-    """Run the command line of this process, flush what it has written and return its exit code."""
+    """Run the command line of this process, flush stdout and return the exit code."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            # A terminal that cannot show a letter shows its code instead.
+            # A character that the terminal cannot encode is shown as its code.
             stream.reconfigure(errors="backslashreplace")
     try:
         code = execute(arguments)
@@ -156,7 +156,7 @@ def conclude(arguments: Sequence[str]) -> int:
         traceback.print_exc()
         complain("error", "this is a defect of sdaeverify; please report it with the lines above")
         code = ExitCode.NOT_MEASURED
-    # There is none where the program was started with it closed.
+    # None if the program was started with stdout closed.
     if sys.stdout is not None:
         try:
             sys.stdout.flush()
@@ -185,13 +185,13 @@ def _text(error: click.ClickException) -> str:
 
 
 def _whose(option: str) -> str:
-    """Return which commands of the program's own have an option that is asked of another."""
+    """Return which commands have an option that was given to another one."""
     commands = {name: _command(name) for name in sorted(OWN)}
     having = [name for name, one in commands.items() if one and any(option in each.opts for each in one.params)]
     return f"; it is an option of {', '.join(having)}" if having else ""
 
 
 def _help_of(error: click.ClickException) -> str:
-    """Return where a command says what it takes."""
+    """Return the hint at the help of a command; empty if the error has no command."""
     context = error.ctx if isinstance(error, click.UsageError) else None
     return f"; {context.command_path} --help shows what it takes" if context else ""

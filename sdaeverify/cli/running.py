@@ -1,4 +1,4 @@
-"""A matrix run: whatever is finished is saved, however the run ends."""
+"""Execution of a matrix run; finished problems are saved however the run ends."""
 
 import os
 import shlex
@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..api import Result, crew_of, result_of
+from ..api import Result, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import one_line
 from ..registry.load import Registry
 from ..report.class_words import class_notes
-from ..report.folders import CLASSES, LEVELS, VERDICTS, require_run_folder
+from ..report.folders import LEVELS, VERDICTS, require_run_folder
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.progress import progress
@@ -26,7 +26,7 @@ from ..report.tables.command import records_of
 from ..store.store import Store
 from ..study import Finished, Plan, Study
 from ..study.examination import Work
-from ..workers.executors import PROCESSES, LostExecutorError, Workers
+from ..workers.executors import PROCESSES, LostExecutorError, Workers, crew_of
 from ..workers.limits import Limits, available_cores
 from ..workers.pool import BLOCKS_A_WORKER
 from ..workers.room import NoWorkersError
@@ -34,14 +34,14 @@ from .codes_of_runs import code_of_results
 from .console import complain, output, output_to_stderr, print_json, print_texts
 from .exit_codes import ExitCode
 
-# Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
-# that is taken to be so many seconds a cell.
+# Evidence is stored as it is computed, so that tables need to be saved only rarely. APART is the time between two
+# saves as a multiple of the time of one, and ROW the assumed seconds per cell of the first save.
 APART, ROW = 200.0, 5e-5
 
 
 @dataclass
 class Run:
-    """A study under way and where its report goes.
+    """A study in progress and the options of its report.
 
     Attributes
     ----------
@@ -52,22 +52,22 @@ class Run:
         Words of the command line.
     folder : Path
     fresh : bool
-        Whether evidence in the folder is left unread.
+        Whether existing evidence in the folder is ignored.
     stored_only : bool
-        Whether nothing is computed.
+        Whether only stored evidence is used, and no path is computed.
     page : bool
-        Whether a page is written in the end.
+        Whether an HTML page is written at the end.
     as_json, quiet : bool
-        Whether JSON, or the counts, are all that is said in the end.
+        Whether the final output is JSON, or only the counts.
     first_only : bool
-        Whether the run ends with the first claim that is refuted.
+        Whether the run ends with the first refuted claim.
     orders : bool
-        Whether schemes are asked for their order conditions.
+        Whether order conditions of the schemes are tested.
     examined : sequence of Work
-        Examinations beside the study that have come to their end.
+        Completed examinations of plugins.
     study : Study
     home : Path
-        Folder of the process that `folder` is relative to.
+        Working folder to which `folder` is relative.
     """
 
     plan: Plan
@@ -87,19 +87,19 @@ class Run:
     home: Path = field(init=False)
 
     def __post_init__(self) -> None:
-        # The code of a plugin that runs in this process may change its folder at any time.
+        # Plugin code in this process may change the working folder at any time.
         self.home, store = Path.cwd(), Store(self.folder.absolute(), self.fresh)
         self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only, orders=self.orders)
-        # A table without rows, where nobody asks for them: a result would find them when it is saved.
+        # An empty table if order conditions are not requested; otherwise saving the result would compute them.
         self.study.class_rows = ()
 
     @property
     def result(self) -> Result:
-        """What is known so far."""
+        """Present result, complete or not."""
         return result_of(self.study, self.registry, self.arguments, self.examined)
 
     def save(self) -> Result:
-        """Save and return what is known so far."""
+        """Save and return the present result."""
         os.chdir(self.home)
         result = self.result
         result.save(self.folder)
@@ -107,19 +107,19 @@ class Run:
 
     @property
     def so_far(self) -> str:
-        """How much of what can be run is finished, and where it is."""
+        """Sentence on the number of finished problems and their folder."""
         every = {problem.spec.label for problem in self.plan.problems if problem.runnable}
         finished = every & self.study.finished.keys()
         return f"{len(finished)} of {len(every)} problems are finished and saved in {self.folder}"
 
     def stop(self, why: str) -> None:
-        """Save what is finished of a run that is ended before its time."""
+        """Save the finished part of a run that ends early."""
         self.study.stopped = why
         self.save()
         self.write_page()
 
     def write_page(self) -> None:
-        """Write the page of the folder, or remove that of an earlier run, whose numbers are in no table any more."""
+        """Write the page, or remove that of an earlier run, whose numbers no longer match the tables."""
         if self.page:
             with output_to_stderr():
                 told = passports(self.plan)
@@ -129,14 +129,14 @@ class Run:
 
 
 def carry_out(run: Run, crew: Workers, kind: str) -> ExitCode:
-    """Run the study, save and show its results.
+    """Run the study, save and show its results, and return the exit code.
 
     Parameters
     ----------
     run : Run
     crew : Workers
     kind : str
-        Of progress.
+        Kind of progress display: "auto", "plain" or "none".
 
     Raises
     ------
@@ -155,19 +155,19 @@ def carry_out(run: Run, crew: Workers, kind: str) -> ExitCode:
 
 
 class Halt(NamedTuple):
-    """Why a run was ended before its time, its exit code, and what may help, with a semicolon before it."""
+    """Reason why a run ended early, its exit code, and advice that begins with a semicolon."""
 
     why: str
     code: ExitCode
     advice: str = ""
 
 
-# What ends a run, and leaves what is finished of it.
+# Exceptions that end a run but keep its finished part.
 ENDINGS = (KeyboardInterrupt, BrokenExecutor, NoWorkersError, MemoryError)
 
 
 def halt_of(error: BaseException) -> Halt:
-    """Return what one of `ENDINGS` is to the user."""
+    """Return the reason, exit code and advice for one of `ENDINGS`."""
     if isinstance(error, KeyboardInterrupt):
         return Halt("interrupted", ExitCode.INTERRUPTED)
     if isinstance(error, LostExecutorError | NoWorkersError):
@@ -179,14 +179,14 @@ def halt_of(error: BaseException) -> Halt:
 
 @contextmanager
 def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Workers]:
-    """Give the workers of a run, as `crew_of`, and warn where limits do not hold.
+    """Provide the workers of a run, as `crew_of`, and warn if limits cannot be enforced.
 
     Parameters
     ----------
     jobs, limits, registry
-        As there.
+        See `crew_of`.
     executor : str
-        Its name, perhaps with an address.
+        Name of the executor, optionally with an address.
     """
     with crew_of(jobs, limits, registry, executor) as crew:
         if executor != PROCESSES and limits is not None:
@@ -195,16 +195,16 @@ def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str 
 
 
 def advance(run: Run, crew: Workers, kind: str) -> Result:
-    """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters.
+    """Run the study, show its progress, save and return the result; see `carry_out` for the parameters.
 
     Parameters
     ----------
     run : Run
-        The study, and where its tables go.
+        The study, and the folder of its tables.
     crew : Workers
-        Who computes.
+        Workers that simulate the blocks.
     kind : str
-        Of progress: "auto", "plain" or "none".
+        Kind of progress display: "auto", "plain" or "none".
     """
     due = time.monotonic() + APART * ROW * len(run.plan.cells)
     with output_to_stderr(), progress(kind) as show:
@@ -221,18 +221,18 @@ def advance(run: Run, crew: Workers, kind: str) -> Result:
 
 
 def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
-    """Do some work on processes of its own, and show how far it is.
+    """Run jobs on separate processes with a progress display, and return the exit code.
 
     Parameters
     ----------
     work : Study, Calibration or ExperimentRun
-        With its number of jobs, and the events of doing them on workers, so many sent ahead.
+        Has the number of jobs as ``total``, and yields events from ``run(executor, ahead)``.
     jobs : int or None
-        Number of processes at most; all cores by default.
+        Largest number of processes; by default the number of available cores.
     registry : Registry
-        With the plugins that they load.
+        Registry with the plugins to load in the processes.
     kind : str
-        Of progress.
+        Kind of progress display: "auto", "plain" or "none".
     """
     processes = max(1, min(jobs or available_cores(), work.total))
     try:
@@ -250,7 +250,7 @@ def _has_refuted(event: Finished) -> bool:
 
 
 def call_report_hooks(run: Run, result: Result) -> None:
-    """Let plugins add their reports to the folder of a run, and warn of those that fail."""
+    """Call the report hooks of plugins for the folder of a run, and warn about failures."""
     with output_to_stderr():
         failures = run.registry.report(run.folder, result)
     for failure in failures:
@@ -260,7 +260,7 @@ def call_report_hooks(run: Run, result: Result) -> None:
 def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
-    code = code_of_results(result.results, run.study.class_rows or ())
+    code = code_of_results(result.results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"
@@ -273,7 +273,7 @@ def _finish(run: Run, result: Result) -> ExitCode:
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
     if run.as_json:
-        print_json(records_of(result.rows.verdicts, result.run))
+        print_json(records_of(result.rows.every, result.run))
         return
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.quiet:
@@ -286,8 +286,8 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
 def _notes(run: Run, result: Result) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
-    yield from class_notes([row.cells for row in run.study.class_rows or ()])
+    yield from class_notes(result.rows.of_classes or ())
     yield from result.run["unseen"]
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
-    yield f"{page}{VERDICTS}, {CLASSES}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
+    yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] gives the reasons"

@@ -1,4 +1,4 @@
-"""Contract and exactness of a scheme: what no order test sees, and what every order test relies on."""
+"""Check the contract and exactness of a scheme, on which order tests rely but which they cannot test."""
 
 from .violation import compared_steps, violation
 

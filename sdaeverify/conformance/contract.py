@@ -1,8 +1,8 @@
 """The contract of a step: a pure function of its arguments, path by path.
 
-Every interval of the program rests on it: paths that see each other are not independent, and a step that remembers
-what it was asked before gives other errors in another order of calls. Each check takes a trial and returns what is
-wrong in one line, or an empty string.
+Every interval of the program relies on it: paths that influence each other are not independent, and a step that
+remembers earlier calls has errors that depend on their order. Each check takes a trial and returns the violation in
+one line, or an empty string.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -27,16 +27,17 @@ from .batches import equal, freeze, take_paths
 from .own_run import level_noise, stops_along
 from .trial import Trial
 
-# A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
+# Steps per horizon of a fine step, and of the default coarsest step, at which iteration counts differ most by path.
 FINE, COARSE = 64, 8
-# A step that goes wrong after some calls counts them; it is made as often as a row of steps is long, on so few paths.
+# Paths of the repeated calls that detect call counters: few, because there are as many calls as steps in a row.
 FEW = slice(0, 2)
-# A step that treats paths by their place in a block may do so late in it: the states, times components, of a batch.
+# States times components of a large batch: a step that treats paths by their index may do so only at large indices.
 MANY = 640
 # Paths of the one large batch of the kit: more than a run simulates together by default.
 LARGE = 2**14
-# Paths of another batch may differ by so much of the state: a tolerance near rounding. Defects of one step are not
-# told from rounding below some hundreds of EPS times the weights of their reference, which is as much.
+# Difference between batches that is accepted, relative to the state: a tolerance near rounding. Defects of one step
+# cannot be distinguished from rounding below some hundreds of EPS times the weights of their reference, which is
+# about the same.
 JOINT = 4096.0 * EPS
 WRITES = "a step writes into its state or its noise"
 
@@ -45,7 +46,7 @@ ALONE = "of few paths"
 
 
 def trials(scheme: Scheme, view: Problem) -> tuple[Trial, Trial]:
-    """Return a fine and a coarse step of a scheme at the states of the cloud."""
+    """Return trials of a fine and a coarse step of a scheme at the probe states."""
     one_step = OneStep(scheme, view)
     x = None if one_step.why_not_probed(beside=True) else cloud(view, one_step.equation)
     return Trial(scheme, view, view.horizon / FINE, x), Trial(scheme, view, view.horizon / COARSE, x)
@@ -54,12 +55,12 @@ def trials(scheme: Scheme, view: Problem) -> tuple[Trial, Trial]:
 def contract_violation(scheme: Scheme, view: Problem) -> str:
     """Return the first violation of the contract in one line, or an empty string.
 
-    What a step raises at states of the problem passes through: a scheme that cannot be run has broken no promise.
+    An error raised by the first step at states of the problem passes through: it is no violation of the contract.
 
     Raises
     ------
     SchemeError
-        If a step raises on the occasion of a check.
+        If a step raises an error in one of the checks, which change its input.
     """
     trial, coarse = trials(scheme, view)
     if text := leaves_inputs_alone(trial) or returns_its_kind(trial):
@@ -82,7 +83,7 @@ def _first_violation(tries: list[tuple[str, Trial, Check]]) -> str:
 def leaves_inputs_alone(trial: Trial) -> str:
     """Expect a step to leave state and noise as they were, read-only or not: other schemes read the noise, too.
 
-    Compare the inputs of the first step, which cannot be written into, with what they were before.
+    Compare the read-only inputs of the first step with copies made before.
     """
     try:
         copies = each(np.copy, trial.state), each(np.copy, trial.noise)
@@ -97,7 +98,7 @@ def leaves_inputs_alone(trial: Trial) -> str:
 def returns_its_kind(trial: Trial) -> str:
     """Expect a step to return a state like the one it was given, and flags, outputs and costs with a value a path.
 
-    Compare the shapes and types of what the step returns with those of its state and its paths.
+    Compare shapes and types in the result of a step with those of its state and number of paths.
     """
     result, paths = trial.first, trial.paths
     try:
@@ -118,7 +119,7 @@ def returns_its_kind(trial: Trial) -> str:
 def stays_finite(trial: Trial) -> str:
     """Expect a step from finite states to be finite, unless it says that it failed.
 
-    Look for numbers that are not finite on paths whose states are, and whose step did not fail.
+    Find non-finite numbers on paths with finite states and steps that are not marked as failed.
     """
     before, after = all_finite(flatten(trial.state)), all_finite(flatten(trial.first.state))
     failed = np.zeros(trial.paths, dtype=bool) if trial.first.failed is None else trial.first.failed
@@ -129,9 +130,9 @@ def stays_finite(trial: Trial) -> str:
 def repeats_itself(trial: Trial) -> str:
     """Expect the same call to give the same bits, after another call and from a step prepared anew.
 
-    Make the step again, after another one, and by a step that is prepared anew.
+    Repeat the step after another call, and with a newly prepared step.
     """
-    # What a step remembers shows after it was asked something else in between.
+    # Memory of a step shows only after a call with other arguments in between.
     first, backwards = trial.first, slice(None, None, -1)
     trial.step(take_paths(trial.state, backwards), take_paths(trial.noise, backwards))
     again = trial.step(trial.state, trial.noise)
@@ -144,8 +145,8 @@ def repeats_itself(trial: Trial) -> str:
 def repeats_itself_for_long(trial: Trial) -> str:
     """Expect the same call to give the same bits, after other calls, many of them, and from a step prepared anew.
 
-    Make the step again, after another one, by a step that is prepared anew, and as often as a long run makes steps. A
-    run of the program repeats the first step of each run of paths after the last one.
+    Repeat the step after another call, with a newly prepared step, and as often as a long run makes steps. A run of
+    the program also repeats the first step of each run of paths at its end.
     """
     return repeats_itself(trial) or _counts_calls(trial)
 
@@ -169,15 +170,15 @@ def follows_the_paths(trial: Trial) -> str:
 
 
 def takes_paths_alone(trial: Trial) -> str:
-    """Make the step of each half of the paths, of every fourth alone, and of all among as many as a run has.
+    """Make the step of each half of the paths, of every fourth path alone, and of all in a batch of a run's size.
 
-    What is no more than `JOINT` is let pass: see `ends_together`.
+    Differences up to `JOINT` are accepted: see `ends_together`.
     """
     return _depends_on_batch(apart_in_batches(trial))
 
 
 def takes_many_paths(trial: Trial) -> str:
-    """Make the step of all paths, each many times and in any order, in one large batch."""
+    """Make the step of all paths, each many times and in random order, in one large batch."""
     return _depends_on_batch(trial.apart(_shuffled(trial, LARGE)))
 
 
@@ -187,7 +188,7 @@ def _depends_on_batch(apart: float) -> str:
 
 
 def apart_in_batches(trial: Trial) -> float:
-    """Return how far paths go elsewhere in other batches, beyond rounding, in sizes of the largest state."""
+    """Return the largest difference of paths between batches, beyond rounding, relative to the largest state."""
     half, many = trial.paths // 2, max(MANY // len(flatten(trial.state)), 1)
     parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
     sizes = FIRST_BLOCK, trial.paths * many
@@ -201,10 +202,10 @@ def _shuffled(trial: Trial, size: int) -> Array:
 
 
 def ends_together(trial: Trial) -> str:
-    """Return that paths differ between batches as little as a solver's rounding, or an empty string.
+    """Return that paths differ between batches by no more than a solver's tolerance, or an empty string.
 
-    An iteration that ends when all paths have converged goes on with those that have, for as long as their neighbours
-    have not: they move by the tolerance at most. That is no dependence which an interval or an order could show.
+    An iteration that ends when all paths have converged continues on converged paths as long as other paths have not
+    converged. This changes them by the tolerance at most, which is too small to affect an interval or an order.
     """
     apart = apart_in_batches(trial)
     text = f"a path in another batch ends elsewhere, by {apart:.2g} of the state's size"
@@ -214,8 +215,8 @@ def ends_together(trial: Trial) -> str:
 def uses_declared_noise(trial: Trial) -> str:
     """Expect a step to use no noise but what it declares: the rest may not be drawn, or be anything.
 
-    Put NaN in the place of noise that the scheme does not declare. A step that gives two results for the same call
-    says nothing.
+    Replace noise that the scheme does not declare by NaN. If a step gives different results in two calls with the
+    same arguments, this check cannot be made, and passes.
     """
     given, known = trial.noise, trial.scheme.noise
     fields = [name for name in BROWNIAN if getattr(given, name) is not None and name not in known]
@@ -232,7 +233,7 @@ def uses_declared_noise(trial: Trial) -> str:
 def reads_only_the_equation(trial: Trial) -> str:
     """Expect a step to depend on the equation alone: not on a problem's source, observables or truths.
 
-    Make the step for a copy of the problem without them.
+    Make the step for a copy of the problem without source, observables, truths and controls.
     """
     bare = replace(trial.view, source="a copy", units="", observables={}, truths=(), controls=())
     same = same_step(trial.first, replace(trial, view=bare, given=trial.state).first)
@@ -244,7 +245,7 @@ def _nothing(part: Array) -> Array:
 
 
 def same_step(a: Step, b: Step) -> bool:
-    """Tell whether two steps have the same state and outputs, to the last bit."""
+    """Return whether two steps have the same state and outputs, to the last bit."""
     names = a.outputs.keys() == b.outputs.keys()
     return equal(a.state, b.state) and names and all(equal(a.outputs[k], b.outputs[k]) for k in a.outputs)
 
@@ -257,17 +258,17 @@ CHECKS: dict[str, Check] = {
 }
 
 
-# Whether a step hears its noise, and keeps none of it.
+# Whether a step depends on its noise, and keeps no reference to it.
 
 
 def hears_its_noise(trial: Trial) -> str:
     """Expect a step to use the increment of the Brownian motion wherever the equation has noise.
 
-    Make the step with noise of the other sign and of half the size.
+    Make the step with noise of opposite sign and of half the size.
 
-    A linear step may by chance be even in dW, or constant on one side of 0, at one step size; a step that fails may
-    stay where it was, and where the equation has no noise, nothing moves. A step that accepts or rejects may stay on
-    some paths, but not on all of them.
+    A linear step may by chance be even in dW, or constant on one side of 0, at one step size. A failed step may
+    return its state unchanged, and if the equation has no noise at a state, no change is expected. A step that
+    accepts or rejects may leave some paths unchanged, but not all.
     """
     steps = [trial.first, *(trial.step(trial.state, _scale_noise(trial.noise, s)) for s in (-1.0, 0.5))]
     new, opposite, half = (flatten(made.state) for made in steps)
@@ -283,7 +284,7 @@ def hears_its_noise(trial: Trial) -> str:
 def keeps_no_noise(trial: Trial) -> str:
     """Expect the new state to share no memory with the noise, which is drawn afresh.
 
-    Look for memory that the new state shares with the noise.
+    Check whether the arrays of the new state share memory with the noise.
     """
     noise = list(arrays(trial.noise))
     shared = any(np.may_share_memory(a, b) for a in arrays(trial.first.state) for b in noise)
@@ -296,21 +297,22 @@ def _scale_noise(noise: Increment, s: float) -> Increment:
 
 
 def _is_kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Tell on which paths the equation's noise moves the state."""
+    """Return the paths on which the noise of the equation moves the state, shape (P,)."""
     parts = trial.scheme.parts(trial.view, trial.state)
     kick = trial.view.kick(WHEN * trial.view.horizon, parts, trial.noise)
     return np.ones(trial.paths, dtype=bool) if kick is None else np.any(kick != 0.0, axis=0)
 
 
-# Whether a scheme's state is all its memory: a run that is taken up from a copy of it goes on as before.
+# Whether the state of a scheme contains all its memory: a run continued from a copy of the state gives the same
+# result.
 
 
-# A run of so many steps is taken up after none and after some of them.
+# Steps of the run, and the numbers of steps after which it is continued from a copy.
 STEPS, TAKEN_UP = 8, (0, 3)
 
 
 def carries_its_memory(trial: Trial) -> str:
-    """Go on from copies of the state, field by field, with a copy of the scheme that has never made a step."""
+    """Continue a run from copies of its state with a new copy of the scheme, and compare the final states."""
     stops = list(stops_along(trial.scheme, trial.view, trial.h, list(_noises(trial))))
     for begin in TAKEN_UP:
         fresh = replace(trial.scheme)

@@ -1,12 +1,13 @@
-"""Exactness on trivial equations: no scheme has an error on dx = 0, dx = c dt or dx = S dW beyond rounding.
+"""Exactness on trivial equations: dx = 0, dx = c dt or dx = S dW must be solved up to rounding errors.
 
-A step of twice the length, noise used twice or for the wrong component, and noise of the wrong strength are off here
-by a fixed part, however short the steps. Schemes that tame or balance their increments are off by a part that
-vanishes with them, and are let pass. Where nothing is claimed of a scheme's paths, it is held to the law of dx = S dW
-alone: (W_{n+1} - W_{n-1})/2 in the place of W_{n+1} - W_n is off by half an increment on each path, and right in law.
+A step of twice the length, noise used twice or for the wrong component, and noise of the wrong strength have a fixed
+relative error here, however short the steps. Schemes that tame or balance their increments have an error that
+vanishes with the step size, which is accepted. If a scheme claims nothing on paths, only the law of dx = S dW is
+checked: (W_{n+1} - W_{n-1})/2 in place of W_{n+1} - W_n has an error of half an increment on each path, and the right
+law.
 
-A scheme of several steps may begin with one of lower order: an error of the size h that is made once costs no order
-up to 1, and what is claimed beyond is for other tiers. So it is let pass where its later steps are exact.
+A scheme of several steps may start with a scheme of lower order: an error of size h that is made once does not reduce
+orders up to 1, and claims of higher order are checked elsewhere. So it is accepted if the later steps are exact.
 """
 
 from collections.abc import Iterator
@@ -30,33 +31,33 @@ from ..probe.local.run_memory import remembers
 from ..probe.step.nodes import SEED
 from .own_run import stops_along
 
-# The law of a run on dx = c dt + S dW: how its mean and its covariance grow, without sampling.
+# The law of a run on dx = c dt + S dW: growth of its mean and covariance, computed without sampling.
 #
-# Where a run's state is affine in all the noise that drives it, X_N = m_N + sum_j R_{N,j} xi_j with independent xi_j
-# of variance 1, the response R_{N,j} is what the j-th variable alone changes, and
+# If the state of a run is affine in all the noise that drives it, X_N = m_N + sum_j R_{N,j} xi_j with independent
+# xi_j of variance 1, then the response R_{N,j} is the change by the j-th variable alone, and
 #
 #     E X_N = m_N,    Cov X_N = R_N R_N^T.
 #
-# Only growth from step N to step 2 N is compared with that of the solution, E X = m(t) and Cov X = t A A^T: a scheme
-# that remembers the last increments begins without them.
+# Only the growth from step N to step 2 N is compared with that of the solution, E X = m(t) and Cov X = t A A^T,
+# because a scheme that remembers past increments starts without them.
 
 
 LAW_STEPS = 32
-# A response that is affine to rounding is off by less than this part of itself.
+# A state counts as affine in the noise if its deviation is below this part of the response; rounding is smaller.
 AFFINE = 1e-6
 
 
 class LawError(NamedTuple):
-    """By how much a law grows wrongly.
+    """Error in the growth of the mean or covariance of a law.
 
     Attributes
     ----------
     quantity : str
-        The mean or the covariance, whichever is further off.
+        Name of the quantity with the larger error, the mean or the covariance.
     share : float
-        Error of the growth, in units of the solution's.
+        Error of the growth relative to the growth of the solution.
     rounding : float
-        What rounding explains of it.
+        Part of the error that rounding explains.
     """
 
     quantity: str
@@ -69,7 +70,7 @@ Moments = tuple[Array, Array]
 
 
 def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
-    """Compare the growth of mean and covariance of a scheme's steps with that of the solution.
+    """Return the error in the growth of mean and covariance of a scheme's states, compared with the solution.
 
     Parameters
     ----------
@@ -81,8 +82,8 @@ def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
     Returns
     -------
     LawError or None
-        None where the scheme's state is not affine in its noise, or that is more than Brownian motions: nothing is
-        known of its law.
+        None if the scheme's state is not affine in its noise, or if there is other noise than Brownian motions: the
+        law is then unknown.
     """
     if trivial.problem.records:
         return None
@@ -107,9 +108,9 @@ def _growth(half: Moments, end: Moments) -> Moments:
 
 
 def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Increment], Array]:
-    """Return noise of J + 2 paths and the variables xi of the last, shape (J,).
+    """Return noise of J + 2 paths and the variables xi of the last path, shape (J,).
 
-    The first path has none of the J variables, the next ones have one of them each, and the last has all.
+    The first path has none of the J variables, each of the next J paths has one of them, and the last path has all.
     """
     fields, l = 1 + ("H" in scheme.noise), trivial.problem.noise_dim
     size = 2 * LAW_STEPS * fields * l
@@ -117,14 +118,14 @@ def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Incre
     xi = np.concatenate([np.zeros((size, 1)), np.eye(size), probe[:, None]], axis=1)
     xi = xi.reshape(2 * LAW_STEPS, fields, l, size + 2)
     areas = [np.sqrt(h / 12.0) * part[1] if fields > 1 else None for part in xi]
-    # The state is affine in variables that are independent: areas, which are products of such, are left at 0.
+    # The state is affine in independent variables: areas, which contain products of these, are set to 0.
     K, A = np.zeros((l, size + 2)), np.zeros((l * (l - 1) // 2, size + 2))
     drawn = (Increment(np.sqrt(h) * part[0], area) for part, area in zip(xi, areas, strict=True))
     return [noise._replace(K=K, A=A) for noise in drawn], probe
 
 
 def _moments(x: Array, probe: Array) -> Moments | None:
-    """Return mean and covariance from the states of all paths, shape (d, J + 2)."""
+    """Return mean and covariance from the states of all J + 2 paths, shape (d, J + 2); None if not affine."""
     mean, response = x[:, 0], x[:, 1:-1] - x[:, :1]
     expected = mean + response @ probe
     if not np.abs(x[:, -1] - expected).max() <= AFFINE * np.abs(response).max():
@@ -143,27 +144,27 @@ def _stack_parts(parts: Parts, known: list[str]) -> Array:
     return np.concatenate([parts[name] for name in known])
 
 
-# Behind a miss on more Brownian motions than the problem has.
+# Appended to an error on more Brownian motions than the problem has.
 SEVERAL = "; if the scheme does not support several, say so in refuses"
 STEPS, PATHS = 8, 3
-# So many steps later a scheme of several steps has forgotten how it began: roots up to 7/8 are at rounding. As many
-# steps are compared then: what goes wrong every so many steps is among them.
+# After this many steps a scheme of several steps has forgotten its start: roots up to 7/8 have decayed to rounding.
+# The same number of steps is then compared, to include errors that occur periodically.
 BEGUN = 272
-# A relative error of order 1/2 or more in h falls below this power of the factor that steps are shortened by.
+# A relative error of order 1/2 or more in h decreases by more than this power of the factor between step sizes.
 VANISHING = 0.4
 
 
 def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Followed) -> str:
-    """Return the first trivial problem that a scheme gets wrong, in one line, or an empty string.
+    """Return the first trivial problem on which a scheme is not exact, in one line, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     motions : float
-        How many Brownian motions the problem has that the scheme is put to: what a step does with more is told of
-        problems that have them, where there is a variant with fewer that it can be tried on.
+        Number of Brownian motions of the problem under test. An error on more Brownian motions is reported only if no
+        variant with at most this number can be tried.
     followed : Followed
-        Names of the measures whose claims say that steps follow the equation.
+        Names of the measures whose claims imply that steps follow the equation.
 
     Raises
     ------
@@ -179,21 +180,22 @@ def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Follo
 
 @cache
 def _misses(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> bool:
-    """Tell whether a scheme misses a trivial problem, or raises on it: the same on every problem, and found once."""
+    """Return whether a scheme is not exact on a trivial problem, or raises; cached for all problems."""
     first = next(_tries(scheme, variants, followed), None)
     return first is not None and first.text != ""
 
 
 @cache
 def _trivial_problems(form: Any, domain: Domain | None) -> Trivials:
-    # Built once for all schemes. A form that derives from another one inherits problems that are not its own.
+    # Built once for all schemes. A derived form inherits trivial problems that may be of its base form: they are left
+    # out.
     found: Trivials = form.trivial_problems() if domain is None else form.trivial_problems_in(domain)
     own = (tuple(each for each in variants if isinstance(each.problem, form)) for variants in found)
     return tuple(variants for variants in own if variants)
 
 
 class _Try(NamedTuple):
-    """What a scheme does on a trivial problem: how it misses it, empty if it does not, and what it raises."""
+    """Result of a scheme on a trivial problem: its error in words, empty if exact, and the exception it raised."""
 
     motions: int
     text: str
@@ -201,7 +203,7 @@ class _Try(NamedTuple):
 
 
 def _first_miss(tries: Iterator[_Try], motions: float) -> str:
-    """Return what is wrong on the first variant that can be tried, and that tells of a problem with these motions."""
+    """Return the error on the first variant that can be tried, preferably one with at most `motions` motions."""
     found = next(tries, None)
     if found is None or not found.text:
         return ""
@@ -213,7 +215,7 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
 
 
 def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
-    """Yield what a scheme does on each variant that it refuses neither beforehand nor in its step."""
+    """Yield the results of a scheme on all variants that it refuses neither beforehand nor in its step."""
     for trivial in variants:
         tried = _is_claimed(scheme, trivial) and not scheme.why_not(trivial.problem)
         if tried and (found := _try(scheme, trivial, followed)) is not None:
@@ -221,10 +223,10 @@ def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) ->
 
 
 def _is_claimed(scheme: Scheme, trivial: Trivial) -> bool:
-    """Return whether a scheme can use the noise of a trivial problem and some claim of it can be about the problem.
+    """Return whether a scheme can use the noise of a trivial problem, and one of its claims may apply to the problem.
 
-    A claim that asks for a trait that forms set themselves is not about problems without it: a scheme for the limit
-    eps = 0 alone need not be exact for eps > 0. Other traits may hold without being declared.
+    A claim that requires a trait set by the form does not apply to problems without the trait: a scheme only for the
+    limit eps = 0 need not be exact for eps > 0. Other traits may hold without being declared.
     """
     asked, problem = [claim.when & SET_BY_FORM for claim in scheme.promises], trivial.problem
     return scheme.noise <= problem.noise and (not asked or any(when <= problem.traits for when in asked))
@@ -266,7 +268,7 @@ def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
 
 
 def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:
-    """Tell whether what the first steps are off by is of the order 1 in h; None where later ones are not exact."""
+    """Return whether the error of the first steps is of order 1 in h; None if later steps are not exact."""
     error, off, bound = _late_error(scheme, trivial, H)
     if not off <= bound:
         return None
@@ -277,7 +279,7 @@ def _is_small_start(scheme: Scheme, trivial: Trivial) -> bool | None:
 
 
 def _late_error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:
-    """Return the largest error after many steps, by how much as many more change it, and what rounding explains."""
+    """Return the largest error after many steps, its change over as many more steps, and the bound of rounding."""
     begun, end = _run(scheme, trivial, h, (BEGUN, 2 * BEGUN))
     first, last = ({name: got[name] - after[name] for name in after} for got, after in (begun, end))
     size = max(_largest(begun[1]), _largest(end[1]))
@@ -286,7 +288,7 @@ def _late_error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, floa
 
 
 def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:
-    """Return the largest error after some steps, how far the solution has moved, and what rounding explains."""
+    """Return the largest error after some steps, the move of the solution, and the bound of rounding."""
     ((got, after),) = _run(scheme, trivial, h, (STEPS,))
     start = trivial.solution(0.0, np.zeros((trivial.problem.noise_dim, PATHS)))
     before = {name: start[name] for name in after}
@@ -296,7 +298,7 @@ def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, fl
 
 
 def _run(scheme: Scheme, trivial: Trivial, h: float, counts: tuple[int, ...]) -> list[tuple[Parts, Parts]]:
-    """Return what a scheme comes to after some numbers of steps, and the solution in the components that it has."""
+    """Return the components of a scheme after some numbers of steps, and the solution in the same components."""
     problem, rng = trivial.problem, np.random.Generator(np.random.Philox(key=SEED))
     noises = [scheme.law.increment(problem.drawn(rng, h, PATHS), h) for _ in range(counts[-1])]
     stops = list(stops_along(scheme, problem, h, noises))
@@ -305,7 +307,7 @@ def _run(scheme: Scheme, trivial: Trivial, h: float, counts: tuple[int, ...]) ->
         W = sum((noise.dW for noise in noises[:count]), np.zeros((problem.noise_dim, PATHS)))
         jumps = {r.name: reduce(r.joined, (n.records[r.name] for n in noises[:count])) for r in problem.records}
         got, solution = scheme.parts(problem, stops[count - 1].end), trivial.solution(count * h, W, **jumps)
-        # A scheme may leave out components: they are missing in its report.
+        # A scheme may leave out components; its report has none of them.
         found.append((got, {name: part for name, part in solution.items() if name in got}))
     return found
 

@@ -1,4 +1,4 @@
-"""Random numbers of a solver's own: paths that are alike in all that a step is given go to different places."""
+"""Detect steps that draw their own random numbers: paths with identical arguments then give different results."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..probe.step.states import WHEN
 from .batches import take_paths
 from .trial import Trial
 
-# Paths that are alike, steps to the horizon, and what of the state is more than rounding.
+# Number of identical paths, steps to the horizon, and the smallest difference relative to the state that is not
+# rounding.
 ALIKE, STEPS, APART = 2, 64, 1e-9
 OWN_NUMBERS = (
     "a step draws random numbers of its own, so that no two runs are on the same noise; have it take them from "
@@ -19,22 +20,22 @@ OWN_NUMBERS = (
 
 
 def draws_own_numbers(scheme: Scheme, view: Problem) -> str:
-    """Return that a step draws random numbers itself, and what to do about it, or an empty string.
+    """Return that a step draws random numbers itself, and the remedy, or an empty string.
 
-    Two paths of the same state and noise go apart, and so do two calls for the same path. A step that counts its
-    calls, or keeps what it was given, takes paths that are alike to the same place.
+    Two paths with the same state and noise differ, and so do two calls with the same arguments. A step that counts
+    its calls, or remembers arguments, gives identical paths the same result.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     try:
         with np.errstate(all="ignore"):
             return OWN_NUMBERS if _goes_apart(scheme, view) else ""
     except FAULTS:
-        # A step that cannot be made is for others to tell.
+        # Errors of a step are reported by other checks.
         return ""
 
 

@@ -1,4 +1,4 @@
-"""A scheme's own run: states along it, where iterations, truncation and constraints are at work."""
+"""States along a run of a scheme, where iterations, truncation and constraints are active."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -11,24 +11,24 @@ from ..forms import Problem
 from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
 from .batches import freeze
 
-# So many steps over the horizon, at most; of more paths than that some stop together.
+# Most steps over the horizon; with more paths than this, several paths are stopped at the same step.
 STEPS = 16
 
 
 def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
-    """Return states along a run over the horizon: the paths are stopped one after the other, where they are.
+    """Return states along a run over the horizon: each path is stopped at another time.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     paths : int
 
     Returns
     -------
     ndarray or NamedTuple of ndarray
-        They cannot be written into.
+        Read-only.
     """
     steps = min(paths, STEPS)
     h, last = view.horizon / steps, np.arange(paths) * steps // paths
@@ -40,7 +40,7 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
 
 
 class Stop(NamedTuple):
-    """A state of a run, the noise of the step that follows it, and the state after that."""
+    """A state of a run, the noise of the next step, and the state after it."""
 
     state: State
     noise: Increment
@@ -48,16 +48,16 @@ class Stop(NamedTuple):
 
 
 def stops_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Increment]) -> Iterator[Stop]:
-    """Yield the steps of size h of a run from the scheme's start; nobody can write into what they are given.
+    """Yield the steps of size h of a run from the scheme's start; states and noise given to the step are read-only.
 
     Parameters
     ----------
     scheme : Scheme
     problem : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     h : float
     noises : sequence of Increment, dW of shape (l, P)
-        With the scheme's law, one for each step.
+        Noise with the scheme's law, one for each step.
 
     Yields
     ------
@@ -79,12 +79,12 @@ def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
     Parameters
     ----------
     view : Problem
-        What the scheme sees.
+        Problem in the scheme's form.
     paths : int
     h : float
         Step size.
     block : int
-        Number of the draw: another number, other noise.
+        Index of the draw; different indices give independent noise.
     """
     source = Source(1, "conformance", block, paths)
     noise = Brownian(source, view.noise_dim, h, 0, view.noise & {*BROWNIAN} | USUAL, view.records)
@@ -92,5 +92,5 @@ def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
 
 
 def _stop(stops: Sequence[Array], last: Array) -> Array:
-    # Of each path the state after its last step.
+    # Return the state of each path after its last step.
     return np.stack([stops[n][..., path] for path, n in enumerate(last)], axis=-1)

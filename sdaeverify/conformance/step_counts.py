@@ -1,12 +1,12 @@
-"""Steps of a run of 10 or 50 steps, against those of runs of 2^k steps.
+"""Compare steps of runs of 10 or 50 steps with those of runs of 2^k steps.
 
 All levels of a run have N_0 2^k steps, 8 2^k by default, and local errors are probed at powers of two. A step may
-look at the number of steps, T/h, before it behaves. Its distance from Euler's step, with the same standard normals,
+nevertheless depend on the number of steps T/h. Its distance from Euler's step, with the same standard normals,
 is for all step sizes the sum of a few powers of h,
 
     Phi_h(x; xi) - [x + f h + B dW] = a h + b h^(3/2) + c h^2 + d h^(5/2) + ...,
 
-so that its values at four step sizes determine it at one between them.
+so that its values at four step sizes determine the value at a step size between them.
 """
 
 import numpy as np
@@ -20,12 +20,12 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import cloud
 from .trial import Trial
 
-# Numbers of steps, and those of the runs that each is compared with.
+# Numbers of steps, each with the numbers of steps of the runs it is compared with.
 COUNTS = {10: (4, 8, 16, 32), 50: (16, 32, 64, 128)}
 POWERS = np.array([1.0, 1.5, 2.0, 2.5])
-# Of the largest distance from Euler's step of its neighbours: all shipped schemes on all problems are off by 0.045.
+# Accepted difference relative to the largest distance from Euler's step; shipped schemes reach at most 0.045.
 UNLIKE = 0.1
-# What differences of steps as large as the state lose, times the weights of the four step sizes.
+# Rounding of differences of steps as large as the state, times the weights of the four step sizes.
 ROUNDINGS = 1e4
 
 
@@ -38,13 +38,13 @@ def why_not_counted(scheme: Scheme, view: Problem) -> str:
 
 
 def depends_on_count(scheme: Scheme, view: Problem) -> str:
-    """Return at which number of steps a step is unlike those of other sizes, in one line, or an empty string.
+    """Return the number of steps at which a step differs from those of other sizes, in one line, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; `why_not_counted` has nothing against the pair.
+        Problem in the scheme's form; `why_not_counted` must be empty for the pair.
     """
     step = OneStep(*remove_delay(scheme, view))
     for count, others in COUNTS.items():
@@ -56,32 +56,32 @@ def depends_on_count(scheme: Scheme, view: Problem) -> str:
 
 
 def unlike(step: OneStep, count: int, others: tuple[int, ...]) -> float:
-    """Return the distance of a step from an interpolation in h, as part of their distance from Euler's step.
+    """Return the distance of a step from its interpolation in h, relative to their distances from Euler's step.
 
-    It is the median over paths: the largest step of the interpolation may be too long for powers of h on a few of
-    them, and a step that looks at its number of steps does so on all.
+    The median over paths is returned: on a few paths the largest step of the interpolation may be too long for powers
+    of h, whereas a dependence on the number of steps shows on all paths.
 
     Parameters
     ----------
     step : OneStep
     count : int
-        Number of steps of the run that has steps of this size.
+        Number of steps of the run whose step is compared.
     others : tuple of int
-        Those of the runs whose step sizes are interpolated.
+        Numbers of steps of the runs whose steps are interpolated.
     """
     h = np.array([step.view.horizon / steps for steps in (count, *others)])
     beside, rounding = zip(*(_beside_euler(step, float(size)) for size in h), strict=True)
     powers = h[:, None] ** POWERS
     expected = np.tensordot(np.linalg.solve(powers[1:].T, powers[0]), np.stack(beside[1:]), 1)
     off, *sizes = (np.sqrt((part**2).sum(axis=0)) for part in (beside[0] - expected, *beside[1:]))
-    # On paths of a step that fails the quotient is not a number; it may be so on all.
+    # On paths where a step fails the quotient is NaN; this may be the case on all paths.
     found = off / (np.max(sizes, axis=0) + ROUNDINGS * max(rounding))
     known = found[np.isfinite(found)]
     return float(np.median(known)) if known.size else 0.0
 
 
 def _beside_euler(step: OneStep, h: float) -> tuple[Array, float]:
-    """Return the distance of a step from Euler's, shape (d, P), and a rounding error of the state."""
+    """Return a step minus Euler's step, shape (d, P), and a rounding error of the state."""
     x = cloud(step.view, step.equation)
     noise = Trial(step.scheme, step.view, h, x).noise
     t = step.time

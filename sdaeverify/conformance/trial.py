@@ -1,4 +1,4 @@
-"""A step under trial: a scheme's states on many paths, each with its own noise, that nobody can write into."""
+"""A trial of a step: states of a scheme on many paths, each with different noise, as read-only arrays."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,27 +17,27 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import SIZE, WHEN
 from .batches import freeze, nudge, take_paths
 
-# Paths may differ between batches by so many rounding errors: vector instructions round otherwise at a row's end.
+# Accepted difference between batches in rounding errors: vector instructions round differently at the end of a row.
 ROUNDINGS = 8.0
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A scheme's step at the states of the cloud, each with its own noise; no input can be written into.
+    """A scheme's step at the probe states, each with its own noise; all inputs are read-only.
 
     Attributes
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     h : float
         Step size.
     x : ndarray, shape (d, P), or None
-        States of the cloud; None where the scheme has memory that only steps can set.
+        Probe states; None if the scheme cannot be entered there, as with memory that `enter` does not set.
     paths : int
         Number P of paths.
     given : ndarray or NamedTuple of ndarray, P paths, optional
-        The scheme's states, where they are not those of the cloud.
+        The scheme's states, if they are not those entered at `x`.
     """
 
     scheme: Scheme
@@ -49,29 +49,29 @@ class Trial:
 
     @cached_property
     def noise(self) -> Increment:
-        """Noise of the step with the scheme's law, H where the problem has it drawn."""
+        """Noise of the step with the scheme's law; has H if the problem draws it."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         drawn = self.view.drawn(rng, self.h, self.paths)
         return self.lawful(drawn._replace(**self._past(rng)))
 
     def lawful(self, noise: Increment) -> Increment:
-        """Return Brownian noise as the scheme is given it."""
+        """Return Brownian noise transformed to the scheme's law, read-only."""
         increment: Increment = freeze(self.scheme.law.increment(noise, self.h))
         return increment
 
     def _past(self, rng: np.random.Generator) -> dict[str, Array]:
-        """Return lagged values around the first state where the problem has a delay."""
+        """Return lagged values around the first state if the problem has a delay."""
         delayed = self.view.capability(Delayed)
         return {} if delayed is None else delayed.near_past(rng, self.paths, 0.5)
 
     @cached_property
     def state(self) -> State:
-        """The scheme's states."""
+        """The scheme's states at the start of the step."""
         if self.given is not None:
             return freeze(self.given)
         if self.x is not None:
             return freeze(OneStep(self.scheme, self.view).enter(self.x, WHEN * self.view.horizon, self.h))
-        # A first step takes the paths apart.
+        # All paths start at the same state; a first step separates them.
         start = freeze(self.scheme.start(self.view, self.paths, self.h))
         result = self.step(start, self.noise)
         same_kind(start, result)
@@ -79,24 +79,24 @@ class Trial:
 
     @cached_property
     def stepper(self) -> Stepper:
-        """The step that all checks but one use, one and the same: what it keeps from call to call shows."""
+        """The prepared step that all checks but one share, so that memory from call to call shows."""
         return self.scheme.prepare(self.view, self.h)
 
     def step(self, state: State, noise: Increment) -> Step:
-        """Make one step."""
+        """Make one step at a fifth of the horizon, and require a `Step` as its result."""
         return require_step(self.stepper(state, WHEN * self.view.horizon, noise))
 
     @cached_property
     def first(self) -> Step:
-        """The step of all paths, made before any other; whether it is a `Step` at all is for checks to say."""
+        """Result of the step on all paths, made before any other call; its type is verified by the checks only."""
         return self.stepper(self.state, WHEN * self.view.horizon, self.noise)
 
     @property
     def rounding(self) -> Array:
-        """How much of each path may be rounding, shape (P,): eps of its size, of the inputs, or the algorithm's own.
+        """Bound of the rounding error of each path, shape (P,): of its size, of its inputs, and of the algorithm.
 
-        The last, largest where an algorithm squares the condition of a matrix, shows where arrays are laid out
-        otherwise in memory: sums are taken in another order then.
+        The last, largest for an algorithm that squares the condition of a matrix, is seen from arrays with another
+        memory layout, for which sums are taken in another order.
         """
         before, after, same = flatten(self.state), flatten(self.first.state), np.arange(self.paths)
         nudged = self.step(nudge(self.state), nudge(self.noise))
@@ -105,9 +105,9 @@ class Trial:
         return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(others - after).max(axis=(0, 1))))
 
     def apart(self, paths: Array | slice) -> float:
-        """Return how far some paths, in this order, go from where they go among all, in sizes of the largest state.
+        """Return the largest difference of some paths, in this order, from their step among all paths.
 
-        What is rounding is 0; infinite where the two cannot be compared.
+        It is relative to the largest state; 0 if within rounding, and infinite if the results cannot be compared.
         """
         got, expected = flatten(self._made_of(paths)), flatten(take_paths(self.first.state, paths))
         if got.shape != expected.shape:

@@ -1,9 +1,9 @@
-"""The first violation of a step's contract, of exactness on trivial equations, or of the equation at some state.
+"""First violation of a step's contract, of exactness on trivial equations, or of the equation at some state.
 
-A short step follows the equation at every state that solutions reach and at all times, not at those alone where
-orders are probed: see `step_law`. A step that clips its state, or loses a term on one side of a threshold, follows it
-everywhere else, and a few states in the middle of the law do not show it. So does a step that loses rare noise: see
-`far_noise`.
+A short step must follow the equation at all times and at every state that solutions reach, not only where orders are
+probed: see `step_law`. A step that clips its state, or omits a term on one side of a threshold, follows the equation
+everywhere else, and a few states in the bulk of the law do not show the error. The same holds for a step that omits
+rare noise: see `far_noise`.
 """
 
 import numpy as np
@@ -22,28 +22,29 @@ from ..probe.step.states import reached_states
 from .contract import contract_violation
 from .exactness import exactness_violation
 
-# Under which name the comparison of single steps is evidence.
+# Name of the evidence from comparing single steps with the equation.
 LAW = "step law"
-# Steps of the horizon, coarse and fine, and paths from each state: the normal increments of so many are up to 4.
+# Steps per horizon, coarse and fine, and paths from each state: the largest normal increments of all paths are near
+# 4.
 STEPS, PATHS = (8, 64), 64
 STATES = 64
 
 
 def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
-    """Return where short steps, or the memory of a run, leave the equation, in one line, or an empty string.
+    """Return where short steps, or the memory of a run, deviate from the equation, in one line, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     paths : bool
-        Whether the scheme claims anything of paths; see `noise_departure`.
+        Whether the scheme has claims on paths; see `noise_departure`.
 
     Returns
     -------
     str
-        Empty, too, where a step cannot be probed, see `step_law` and `run_memory`.
+        Also empty if a step cannot be probed, see `step_law` and `run_memory`.
     """
     if text := law_departure(scheme, view) or noise_departure(scheme, view, paths=paths):
         return text
@@ -58,10 +59,10 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the contract is tried on it, exactness on trivial problems of the same form, and whether
-        a step follows the equation at all states where a scheme claims to.
+        Problem in the scheme's form. The contract is checked on it, exactness on trivial problems of the same form.
+        Whether a step follows the equation at all states is checked if the scheme claims it.
     followed : Followed
-        Names of the measures whose claims say so.
+        Names of the measures whose claims imply that steps follow the equation.
 
     Returns
     -------
@@ -70,7 +71,7 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
     Raises
     ------
     Exception
-        What a step raises at states of the view: nothing can be said of such a scheme.
+        Any error that a step raises at states of the view; the checks cannot be made then.
     """
     with np.errstate(all="ignore"):
         if text := contract_violation(scheme, view) or domain_violation(scheme, view):
@@ -83,50 +84,50 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
 
 
 def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
-    """Tell whether a scheme claims to follow the equation on this problem in all its quantities.
+    """Return whether a scheme claims, in all quantities of this problem, to follow the equation.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     followed : Followed
-        Names of the measures whose claims say that steps follow the equation.
+        Names of the measures whose claims imply that steps follow the equation.
     """
     return _claims_any(scheme, view, followed.paths | followed.law)
 
 
 def _claims_any(scheme: Scheme, view: Problem, measures: frozenset[str]) -> bool:
-    """Return whether a scheme makes a claim of one of some measures on this problem in all its quantities."""
+    """Return whether a scheme has a claim of one of `measures` that covers all quantities of this problem."""
     held = [claim for claim in scheme.promises if claim.when <= view.traits and not claim.quantities]
     return not measures.isdisjoint(claim.measure for claim in held)
 
 
 def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:
-    """Return at how many times steps were compared with the equation, and the largest error that may be left there.
+    """Return the number of times at which steps were compared with the equation, and the largest undetected error.
 
-    Nothing where the scheme does not claim to follow the equation in all quantities: then nobody compared.
+    Empty if the scheme does not claim to follow the equation in all quantities: steps are not compared then.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     followed : Followed
-        As of `follows`.
+        As for `follows`.
     """
     found = law_resolution(scheme, view) if follows(scheme, view, followed) else None
     return Tally() if found is None else packed(LAW, found)
 
 
 def domain_violation(scheme: Scheme, view: Problem) -> str:
-    """Return from which state a step of a scheme with a domain leaves it, in one line, or an empty string.
+    """Return the state from which a step leaves the scheme's domain, in one line, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; its own domain lies in that of the scheme.
+        Problem in the scheme's form; its domain lies in that of the scheme.
     """
     step = OneStep(scheme, view)
     if scheme.domain is None or step.why_not_comparable() or step.untold(scheme.start(view, 1, view.horizon)):

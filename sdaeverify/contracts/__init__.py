@@ -1,1 +1,1 @@
-"""What plugins give and get: schemes, claims, measures, settings, labels, and how schemes match problems."""
+"""Contracts of plugins: schemes, claims, measures, settings, labels, and how schemes match problems."""

@@ -1,6 +1,6 @@
-"""What can be claimed: a least order, exactness, a bound, or words that a measure knows.
+"""Values of claims: a minimum order, exactness, a bound, or a word defined by a measure.
 
-Whoever decides by a claim asks for the type of its value; its text is for readers.
+Code dispatches on the type of the value; its text is for readers only.
 """
 
 from dataclasses import dataclass
@@ -8,25 +8,28 @@ from math import inf
 
 from ..errors import SchemeError
 
-# How users write what is exact, and what has no bias beyond a bound.
-ROUND_OFF, UNBIASED = "round-off", "unbiased"
-# Orders in h are multiples of 1/2: a margin of 1/2 would accept the order below the one that is claimed.
+# Texts by which users claim exactness, a bias below a bound, and an error below a bound at one step size.
+ROUND_OFF, UNBIASED, ERROR = "round-off", "unbiased", "error"
+# Suffix of a quantity that is its error at one step size.
+AT_H = "@h="
+# Orders in h are multiples of 1/2, so a margin of 1/2 would accept the next order below the claimed one.
 MARGIN, HALF = 0.2, 0.5
-# In which sense an order holds. Orders in mean square need moments of the scheme that stay bounded as h falls; orders
-# in probability, which are those along almost every path, need local conditions only (Gyongy 1998).
+# The sense in which an order holds. An order in mean square needs moments of the scheme that stay bounded as h falls;
+# an order in probability, that is along almost every path, needs local conditions only (Gyongy 1998).
 IN_MEAN_SQUARE, IN_PROBABILITY = "in mean square", "in probability"
 SENSES = (IN_MEAN_SQUARE, IN_PROBABILITY)
 
 
 @dataclass(frozen=True)
 class Order:
-    """A least order.
+    """A minimum order of convergence.
 
     Attributes
     ----------
     least : float
+        The claimed order.
     margin : float
-        How far below `least` an order along paths may be: part of the claim, less than 1/2.
+        Amount by which an order measured along paths may fall short of `least`: part of the claim, less than 1/2.
     """
 
     least: float
@@ -45,12 +48,12 @@ class Order:
 
     @property
     def floor(self) -> float:
-        """The least order up to the margin: from here on a claim holds."""
+        """Smallest accepted order, ``least - margin``; the claim holds for orders at or above it."""
         return self.least - self.margin
 
     @property
     def bar(self) -> str:
-        """The claim in a reason, with the margin that an order along paths has."""
+        """Text of the claim with the margin of orders along paths, for use in a reason."""
         return f"claim {float(self.least)}, margin {self.margin:.3g}"
 
     def __str__(self) -> str:
@@ -58,18 +61,19 @@ class Order:
 
 
 def bar(claimed: float, accepted: float) -> str:
-    """Return in words what an order is compared with: the claim, and the tolerance of orders without sampling.
+    """Return the text of a claimed order with the tolerance that applies to orders found without sampling.
 
     Parameters
     ----------
     claimed, accepted : float
+        The claimed order, and the smallest order that is accepted.
     """
     return f"claim {float(claimed)}, one-step tolerance {claimed - accepted:.3g}"
 
 
 @dataclass(frozen=True)
 class Exact:
-    """No error beyond rounding."""
+    """Claim that the error does not exceed rounding."""
 
     def __str__(self) -> str:
         return ROUND_OFF
@@ -77,36 +81,50 @@ class Exact:
 
 @dataclass(frozen=True)
 class Bound:
-    """At most a number, whatever the step size.
+    """Claim that a quantity does not exceed a bound at any step size, or at one of them.
 
     Attributes
     ----------
     text : str
-        What is bounded: ``unbiased`` of a bias, or a word that a measure knows, such as ``iterations``.
+        Name of the bounded quantity: ``unbiased`` for a bias, ``error`` for an error at a step size, or a word
+        defined by a measure, such as ``iterations``.
     most : float
         The largest absolute value, in the unit of the quantity.
     share : float
-        Least share of the steps in which it holds.
+        Minimum fraction of the steps in which the bound holds.
+    at : float or None
+        Step size at which an error is bounded, in the problem's unit of time; None for every step size.
     """
 
     text: str
     most: float
     share: float = 1.0
+    at: float | None = None
 
     def __post_init__(self) -> None:
+        if (self.at is None) is (self.text == ERROR) or not 0 < (1 if self.at is None else self.at) < inf:
+            text = "a bound of an error names one positive step size at which it holds, and no other bound does"
+            raise SchemeError(f"{text}; got {self.text!r} at {self.at!r}")
         if not (0 < self.most < inf and 0 < self.share <= 1):
             given = f"{self.text!r}, {self.most!r} in a share {self.share!r} of the steps"
             raise SchemeError(f"a bound is positive and finite, its share positive and at most 1; got {given}")
 
+    @property
+    def suffix(self) -> str:
+        """What stands behind the name of a quantity of which it is a bound: ``@h=0.125``, or nothing."""
+        return "" if self.at is None else f"{AT_H}{self.at:g}"
+
     def __str__(self) -> str:
         most = str(float(self.most)).removesuffix(".0")
+        if self.at is not None:
+            return f"error at most {most} at h = {self.at:g}"
         words = f"{UNBIASED} within {most}" if self.text == UNBIASED else f"at most {most} {self.text}"
         return words if self.share == 1 else f"{words} in {100 * self.share:g} per cent of the steps"
 
 
 @dataclass(frozen=True)
 class Word:
-    """What a measure knows by a word.
+    """Claim expressed by a word that a measure defines.
 
     Attributes
     ----------
@@ -128,30 +146,37 @@ class Word:
 Value = Order | Exact | Bound | Word
 
 
-def as_value(given: float | str | Value, margin: float | None, bound: float | None, share: float | None) -> Value:
-    """Return what is claimed as a record.
+def as_value(
+    given: float | str | Value,
+    margin: float | None,
+    bound: float | None,
+    share: float | None,
+    at: float | None = None,
+) -> Value:
+    """Convert the value of a claim to a record.
 
     Parameters
     ----------
     given : float or str or record
-        An order, words, or a record.
+        An order, a text, or a record.
     margin : float or None
-        Of an order; the default if left out.
+        Margin of an order; None means `MARGIN`.
     bound : float or None
-        Of what the words name.
+        Bound on the quantity that the text names.
     share : float or None
-        Least share of the steps in which the bound holds; all if left out.
+        Minimum fraction of the steps in which the bound holds; None means all steps.
+    at : float or None
+        Step size at which the bound holds; None means every step size.
 
     Raises
     ------
     SchemeError
-        If one of them does not go with what is claimed.
+        If `margin`, `bound` or `share` does not apply to the kind of value given.
     """
-    if share is not None and bound is None:
-        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+    _require_bound(bound, share, at)
     if isinstance(given, str):
         if bound is not None:
-            return Bound(given, bound, 1.0 if share is None else share)
+            return Bound(given, bound, 1.0 if share is None else share, at)
         if given.strip().replace(".", "", 1).isdecimal():
             raise SchemeError(f"a claimed order is a number, not a text; got {given!r}")
         return Exact() if given == ROUND_OFF else Word(given)
@@ -162,3 +187,10 @@ def as_value(given: float | str | Value, margin: float | None, bound: float | No
     if margin is not None:
         raise SchemeError(f"a margin is of an order given as a number; got {given!r}, {margin!r}")
     return given
+
+
+def _require_bound(bound: float | None, share: float | None, at: float | None) -> None:
+    if share is not None and bound is None:
+        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+    if at is not None and bound is None:
+        raise SchemeError(f"a step size is that at which a bound holds; got at = {at!r} without a bound")

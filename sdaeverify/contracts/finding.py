@@ -1,4 +1,4 @@
-"""What is found of a claim: an opinion, which is a verdict with its reason, and the rows of a cell."""
+"""Results of judging a claim: opinions (a verdict with its reason), and the rows of a cell."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ from .scheme import Claim
 
 
 class Verdict(StrEnum):
-    """What can be said of a claim, or why nothing can."""
+    """Verdict on a claim, or the reason why there is none."""
 
     VERIFIED = "verified"
     REFUTED = "refuted"
@@ -25,12 +25,24 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not_applicable"
 
 
-# Nothing was measured of what was to be.
+class Status(StrEnum):
+    """Status of a finding in a gate, or of a check in a test, given the expected failures."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    SKIPPED = "skipped"
+    UNMEASURED = "unmeasured"
+    UNDECIDED = "undecided"
+    XFAILED = "xfailed"
+    XPASSED = "xpassed"
+
+
+# Verdicts that mean the quantity was not measured.
 UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 
 
 class Kind(StrEnum):
-    """What a reason says, where something is decided by it or somebody counts it."""
+    """Kind of a reason, for reasons that a rule depends on or that are counted."""
 
     PLAIN = ""
     NO_CLAIM = "no claim"
@@ -50,19 +62,20 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Reason:
-    """Why a verdict is what it is: a value of one or several parts, whose words are made where they are read.
+    """Reason for a verdict, made of one or several parts; the text is formatted when it is read.
 
     Attributes
     ----------
     text : str
-        With places for the numbers, as `str.format` fills them; as it stands where there are no numbers.
+        Format string for `str.format` if there are numbers, the literal text otherwise.
     kind : str
-        A `Kind`, or a word of a measure's own.
+        A `Kind`, or a word defined by a measure.
     numbers : mapping of str to object
+        Arguments of the format string.
     joint : str
-        What stands between the part before and this one.
+        Separator between the preceding part and this one.
     rest : tuple of Reason
-        Further parts, each of them without a rest.
+        Further parts, each with an empty `rest`.
     """
 
     text: str = ""
@@ -73,16 +86,16 @@ class Reason:
 
     @classmethod
     def of(cls, *reasons: "Reason | str") -> "Reason":
-        """Return several reasons as one; empty ones are left out."""
+        """Join several reasons into one; empty reasons are skipped."""
         return reduce(cls.then, reasons, cls())
 
     @property
     def parts(self) -> "tuple[Reason, ...]":
-        """The parts, each by itself."""
+        """The parts as separate reasons with an empty `rest`."""
         return (replace(self, rest=()), *self.rest) if self.rest else (self,)
 
     def then(self, other: "Reason | str", joint: str = "; ") -> "Reason":
-        """Return this reason with another one behind it; an empty one adds nothing."""
+        """Return this reason followed by another one; an empty one leaves it unchanged."""
         if not other:
             return self
         added = Reason(other) if isinstance(other, str) else other
@@ -94,45 +107,45 @@ class Reason:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of the parts that have one, each once."""
+        """Distinct kinds of the parts, in order; parts without a kind are skipped."""
         return tuple(dict.fromkeys(str(part.kind) for part in self.parts if part.kind))
 
     @property
     def paths(self) -> float:
-        """How many paths would decide, as far as the parts say; 0 if none does."""
+        """Number of paths that would decide, the largest over the parts; 0 if no part states one."""
         said = (part.numbers.get("paths", 0) for part in self.parts if part.kind == Kind.MORE_PATHS)
         return max(map(float, map(str, said)), default=0.0)
 
     def without(self, kind: str) -> "Reason":
-        """Return the reason without the parts of a kind."""
+        """Return the reason without the parts of the given kind."""
         return Reason.of(*(part for part in self.parts if part.kind != kind))
 
     def has(self, kind: str) -> bool:
-        """Tell whether a part is of a kind."""
+        """Return whether any part has the given kind."""
         return any(part.kind == kind for part in self.parts)
 
     def includes(self, other: "Reason") -> bool:
-        """Tell whether a reason of one part is a part of this one, however it is joined."""
+        """Return whether a single-part reason is among the parts, ignoring separators."""
         return any(replace(part, joint=other.joint) == other for part in self.parts)
 
     def before(self, kind: str) -> "Reason":
-        """Return the parts before the first one of a kind; all of them if there is none."""
+        """Return the parts that precede the first one of the given kind; all parts if there is none."""
         first, *further = [*takewhile(lambda part: part.kind != kind, self.parts)] or [Reason()]
         return replace(first, rest=tuple(further))
 
     @property
     def sentence(self) -> str:
-        """The words as a sentence: a capital where it begins with a word, and a full stop."""
+        """The text as a sentence, with a capital letter (if the first word is not a symbol) and a full stop."""
         text = str(self)
         first = text.split(" ", 1)[0].rstrip(",:").replace("-", "")
-        # A letter by itself is a component, but for the article.
+        # A single letter is the name of a component, except for the article.
         if first.isalpha() and first.islower() and (len(first) > 1 or first == "a"):
             text = text[0].upper() + text[1:]
         return text if not text or text.endswith((".", "?", "!")) else f"{text}."
 
     @property
     def standard_errors(self) -> float:
-        """How many standard errors an effect is that is not told from noise, as far as the parts say; NaN if none."""
+        """Smallest size over the parts of an insignificant effect in standard errors; NaN if no part states one."""
         said = (part.numbers["standard_errors"] for part in self.parts if "standard_errors" in part.numbers)
         return min(map(float, map(str, said)), default=nan)
 
@@ -147,22 +160,22 @@ class Reason:
 
 
 class Opinion(NamedTuple):
-    """What is said of a claim.
+    """Verdict on a claim with its reason and statistics.
 
     Attributes
     ----------
     verdict : Verdict
     reason : Reason
     tier : int
-        Of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
+        Tier of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
     settled : bool
-        Whether more paths could not change the verdict, or need not be asked for.
+        Whether sampling may stop: more paths could not change the verdict, or are not needed.
     p_verified, p_refuted : float
         p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
         no sampling error is involved. They enter the family-wise correction of a run.
     excluded : frozenset of Verdict
-        What something that was seen stands against: no p-value makes up for that, nor any correction of one. An
-        inconclusive opinion that excludes *verified* speaks against the claim; one that does not says nothing.
+        Verdicts that the observations rule out. No p-value and no correction of one overrides this. An inconclusive
+        opinion that excludes *verified* is evidence against the claim; any other inconclusive opinion is neutral.
     """
 
     verdict: Verdict
@@ -175,44 +188,44 @@ class Opinion(NamedTuple):
 
     @property
     def speaks_against(self) -> bool:
-        """Whether what was seen stands against the claim, decided or not."""
+        """Whether the observations are evidence against the claim, decided or not."""
         return self.verdict is Verdict.REFUTED or Verdict.VERIFIED in self.excluded
 
     @property
     def final(self) -> bool:
-        """Whether neither verdict can be had: no other evidence decides then."""
+        """Whether both *verified* and *refuted* are excluded, so that no other evidence can decide."""
         return self.excluded >= {Verdict.VERIFIED, Verdict.REFUTED}
 
     def plus(self, *remarks: Reason | str) -> "Opinion":
-        """Return the opinion with remarks behind its reason; empty ones add nothing."""
+        """Return the opinion with remarks appended to its reason; empty remarks are skipped."""
         further = Reason.of(*remarks)
         return self._replace(reason=self.reason.then(further)) if further else self
 
 
-# Tiers of methods: the contract of a step, one step, all steps at once, paths that are drawn; beside them, the order
-# conditions of a class of equations, which override none.
+# Tiers of methods: the contract of a step, one step, all steps at once, sampled paths. The order conditions of a
+# class of equations have a tier outside this ranking because they override none of the others.
 CONTRACT, ONE_STEP, AT_ONCE, SAMPLED = 0, 1, 2, 3
 CONDITIONS = -1
 
 
 def tier_name(tier: int) -> str:
-    """Return how a tier is written."""
+    """Return the display name of a tier, such as ``T1``; ``TA`` for order conditions."""
     return "TA" if tier == CONDITIONS else f"T{tier}"
 
 
 class Method(NamedTuple):
-    """How a quantity was measured.
+    """Method by which a quantity was measured.
 
     Attributes
     ----------
     what : str
-        What was looked at: ``local order``, ``paths``.
+        Subject of the measurement: ``local order``, ``paths``.
     tier : int or None
-        Of it: 0 contract, 1 local, 2 deterministic and global, 3 sampled; None where nothing could be decided.
+        Tier of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled; None if undecided.
     guard : str
-        What would have shown that the tier errs.
+        Observation that would have shown an error of the tier.
     reference : str
-        What stands for the truth along paths.
+        Solution used as the truth along paths.
     """
 
     what: str
@@ -222,7 +235,7 @@ class Method(NamedTuple):
 
     @property
     def guarded_by(self) -> str:
-        """The guard with its reference; empty where there is none."""
+        """The guard with its reference; empty if there is no guard."""
         return _joined(self.guard, self.reference) if self.guard else ""
 
     def __str__(self) -> str:
@@ -248,19 +261,20 @@ class Finding:
     claim : Claim or None
         None if no claim covers the quantity here.
     estimate, low, high : float
-        Order or residual, with its interval at the run's confidence.
+        Order or residual, with its confidence interval at the confidence level of the run.
     resolution : float
-        Largest error of the limit that the evidence leaves possible, as part of the quantity's size: one that is
-        larger would have shown. NaN where nothing is said of a limit, infinite where no error would have shown.
+        Largest error of the limit that the evidence leaves possible, relative to the size of the quantity; a larger
+        one would have been detected. NaN if the evidence does not concern a limit, infinite if no error would have
+        been detected.
     order_resolution : float
-        Largest share of the error at the finest step that a term of half an order less than the claimed one may have,
-        where paths alone decide an order; NaN elsewhere, infinite where it is not known.
+        Largest share of the error at the finest step that may belong to a term of half an order less than the claimed
+        order. Set where paths alone decide an order; NaN elsewhere, infinite where it is unknown.
     value_of : str
-        What the estimate is where it is neither an order nor what the measure's estimates are.
+        Meaning of the estimate where it is neither an order nor the usual estimate of the measure.
     method : Method or None
-        None where nothing was measured.
+        None if the quantity was not measured.
     details : mapping of str to object
-        Further columns.
+        Additional columns.
     """
 
     quantity: str
@@ -295,10 +309,10 @@ class LevelFinding(NamedTuple):
     ----------
     quantity : str
     level : int or None
-        Index of the level of the run's paths; None for a step size of the measure's own.
+        Index of the level of the run's paths; None for a step size chosen by the measure.
     estimate, std_error : float
     details : mapping of str to object
-        Further columns.
+        Additional columns.
     h : float
         Step size where `level` is None.
     """
@@ -318,7 +332,7 @@ class Judgement(NamedTuple):
     ----------
     findings : tuple of Finding
     levels : iterable of LevelFinding
-        Read once at most: nobody asks for those of a control, and a generator makes none then.
+        Iterated at most once. The levels of controls are never read, so a generator does not compute them.
     """
 
     findings: tuple[Finding, ...]

@@ -1,8 +1,8 @@
-"""Labels: the one text by which a scheme or problem with its parameters is named, ``name[key=value,...]``.
+"""Labels: unique texts ``name[key=value,...]`` that name a scheme or problem with its parameters.
 
 A canonical label lists the parameters that differ from their defaults, in the order of their declaration.
-A value is true or false, a number, or text; text is put between double quotes (as in JSON) where it would
-read as a number or holds anything but ASCII letters, digits and ``_ . + - / :``.
+A value is true or false, a number, or text. Text is put between double quotes (as in JSON) where it would
+read as a number or contains characters other than ASCII letters, digits and ``_ . + - / :``.
 """
 
 import inspect
@@ -26,7 +26,7 @@ KINDS: tuple[tuple[type, str], ...] = (
     (Real, "a number"),
     (str, "a word or a number"),
 )
-# Largest number that is taken: what is computed with a larger one is not finite.
+# Largest accepted number: larger ones would overflow to infinity.
 LARGEST = sys.float_info.max
 
 _LABEL = re.compile(r'\s*(?P<name>[^\[\]=,"\s]+)\s*(?P<brackets>\[(?P<inside>.*)\])?\s*', re.DOTALL)
@@ -42,9 +42,9 @@ class Parameter(NamedTuple):
     ----------
     name : str
     default : object
-        Its type says how text is read; `REQUIRED` if there is none.
+        Its type determines how text is converted; `REQUIRED` if there is none.
     text_only : bool
-        Whether it is annotated as plain ``str``, so that a number stays text.
+        Whether it is annotated as plain ``str``, so that digits stay text.
     """
 
     name: str
@@ -53,13 +53,13 @@ class Parameter(NamedTuple):
 
 
 class Label(NamedTuple):
-    """A label taken apart.
+    """Label split into its name and parameters.
 
     Attributes
     ----------
     name : str
     parameters : mapping of str to str, or None
-        Values as they were written, quotes included; None where there were no brackets.
+        Values as they were written, quotes included; None if there were no brackets.
     """
 
     name: str
@@ -72,7 +72,7 @@ def dataclass_parameters(owner: type) -> tuple[Parameter, ...]:
 
 
 def function_parameters(function: Callable[..., object]) -> tuple[Parameter, ...]:
-    """Return the parameters of a function."""
+    """Return the parameters of a function in the order of its signature."""
     given = inspect.signature(function).parameters.values()
     return tuple(Parameter(p.name, p.default, p.annotation in (str, "str")) for p in given)
 
@@ -85,12 +85,12 @@ def make_label(name: str, parameters: Sequence[Parameter], values: Mapping[str, 
     name : str
     parameters : sequence of Parameter
     values : mapping of str to bool, int, float or str
-        A parameter that is missing has its default.
+        Missing parameters have their defaults.
 
     Raises
     ------
     ParameterError
-        If a value has another type: it could not be given on a command line.
+        If a value has another type, because it could not be written on a command line.
     """
     texts = {p.name: _write(values[p.name], p) for p in parameters if p.name in values}
     shown = [f"{p.name}={texts[p.name]}" for p in parameters if p.name in texts and not _is_default(texts, p)]
@@ -98,7 +98,7 @@ def make_label(name: str, parameters: Sequence[Parameter], values: Mapping[str, 
 
 
 def parse_label(text: str) -> Label:
-    """Take a label apart.
+    """Split a label into its name and parameters.
 
     Raises
     ------
@@ -132,36 +132,36 @@ def split_list(text: str) -> list[str]:
 
 
 def is_glob(pattern: str) -> bool:
-    """Return whether a pattern stands for several names."""
+    """Return whether a pattern contains a wildcard in its part before the parameters."""
     return bool(set("*?") & set(pattern.partition("[")[0]))
 
 
 def is_named(label: str, pattern: str) -> bool:
-    """Return whether a pattern is a label, or a glob that its part before the parameters fits."""
+    """Return whether a pattern equals a label, or is a glob that matches the label's part before the parameters."""
     return label == pattern or (is_glob(pattern) and fnmatchcase(label.partition("[")[0], pattern))
 
 
 def is_meant(label: str, patterns: str) -> bool:
-    """Return whether one of some patterns, separated by commas, is meant; no pattern means all labels."""
+    """Return whether any of several patterns, separated by commas, matches; an empty text matches all labels."""
     return not patterns or any(is_named(label, pattern) for pattern in split_list(patterns))
 
 
 def read_values(
     owner: str, parameters: Sequence[Parameter], texts: Mapping[str, str]
 ) -> dict[str, bool | int | float | str]:
-    """Convert the texts of a label by the types of the defaults.
+    """Convert the texts of a label to the types of the defaults.
 
     Parameters
     ----------
     owner : str
-        Whose parameters they are, for messages: ``scheme 'milstein'``.
+        Owner of the parameters, for messages: ``scheme 'milstein'``.
     parameters : sequence of Parameter
     texts : mapping of str to str
 
     Raises
     ------
     ParameterError
-        If a name is unknown or a text is no value of the parameter's type.
+        If a name is unknown or a text cannot be converted to the parameter's type.
     """
     known = {p.name: p for p in parameters}
     for key in texts:
@@ -172,20 +172,20 @@ def read_values(
 
 
 def checked_values(owner: str, parameters: Sequence[Parameter], values: Mapping[str, object]) -> dict[str, Any]:
-    """Return values of the kinds of the defaults, finite where these are: floats where the default is one.
+    """Check that values have the types of the defaults, and are finite if these are; convert to float if needed.
 
     Parameters
     ----------
     owner : str
         As for `read_values`.
     parameters : sequence of Parameter
-        One whose default no label can show takes anything.
+        A parameter whose default cannot be written in a label accepts any value.
     values : mapping of str to object
 
     Raises
     ------
     ParameterError
-        If one is of another kind.
+        If a value has another type.
     """
     checked: dict[str, Any] = dict(values)
     for name, default, _ in (p for p in parameters if p.name in values):
@@ -193,18 +193,18 @@ def checked_values(owner: str, parameters: Sequence[Parameter], values: Mapping[
             given = f"{' '.join(repr(values[name]).split()):.60}"
             raise ParameterError(f"parameter {name} of {owner} {wrong}, got {given}")
         if isinstance(default, float):
-            # A long integer is none of the numbers that arrays are made of.
+            # NumPy stores integers beyond 64 bits as objects.
             checked[name] = float(checked[name])
     return checked
 
 
 def describe_kind(default: object) -> str:
-    """Return in words which values a parameter with this default takes; empty if none can be read."""
+    """Return a description of the values a parameter with this default takes; empty for an unsupported type."""
     return next((words for kind, words in KINDS if isinstance(default, kind)), "")
 
 
 def matches(glob: str, label: str) -> bool:
-    """Tell whether a glob means a whole label: ``*`` and ``?`` alone are special, brackets stand for themselves."""
+    """Return whether a glob matches a whole label: only ``*`` and ``?`` are special, brackets are literal."""
     return fnmatchcase(label, glob.replace("[", "[[]"))
 
 
@@ -222,7 +222,7 @@ def _parse_item(item: str, text: str) -> tuple[str, str]:
 
 
 def _is_default(texts: Mapping[str, str], parameter: Parameter) -> bool:
-    # Texts are compared instead of values: nan is its own default then.
+    # Compare texts instead of values, so that nan equals its default.
     return parameter.default is not REQUIRED and texts[parameter.name] == _write(parameter.default, parameter)
 
 
@@ -252,7 +252,7 @@ def _read(owner: str, text: str, parameter: Parameter) -> bool | int | float | s
 
 
 def _objection(value: object, default: object) -> str:
-    """Return what is wrong with a value of a parameter with some default; empty if nothing is."""
+    """Return the error text for a value of a parameter with the given default; empty if the value is valid."""
     kind = next((kind for kind, _ in KINDS if isinstance(default, kind)), None)
     if kind is None:
         return ""
@@ -260,7 +260,7 @@ def _objection(value: object, default: object) -> str:
         return f"expects {describe_kind(default)}"
     if kind is Integral or not isinstance(value, Real) or _is_finite(value):
         return ""
-    # An integer may be too long for a float.
+    # An integer may be too large for a float.
     return "must be finite" if isinstance(value, Integral) or (kind is Real and _is_finite(default)) else ""
 
 
@@ -284,6 +284,11 @@ def _text(text: str, text_only: bool) -> str | float | None:
         return _unquote(text)
     number = None if text_only else _number(text)
     return text if number is None else number
+
+
+def text_of(value: str) -> str:
+    """Return the text that a value of a label is, without quotes."""
+    return (_unquote(value) or "") if value.startswith('"') else value
 
 
 def _unquote(text: str) -> str | None:

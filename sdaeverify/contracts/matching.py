@@ -1,4 +1,4 @@
-"""Which scheme can be put to which problem, and in which view."""
+"""Matching of schemes and problems: whether a scheme applies to a problem, and in which view."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from .spelling import did_you_mean
 
 
 class Match(NamedTuple):
-    """A problem in the form a scheme solves, or the reason why there is none.
+    """A problem in a form that the scheme solves, or the reason why there is none.
 
     Attributes
     ----------
@@ -17,9 +17,9 @@ class Match(NamedTuple):
     view : str
         Name of the view, empty for the problem itself.
     reason : str
-        Empty if the two match.
+        Empty if scheme and problem match.
     failed : bool
-        Whether the reason is what the scheme raised.
+        Whether the mismatch is a defect of the scheme rather than a difference of scope.
     """
 
     problem: Problem | None
@@ -29,7 +29,7 @@ class Match(NamedTuple):
 
 
 def match(scheme: Scheme, problem: Problem) -> Match:
-    """Offer a problem to a scheme.
+    """Match a problem to a scheme.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def match(scheme: Scheme, problem: Problem) -> Match:
         return Match(None, reason=f"needs {needed}; this problem is {article(type(problem).__name__)}")
     if reason := _why_not_given(scheme, seen):
         return Match(None, seen.seen_as, reason, failed=True)
-    # One Brownian motion has no areas with others.
+    # With one Brownian motion there are no mixed iterated integrals.
     if missing := scheme.noise - seen.noise - ({"A"} if seen.noise_dim == 1 else set()):
         return Match(
             None, seen.seen_as, f"needs noise {', '.join(sorted(missing))}, which the problem does not declare"
@@ -57,12 +57,12 @@ def match(scheme: Scheme, problem: Problem) -> Match:
 
 
 def _why_not_given(scheme: Scheme, seen: Any) -> str:
-    """Return that a scheme says it gives a component that the problem lacks, or an empty string."""
+    """Return that `Scheme.gives` names a component that the problem lacks, or an empty string."""
     if not scheme.gives:
         return ""
     known = [*seen.parts(seen.initial(1))]
     unknown = [name for name in scheme.gives if name not in known]
-    # Of several forms, some may have other components altogether.
+    # A scheme for several forms may name components of another form only.
     if not unknown or (len(scheme.forms) > 1 and len(unknown) == len(scheme.gives)):
         return ""
     meant = did_you_mean(unknown[0], known)

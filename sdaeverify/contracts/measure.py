@@ -1,4 +1,4 @@
-"""The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
+"""The contract of a measure: its observations during a simulation, and the judgement of the evidence."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,21 +14,22 @@ from .scheme import Claim, Scheme
 from .settings import Settings
 from .tally import Tally
 
-# What of a measure decides what is asked, makes findings of evidence, or words them: evidence does not depend on it.
+# Members of a measure that select questions, turn evidence into findings or word them. The evidence itself does not
+# depend on them.
 JUDGING = frozenset({"refuses", "judge", "judge_member", "detail_columns", "level_columns", "value_of"})
 
 
 class Snapshot(NamedTuple):
-    """What is known at the end of a coarsest step.
+    """States of all levels and of the truth at the end of a coarsest step.
 
     Attributes
     ----------
     levels : sequence of mapping
         Named components of the scheme's state at each level, coarsest first.
     truth : mapping
-        The same of the truth; of the finest level where no measure of the scheme asks for the truth.
+        Named components of the truth; of the finest level if no measure of the scheme requests the truth.
     coarser_truth : mapping or None
-        The same of the truth at half its resolution, where it has an error of its own.
+        Named components of the truth at half its resolution, where the truth has a discretisation error.
     """
 
     levels: Sequence[Parts]
@@ -37,35 +38,35 @@ class Snapshot(NamedTuple):
 
 
 class Observer(Protocol):
-    """A measure's notebook for one scheme on one block of paths."""
+    """Accumulates the observations of a measure for one scheme on one block of paths."""
 
     @property
     def wanted(self) -> Sequence[Container[int]]:
         """Steps of each level after which `after_step` is called."""
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note the named components after a wanted step.
+        """Record the named components after a wanted step.
 
         Parameters
         ----------
         level : int
-            0 for the coarsest step size; each further one halves it.
+            0 for the coarsest step size; each further level halves it.
         step : int
-            How many steps were made, this one included.
+            Number of steps made so far, including this one.
         parts : mapping of str to ndarray, shape (k, P)
             The components of the new state.
         """
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the named components of all levels and of the truth."""
+        """Record the named components of all levels and of the truth."""
 
     def tally(self) -> Tally:
-        """Return what was noted."""
+        """Return the accumulated evidence."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a measurement of one cell produced.
+    """Evidence from the measurement of one cell.
 
     Attributes
     ----------
@@ -73,19 +74,19 @@ class Evidence:
     problem : Problem
         As registered, with its truths.
     view : Problem
-        As the scheme saw it; its traits decide which claims apply.
+        The problem in the form that the scheme solves; its traits decide which claims apply.
     settings : Settings
     tally : Tally
     health : Tally
         Sums ``failed``, ``lost``, ``truncated`` and ``steps`` of each level.
     level : float
-        Significance level of one one-sided test, all corrections for looks and for further tests made.
+        Significance level of one one-sided test, corrected for repeated looks and for the other tests.
     claims : tuple of Claim, optional
-        That are judged; those of the scheme if left out.
+        Claims to judge; those of the scheme if omitted.
     probed : Tally, optional
-        The part of `tally` that further paths leave as it is; all of it if left out.
+        Part of `tally` that does not depend on the number of paths; all of it if omitted.
     sampled : Tally, optional
-        The part of `tally` that is of paths; all of it if left out.
+        Part of `tally` that comes from paths; all of it if omitted.
     """
 
     scheme: Scheme
@@ -101,7 +102,7 @@ class Evidence:
 
     @classmethod
     def of_one_step(cls, scheme: Scheme, view: Problem, tally: Tally | None = None) -> "Evidence":
-        """Return evidence on a problem without truths, found without paths.
+        """Return evidence on a problem without truths, obtained without paths.
 
         Parameters
         ----------
@@ -109,28 +110,28 @@ class Evidence:
         view : Problem
             In the scheme's form.
         tally : Tally, optional
-            What was found; nothing if left out.
+            The evidence; empty if omitted.
         """
         return cls(scheme, view, view, Settings(), Tally() if tally is None else tally, Tally())
 
     @property
     def along_paths(self) -> Tally:
-        """What paths tell: judged alone, or beside what is found without them, it is read once."""
+        """Evidence from paths; always the same tally object, so that its cached readings are shared."""
         return self.tally if self.sampled is None else self.sampled
 
     @property
     def without_paths(self) -> Tally:
-        """What further paths leave as it is."""
+        """Evidence that does not depend on the number of paths."""
         return self.tally if self.probed is None else self.probed
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims that are judged."""
+        """Claims to judge."""
         return self.scheme.promises if self.claims is None else self.claims
 
     @property
     def paths(self) -> int:
-        """Number of paths, which every observer notes by groups under ``paths``; 0 if none was sampled."""
+        """Number of paths, which every observer counts by groups under ``paths``; 0 if none was sampled."""
         return int(np.sum(self.tally.sums.get("paths", 0)))
 
     @property
@@ -140,39 +141,39 @@ class Evidence:
 
 
 class Measure:
-    """Base of all measures: a subclass sets `name` and overrides what it needs; it must be picklable.
+    """Base of all measures: a subclass sets `name` and overrides methods as needed; it must be picklable.
 
-    A measure that samples returns an observer; one that evaluates the one-step map overrides `probe`; one may do
-    both. Evidence is a `Tally`, so that blocks, machines and runs can be merged before they are judged.
+    A measure that samples returns an observer; a measure that evaluates the one-step map overrides `probe`; a measure
+    may do both. Evidence is a `Tally`, so that blocks, machines and runs can be merged before they are judged.
     """
 
     name: ClassVar[str]
-    # Whether `probe` looks at the budget: the number of paths, looks, confidence, family. Paths that are added later
-    # leave the evidence of a measure that does not as it is.
+    # Whether `probe` depends on the budget (number of paths, looks, confidence, family). If it does not, its evidence
+    # stays valid when paths are added later.
     budgeted: ClassVar[bool] = False
-    # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
+    # Whether a cell takes seconds even with few paths: the smallest tier of the gate omits it.
     lengthy: ClassVar[bool] = False
-    # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or, in a long
-    # run, the ``stationary law``; empty for nothing.
+    # What a claim about this measure implies that short steps follow: the ``paths`` of the equation, their ``law``,
+    # or, in a long run, the ``stationary law``; empty if the claim implies neither.
     follows: ClassVar[str] = ""
-    # Whether its quantities are of a whole run: then single steps, compared with the equation along one, tell how
-    # small an error would have shown; that is part of its evidence.
+    # Whether its quantities belong to a whole run. Single steps along the run are then compared with the equation to
+    # determine the smallest error that would have been detected; this is part of the evidence.
     resolved_by_steps: ClassVar[bool] = False
-    # Whose solution its observer looks at as the truth: that of the ``problem``, and where it has none that of the
-    # ``scheme`` with shorter steps, which costs four times the rest; neither is computed where nobody looks at it.
+    # Solutions that its observer uses as the truth: that of the ``problem`` and, if the problem has none, that of the
+    # ``scheme`` with shorter steps, which costs four times the rest. Neither is computed if no observer uses it.
     truths: ClassVar[frozenset[str]] = frozenset({"problem", "scheme"})
-    # What the estimate of a finding is, where it is no order.
+    # Meaning of the estimate of a finding, where it is not an order.
     value_of: ClassVar[str] = ""
-    # What the details of findings and of levels mean, by name.
+    # Meaning of the details of findings and of levels, by name.
     detail_columns: ClassVar[Mapping[str, str]] = {}
     level_columns: ClassVar[Mapping[str, str]] = {}
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002 - most measures refuse nothing
-        """Return why the question makes no sense for this pair, or an empty string."""
+        """Return why the measure does not apply to this pair, or an empty string."""
         return ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> Observer | None:  # noqa: ARG002
-        """Return the notebook for one block, given the initial components; None to sample nothing.
+        """Return the observer of one block, given the initial components; None to sample no paths.
 
         Parameters
         ----------
@@ -184,7 +185,7 @@ class Measure:
         return None
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
-        """Evaluate the one-step map and return evidence without sampling error; run once a cell.
+        """Evaluate the one-step map and return evidence without sampling error; called once per cell.
 
         Parameters
         ----------
@@ -192,7 +193,7 @@ class Measure:
         view : Problem
             In the form that the scheme solves.
         settings : Settings
-            Of the whole run; those of the paths that are observed and judged may be its `guards`.
+            Of the whole run; the paths that are observed and judged may use its `guards`.
         """
         return Tally()
 
@@ -201,10 +202,10 @@ class Measure:
         raise NotImplementedError
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:  # noqa: ARG002
-        """Return the findings of one step on a random member of a form; nothing is sampled.
+        """Return the findings of one step on a random member of a form, without sampling.
 
-        The coefficients of a member are smooth and of size 1, and nothing is known of its solution. A measure that
-        has no answer without sampling returns nothing.
+        The coefficients of a member are smooth and of size 1; its solution is unknown. A measure that
+        needs sampling returns an empty iterable.
 
         Parameters
         ----------
@@ -216,12 +217,12 @@ class Measure:
 
 
 class Followed(NamedTuple):
-    """Names of the measures whose claims say that short steps follow an equation.
+    """Names of the measures whose claims imply that short steps follow an equation.
 
     Attributes
     ----------
     paths, law : frozenset of str
-        Those about its ``paths``, and those about their ``law``.
+        Measures about its ``paths``, and measures about their ``law``.
     """
 
     paths: frozenset[str] = frozenset()
@@ -229,23 +230,23 @@ class Followed(NamedTuple):
 
     @classmethod
     def by(cls, measures: Iterable[Measure]) -> "Followed":
-        """Return the names that are among those of some measures."""
+        """Group the names of the given measures by their `Measure.follows`."""
         known = {measure.name: measure.follows for measure in measures}
         return cls(*(frozenset(name for name in known if known[name] == what) for what in cls._fields))
 
 
 NONE_FOLLOW = Followed()
-# What a claim about an invariant law says that a long run follows.
+# Value of `Measure.follows` for claims about an invariant law.
 STATIONARY = "stationary law"
 
 
 def rests_on_moments(claim: Claim, measure: Measure) -> bool:
-    """Return whether a claim cannot hold where moments of a run tend to infinity, or rare paths of it do.
+    """Return whether a claim fails if moments of a run, or of its rare paths, tend to infinity.
 
     Parameters
     ----------
     claim : Claim
     measure : Measure
-        That the claim is about.
+        The measure that the claim is about.
     """
     return bool(measure.follows) and (claim.sense == IN_MEAN_SQUARE or measure.follows == STATIONARY)

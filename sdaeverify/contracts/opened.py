@@ -1,8 +1,8 @@
-"""Files that code opens in this process, with the code that opened them, as an audit hook of the interpreter reports.
+"""Files opened in this process with the code that opened them, recorded by an audit hook of the interpreter.
 
-Files that the framework opens for itself are left out. An audit hook reports neither files that a library opens in C
-nor those of other processes. A hook cannot be removed: it is installed only in processes that simulate for a store of
-evidence, before they load plugins, and not when the package is imported.
+Files that the framework opens for itself are excluded. An audit hook reports neither files that a library opens in C
+nor those of other processes. A hook cannot be removed, so it is installed only in processes that simulate for a store
+of evidence, before they load plugins, and not when the package is imported.
 """
 
 import os
@@ -14,22 +14,22 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote, urlsplit
 
-# Size and time of a file; None of what is not there.
+# Size and modification time of a file; None if the file does not exist.
 Signature = tuple[int, int] | None
 EVENTS = frozenset({"open", "ctypes.dlopen", "sqlite3.connect"})
 PYTHON, CACHED, INIT = ".py", ".pyc", "__init__.py"
-# Folders of installed packages, and what begins the paths of others that are no data.
+# Folders of installed packages, and prefixes of other paths that are not data.
 INSTALLED = ("site-packages", "dist-packages")
 LIBRARY = tuple({sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib")})
 SYSTEM = ("/proc/", "/sys/", "/dev/")
 ROOT = Path(__file__).parents[1]
 OWN = str(ROOT) + os.sep
-# Frames of a library that may lie between a plugin and what it opens.
+# Limit on the number of frames of libraries between a plugin and the call that opens a file.
 DEEPEST = 24
 
 
 class Opening(NamedTuple):
-    """A file that was opened, the files of the code that did it, innermost first, and whether it was only written."""
+    """An opened file, the files of the calling code, innermost first, and whether it was opened for writing only."""
 
     path: str
     callers: tuple[str, ...]
@@ -38,7 +38,7 @@ class Opening(NamedTuple):
 
 @cache
 def openings() -> dict[Opening, Signature]:
-    """Return the files opened in this process since the first call, with their sizes and times then.
+    """Return the files opened in this process since the first call, with their sizes and times when opened.
 
     The first call installs the audit hook.
     """
@@ -50,7 +50,8 @@ def openings() -> dict[Opening, Signature]:
             if opening is not None:
                 heard[opening] = signature(opening.path)
         except Exception:
-            # An exception would be raised in the code that opens the file. At exit the names of this module are gone.
+            # An exception would propagate into the code that opens the file. At exit the names of this module no
+            # longer exist.
             return
 
     sys.addaudithook(hear)
@@ -72,7 +73,7 @@ def _opening(arguments: tuple[Any, ...]) -> Opening | None:
 
 
 def signature(path: str) -> Signature:
-    """Return size and time of a file; None if it is not there."""
+    """Return the size and modification time of a file; None if it does not exist."""
     try:
         found = os.stat(path)
     except OSError:
@@ -82,7 +83,7 @@ def signature(path: str) -> Signature:
 
 @cache
 def home_of(file: Path) -> Path:
-    """Return the top-level package that a module is in, or itself where there is none; of the framework a room."""
+    """Return the folder of a module's top-level package (room, in the framework), or the file if in no package."""
     if ROOT in file.parents:
         return ROOT / file.relative_to(ROOT).parts[0]
     if not (file.parent / INIT).is_file():
@@ -91,7 +92,7 @@ def home_of(file: Path) -> Path:
 
 
 def is_library(path: str) -> bool:
-    """Tell whether a path is that of an installed package or of the standard library."""
+    """Return whether a path belongs to an installed package or to the standard library."""
     return path.startswith(LIBRARY) or _is_installed(path)
 
 
@@ -100,7 +101,7 @@ def _is_installed(path: str) -> bool:
 
 
 def _path_of(given: Any) -> str | None:
-    """Return the absolute path of what is opened; None of a descriptor and of what is no file."""
+    """Return the absolute path of an opened file; None for descriptors and for databases in memory."""
     if not isinstance(given, str | bytes | os.PathLike):
         return None
     text = os.fsdecode(given)
@@ -110,7 +111,7 @@ def _path_of(given: Any) -> str | None:
 
 
 def _callers() -> tuple[str, ...]:
-    """Return the files of the code that runs, up to the framework that called it, without the standard library."""
+    """Return the files on the call stack up to the framework, without the standard library, innermost first."""
     found: dict[str, None] = {}
     frame, depth = sys._getframe(1), 0
     while frame is not None and frame.f_code.co_filename == __file__:

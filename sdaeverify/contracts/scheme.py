@@ -1,4 +1,4 @@
-"""The contract of a scheme: one time step and what its author claims of it.
+"""The contract of a scheme: one time step and the claims of its author.
 
 A scheme is a frozen dataclass; its fields are its parameters. It never draws numbers and never loops over
 time; a step is a pure function that accepts any batch of paths.
@@ -17,7 +17,7 @@ from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Domain, Problem, why_not_within, why_unknown
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
-from .claimed import IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
+from .claimed import AT_H, IN_MEAN_SQUARE, SENSES, Bound, Exact, Order, Value, Word, as_value
 from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -25,21 +25,22 @@ State = Any
 
 
 class Step(NamedTuple):
-    """What a step returns.
+    """Return value of a step.
 
     Attributes
     ----------
     state : ndarray, shape (d, P), or NamedTuple of ndarray, shape (k, P) each
-        The new state, of the same kind as the old one: all the memory the scheme has, flags and counters included.
+        The new state, of the same type as the old one. It holds all memory of the scheme, flags and counters
+        included.
     failed : ndarray of bool, shape (P,), or None
-        Paths that found no admissible root; the scheme says in its docstring what it did with them.
+        Paths without an admissible root; the docstring of the scheme says how it continues them.
     truncated : ndarray of bool, shape (P,), or None
-        Paths on which the step was changed for stability, so that its order does not show.
+        Paths on which the step was modified for stability, so that its order is not visible.
     outputs : mapping of str to ndarray
-        Further results that are no memory, for example the multipliers of this step.
+        Further results that are not memory, for example the multipliers of this step.
     costs : mapping of str to ndarray, shape (P,)
-        What the step took, for example iterations; reported as means over steps and paths. A NaN does not count: it
-        says that the step did nothing of the kind.
+        Work of the step, for example iterations; reported as means over steps and paths. NaN marks a step that did
+        no such work and is excluded from the mean.
     """
 
     state: State
@@ -49,7 +50,7 @@ class Step(NamedTuple):
     costs: Mapping[str, Array] = {}
 
 
-# Behind the name of a component: its error at the end alone, not at all times.
+# Suffix of a component name: the error at the final time only, instead of at all times.
 AT_T = "@T"
 
 Stepper = Callable[[State, float, Increment], Step]
@@ -57,30 +58,33 @@ Stepper = Callable[[State, float, Increment], Step]
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """What a scheme's author asserts.
+    """A property that a scheme's author claims.
 
     Attributes
     ----------
     measure : str
         Name of the measure that can verify it.
     value : Order or Exact or Bound or Word
-        Given as a number, a least order; or as words that the measure knows, such as ``round-off`` or ``unbiased``.
+        Given as a number, a minimum order; or as a text defined by the measure, such as ``round-off`` or
+        ``unbiased``.
     source : str
         Theorem or equation, or ``measured`` for a conjecture.
     quantities : tuple of str
-        Components or residuals it is about, at all times unless ``@T`` stands behind the name; empty for all of them.
+        Components or residuals that it is about, at all times unless the name ends in ``@T``; empty for all of them.
     when : frozenset of str
-        Traits a problem must have; a claim is only tested where they hold.
+        Traits that a problem must have; the claim is only tested on problems with all of them.
     sense : str
-        ``in mean square``, or ``in probability``: along almost every path, and of means without the paths that leave
-        a large ball. The former is not verified where moments of the scheme grow without bound as h falls.
+        ``in mean square``, or ``in probability``: along almost every path, and for means over the paths that stay in
+        a large ball. An order in mean square is not verified if moments of the scheme grow without bound as h falls.
     margin : float, optional
-        How far below the value an order may be, in units of order; becomes part of it.
+        Amount by which an order may fall short of the value; becomes part of the value.
     bound : float, optional
-        What words grant: ``unbiased`` means a bias of no more than this in absolute value at every step size that is
-        probed, in the unit of the quantity; becomes part of the value.
+        Bound on the named quantity: ``unbiased`` means a bias of at most this absolute value at every step size that
+        is probed, in the unit of the quantity; becomes part of the value.
     share : float, optional
-        Least share of the steps in which the bound holds, all if left out; becomes part of the value.
+        Minimum fraction of the steps in which the bound holds, all if omitted; becomes part of the value.
+    at : float, optional
+        Step size at which a bound of an ``error`` holds, in the problem's unit of time; becomes part of the value.
     """
 
     measure: str
@@ -92,20 +96,21 @@ class Claim:
     margin: InitVar[float | None] = None
     bound: InitVar[float | None] = None
     share: InitVar[float | None] = None
+    at: InitVar[float | None] = None
 
-    def __post_init__(self, margin: float | None, bound: float | None, share: float | None) -> None:
-        self._require_types({"margin": margin, "bound": bound, "share": share})
-        object.__setattr__(self, "value", as_value(self.value, margin, bound, share))
+    def __post_init__(self, margin: float | None, bound: float | None, share: float | None, at: float | None) -> None:
+        self._require_types({"margin": margin, "bound": bound, "share": share, "at": at})
+        object.__setattr__(self, "value", as_value(self.value, margin, bound, share, at))
         if unknown := why_unknown(self.when):
             raise SchemeError(f"a claim holds for {unknown}")
 
     def _require_types(self, numbers: Mapping[str, object]) -> None:
-        """Check that each field is of its type, whatever its value.
+        """Raise if a field has the wrong type.
 
         Raises
         ------
         UsageError
-            If one is not.
+            If a field has the wrong type.
         """
         known = isinstance(self.value, str | Order | Exact | Bound | Word) or is_number(self.value)
         fits = {
@@ -123,8 +128,14 @@ class Claim:
                 raise UsageError(f"{name} of a claim expects {expected}, got {given!r:.200}")
 
     def covers(self, measure: str, quantity: str) -> bool:
-        """Tell whether the claim is about this quantity of this measure: what holds at all times holds at the end."""
-        named = any(is_about(quantity, name) for name in self.quantities)
+        """Return whether the claim covers a quantity of a measure; a claim for all times includes the final time.
+
+        A bound at a step size covers the quantity with this step size as its suffix, and no other claim does.
+        """
+        name, at, h = quantity.partition(AT_H)
+        if at + h != (self.value.suffix if isinstance(self.value, Bound) else ""):
+            return False
+        named = any(is_about(name, each) for each in self.quantities)
         return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:
@@ -132,27 +143,27 @@ class Claim:
 
 
 def is_text(value: object) -> bool:
-    """Tell whether something is a text that says something."""
+    """Return whether an object is a text that is not blank."""
     return isinstance(value, str) and not is_blank(value)
 
 
 def are_texts(value: object, kind: type) -> bool:
-    """Tell whether something is a tuple, say, of texts, and not a text, whose letters would be taken for such."""
+    """Return whether an object is a collection of type `kind` of non-blank texts; a single text is not."""
     return isinstance(value, kind) and all(map(is_text, value))  # type: ignore[call-overload]
 
 
 def is_number(value: object) -> bool:
-    """Tell whether something is a real number, which True is not."""
+    """Return whether an object is a real number; booleans are excluded."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def is_about(quantity: str, name: str) -> bool:
-    """Tell whether what is measured is what a claim names: what holds at all times holds at the end, too."""
+    """Return whether a claim's name covers a quantity; a claim for all times includes the final time."""
     return name in {quantity, quantity.removesuffix(AT_T)}
 
 
 class _Frozen:
-    # The decorator freezes the class that it is put above; a subclass without parameters of its own needs none.
+    # The decorator freezes only the class it decorates; a subclass without parameters needs no decorator.
     def __setattr__(self, name: str, value: object) -> None:
         raise FrozenInstanceError(f"cannot assign to field {name!r}")
 
@@ -166,27 +177,28 @@ class Scheme(_Frozen):
     name : str
         Registered name, in lower case with hyphens.
     form : type or tuple of type
-        The form it solves, or several; a problem is offered to it as it is if it has one of them, else in its view of
-        the first of which it has one.
+        The form it solves, or several. A problem of one of the forms is passed unchanged, any other problem in its
+        view of the first form for which it has one.
     noise : frozenset of str
         Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``. Mean and covariance of a step are
-        compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
+        compared with the equation for any of them; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
     gives : tuple of str
         Names of the components of the solution that its state holds; empty for all of them. A scheme for mechanics
-        without multiplier gives ``("r", "v")``: its steps are compared with the equation that these obey alone.
+        without multiplier gives ``("r", "v")``: its steps are compared with the equation of these components alone.
     domain : Domain, optional
-        States that it is for and stays in, such as ``Domain.orthant()`` for those at or above 0. It is put to
-        problems whose own domain lies in it, and not to order conditions and random members: these are of all states.
+        Set of states that the scheme is made for and stays in, such as ``Domain.orthant()`` for nonnegative states.
+        It is run on problems whose domain is contained in it. Order conditions and random members do not apply
+        because their equations are on the whole space.
     local_order_is_global : bool
-        Whether its global order, strong or weak, shows in one step. It does not where the errors of single steps are
-        taken back later: effective order, processing, steps of two kinds in turns, a projection that resets the
-        defect. A low local order then decides nothing.
+        Whether its global order, strong or weak, is visible in one step. It is not if later steps cancel the errors
+        of single steps: effective order, processing, alternating steps of two kinds, a projection that resets the
+        defect. A low local order is then not decisive.
     discontinuous_in_noise : bool
-        Whether a step jumps as a function of its noise, as one that accepts or rejects does. Cubature nodes tell no
-        order of it then, which paths and chains judge; short steps follow the equation all the same.
+        Whether a step is a discontinuous function of its noise, as in accept-reject schemes. Cubature nodes cannot
+        determine its order then, so paths and chains do; short steps must still follow the equation.
     on_request : bool
-        Whether a run of everything leaves it out: it runs where it is named, or matched by a pattern.
+        Whether a run of all schemes omits it: it runs only if it is named, or matched by a pattern.
     source : str
     """
 
@@ -202,7 +214,7 @@ class Scheme(_Frozen):
     source: ClassVar[str] = ""
 
     def __new__(cls, *given: object, **named: object) -> Self:
-        """Refuse parameters that are not of the kinds of their defaults, before the scheme itself looks at them."""
+        """Check that parameters have the types of their defaults, before the scheme's own `__post_init__` runs."""
         parameters = dataclass_parameters(cls)
         values = dict(zip((p.name for p in parameters), given, strict=False)) | named
         checked_values(f"scheme {getattr(cls, 'name', cls.__name__)!r}", parameters, values)
@@ -210,7 +222,7 @@ class Scheme(_Frozen):
 
     @property
     def claimant(self) -> str:
-        """Distribution whose project makes the claims and gates them; empty for the one that registers the scheme."""
+        """Distribution that makes the claims and gates them; empty for the distribution that registers the scheme."""
         return ""
 
     @property
@@ -221,11 +233,11 @@ class Scheme(_Frozen):
 
     @property
     def forms(self) -> tuple[type[Problem], ...]:
-        """The forms it solves."""
+        """The forms that the scheme solves, as a tuple."""
         return self.form if isinstance(self.form, tuple) else (self.form,)
 
     def view_of(self, problem: Problem) -> Problem | None:
-        """Return a problem in a form it solves and of the components that it gives, or None without such a view."""
+        """Return a problem in a form and with the components that the scheme solves, or None without such a view."""
         if isinstance(problem, self.forms):
             return problem.giving(self.gives)
         seen = next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
@@ -244,17 +256,17 @@ class Scheme(_Frozen):
         return ""
 
     def why_not(self, problem: Any) -> str:
-        """Return why it is not put to a problem of its form: its domain, or what `refuses` says."""
+        """Return why the scheme does not apply to a problem of its form: its domain, or the text of `refuses`."""
         return why_not_within(problem, self.domain) or self.refuses(problem)
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
+        """The claims for these parameters: `claims`, unless a scheme's claims depend on its parameters."""
         return self.claims
 
     @property
     def choices(self) -> Mapping[str, Collection[str]]:
-        """The texts that parameters may be, by their names; a parameter that is not named may be any text."""
+        """Admissible texts of parameters, by name; any text is admissible for other parameters."""
         return {}
 
     def stable_below(self, problem: Any) -> float:  # noqa: ARG002 - few schemes have such a theorem
@@ -262,18 +274,18 @@ class Scheme(_Frozen):
         return nan
 
     def enter(self, problem: Any, state: State, t: float, h: float) -> State:  # noqa: ARG002 - most add no memory
-        """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
+        """Return the scheme's state, for steps of size h, that corresponds to the problem's `state` at time t.
 
-        A scheme with further memory adds it here. Of the past nothing is known: memory of steps before is what a step
-        of lower order would have left. Orders above that by which memory changes a run, and all orders if the
-        change does not vanish with h, are judged by paths alone.
+        A scheme with further memory adds it here. The past is unknown: memory of earlier steps is replaced by the
+        values that a step of lower order would have left. Orders above the order at which this replacement changes a
+        run are judged by paths alone; so are all orders if the change does not vanish with h.
 
         Parameters
         ----------
         problem : Problem
             In the form that the scheme solves.
         state : ndarray or NamedTuple of ndarray
-            The problem's, paths last.
+            The problem's state, paths last.
         t : float
         h : float
         """
@@ -285,19 +297,19 @@ class Scheme(_Frozen):
         Parameters
         ----------
         problem : Problem
-            As the scheme sees it.
+            In the form that the scheme solves.
         paths : int
             Number P of paths.
         h : float
-            What a scheme remembers may depend on it.
+            Step size; the memory of a scheme may depend on it.
         """
         return self.enter(problem, problem.initial(paths), 0.0, h)
 
     def parts(self, problem: Any, state: State) -> Parts:
-        """Return what of a state can be compared with other states, under the problem's names.
+        """Return the components of a state that can be compared with other states, under the problem's names.
 
-        A bare array is split by the problem; of a NamedTuple, the fields that have rows are the components. A scheme
-        with further memory overrides this and leaves it out.
+        A bare array is split by the problem; for a NamedTuple, the fields with rows are the components. A scheme
+        with further memory overrides this method to leave it out.
         """
         if not isinstance(state, tuple):
             named: Parts = problem.parts(state)
@@ -335,7 +347,7 @@ class Scheme(_Frozen):
 
 
 def with_claims(scheme: Scheme, *claims: Claim) -> Scheme:
-    """Return a scheme that does the same, and of which something else is claimed; it cannot be pickled."""
+    """Return a copy of a scheme with other claims; the copy cannot be pickled."""
     other = type(type(scheme).__name__, (type(scheme),), {"promises": claims})
     copy: Scheme = object.__new__(other)
     copy.__dict__.update(scheme.__dict__)
@@ -343,7 +355,7 @@ def with_claims(scheme: Scheme, *claims: Claim) -> Scheme:
 
 
 def form_names(scheme: Scheme) -> str:
-    """Return the names of the forms a scheme solves."""
+    """Return the names of the forms a scheme solves, joined by ``or``."""
     return " or ".join(form.__name__ for form in scheme.forms)
 
 
@@ -353,7 +365,7 @@ def flatten(state: State) -> Array:
     Raises
     ------
     SchemeError
-        If a field of the state is no array of rows with the paths last, or has another number of paths.
+        If a field of the state is not an array (k, P) with the same number P of paths.
     """
     if not isinstance(state, tuple):
         whole: Array = state
@@ -367,12 +379,12 @@ def flatten(state: State) -> Array:
 
 
 def require_step(result: object) -> Step:
-    """Return what a step returned.
+    """Return the return value of a step unchanged, after checking its type.
 
     Raises
     ------
     SchemeError
-        If it is no `Step`.
+        If it is not a `Step`.
     """
     if not isinstance(result, Step):
         raise SchemeError(f"step returned {type(result).__name__}, expected Step(state)")
@@ -380,12 +392,12 @@ def require_step(result: object) -> Step:
 
 
 def same_kind(before: State, result: object) -> None:
-    """Check that a step returned a `Step` whose state is like the one it was given.
+    """Check that a step returned a `Step` whose state has the structure of the given one.
 
     Raises
     ------
     SchemeError
-        If it is no `Step`, or if the type, the fields, the shapes or the kind of numbers of its state differ.
+        If it is not a `Step`, or if the type, the fields, the shapes or the data types of its state differ.
     """
     after = require_step(result).state
     if type(before) is not type(after) or _arrays(before) != _arrays(after):

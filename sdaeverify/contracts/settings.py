@@ -1,4 +1,4 @@
-"""What determines the numbers of a run, beside the problem and the scheme."""
+"""Settings that determine the numbers of a run, in addition to the problem and the scheme."""
 
 import re
 from bisect import bisect_right
@@ -12,12 +12,12 @@ from typing import Any, TypedDict, Unpack
 from ..errors import UsageError
 
 FEWEST_PATHS, MOST_PATHS = 40, 10**9
-# Paths of the first block: what a cell that is easy to decide costs; and how many times as many there are with the
-# second: from 800 on (`DEEP_PATHS`) paths alone decide, so that a look with fewer would hardly settle anything.
+# Paths of the first block, the cost of a cell that is easy to decide, and the ratio of the total to it after the
+# second block. Paths alone decide from 800 on (`DEEP_PATHS`), so a look with fewer would hardly settle anything.
 FIRST_BLOCK, SECOND_TOTAL = 256, 4
 FINEST_STEPS = 2**20
 LARGEST_BLOCK = 2**20
-# In place of the index of a block: what one step tells of a scheme on a problem, before any path is drawn.
+# In place of the index of a block: the evidence from single steps, found before any path is drawn.
 SCREENING = -1
 _RANGE = re.compile(r"([0-9]{1,9})\.\.([0-9]{1,9})")
 
@@ -29,25 +29,25 @@ class Settings:
     Attributes
     ----------
     paths : int
-        Largest number M of paths of a cell.
+        Maximum number M of paths of a cell.
     coarsest : int
         Steps N_0 of the coarsest level; errors are compared at its grid times.
     levels : int
         Number L of levels; level l makes N_0 2^l steps.
     first_levels : int
-        Of these, the coarsest that paths begin with. They are enough to guard what one step decides; what rests on
-        the paths themselves is run again on all levels.
+        Number of these levels, the coarsest ones, on which paths begin. They suffice to guard verdicts decided by one
+        step; verdicts that rest on the paths themselves are run again on all levels.
     seed : int
     confidence : float
-        Of the two-sided intervals that verdicts are taken from.
+        Of the two-sided intervals on which verdicts are based.
     block : int
-        Most paths simulated together; part of what determines the noise. The first block has 256 of them, the second
+        Maximum number of paths simulated together; it affects the noise. The first block has 256 paths, the second
         768, the next as many as all before it, until this size is reached.
     max_looks : int
-        How often at most a cell is judged, with at least twice the paths each time, until it is decided.
+        Maximum number of times that a cell is judged, with at least twice the paths each time, until it is decided.
     tests_reserved : int
-        Tests among which a run shares its error probability when it decides early: each look of each one-sided
-        test has level (1 - confidence)/(tests_reserved max_looks).
+        Number of tests among which a run shares its error probability when it decides early: each look of each
+        one-sided test has level (1 - confidence)/(tests_reserved max_looks).
 
     Raises
     ------
@@ -90,16 +90,16 @@ class Settings:
 
     @property
     def guards(self) -> "Settings":
-        """The same with the levels that paths begin with."""
+        """The same settings with only the first levels."""
         return self if self.first_levels >= self.levels else replace(self, levels=self.first_levels)
 
     @property
     def stages(self) -> tuple[int, ...]:
-        """How many levels paths take beyond those of the settings, one stage after the other.
+        """Numbers of levels of the successive stages of sampling, relative to `levels`.
 
-        They begin on the levels of guards and go on to all; then to one finer level after the other, each on half as
-        many paths as the one before, as long as these are enough to decide by themselves. So no stage costs more than
-        all paths on all levels.
+        The first stage uses the levels of guards, the second all levels. Each further stage adds a finer level on
+        half as many paths, as long as these are enough to decide by themselves. So no stage costs more than all paths
+        on all levels.
         """
         first = () if self.guards is self else (self.first_levels - self.levels,)
         enough = (self.paths // (FIRST_BLOCK * SECOND_TOTAL)).bit_length() - 1
@@ -107,7 +107,7 @@ class Settings:
         return (*first, 0, *range(1, 1 + min(enough, room)))
 
     def at(self, stage: int) -> "Settings":
-        """Return the settings of a stage, which is told by how many levels it has beyond these."""
+        """Return the settings of a stage, identified by its number of levels relative to `levels`."""
         if stage == 0:
             return self
         if stage < 0:
@@ -116,7 +116,7 @@ class Settings:
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Number of paths of each block; all are drawn, of the last one perhaps not all are used."""
+        """Number of paths of each block; every block is drawn whole, and of the last one some paths may be unused."""
         sizes = [min(FIRST_BLOCK, self.block)]
         while (total := sum(sizes)) < self.paths:
             sizes.append(min(total if len(sizes) > 1 else (SECOND_TOTAL - 1) * total, self.block))
@@ -126,17 +126,17 @@ class Settings:
 
     @property
     def totals(self) -> tuple[int, ...]:
-        """Number of paths of all blocks up to each one."""
+        """Cumulative number of used paths up to and including each block."""
         return tuple(min(total, self.paths) for total in accumulate(self.sizes))
 
     @property
     def blocks(self) -> int:
-        """Number of blocks."""
+        """Number of blocks of paths."""
         return len(self.sizes)
 
     @property
     def ends(self) -> tuple[int, ...]:
-        """Number of blocks at the end of each look: all, before that at most half as many paths, and so on."""
+        """Number of blocks at the end of each look; each look but the last has at most half the paths of the next."""
         totals, ends = self.totals, [self.blocks]
         while len(ends) < self.max_looks and 2 * totals[0] <= totals[ends[-1] - 1]:
             ends.append(bisect_right(totals, totals[ends[-1] - 1] / 2))
@@ -144,7 +144,7 @@ class Settings:
 
     @property
     def extremes(self) -> int:
-        """How many of the largest errors tell of tails: the square root of the number of paths."""
+        """Number of largest errors used to estimate tails: the square root of the number of paths, rounded up."""
         return isqrt(self.paths - 1) + 1
 
     @property
@@ -158,7 +158,7 @@ class Settings:
 
 
 def read_levels(name: str, text: str) -> tuple[int, int]:
-    """Return the coarsest number of steps and the number of levels.
+    """Parse a range of step numbers into the coarsest number of steps and the number of levels.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def read_levels(name: str, text: str) -> tuple[int, int]:
     Raises
     ------
     UsageError
-        If it is not.
+        If the text is not of this form.
     """
     match = _RANGE.fullmatch(text)
     coarsest, finest = (int(steps) for steps in match.groups()) if match else (0, 0)
@@ -185,15 +185,15 @@ def read_levels(name: str, text: str) -> tuple[int, int]:
 
 
 def whole(name: str, value: object) -> int:
-    """Return a whole number, of whatever type it is given as.
+    """Convert a whole number of any integral type to int.
 
     Raises
     ------
     UsageError
-        If it is none.
+        If the value is not a whole number.
     """
     try:
-        given = index(value)  # type: ignore[arg-type] # that is the question
+        given = index(value)  # type: ignore[arg-type] # the type is what this line checks
     except TypeError:
         given = None
     if given is None or isinstance(value, bool):
@@ -202,32 +202,39 @@ def whole(name: str, value: object) -> int:
 
 
 def number(name: str, value: object) -> float:
-    """Return a real number; see `whole`."""
+    """Convert a real number to float.
+
+    Raises
+    ------
+    UsageError
+        If the value is not a real number.
+    """
     if isinstance(value, bool) or not isinstance(value, Real):
         raise UsageError(f"{name} must be a number, got {value!r:.200}")
     return float(value)
 
 
 def require(condition: bool, name: str, expected: str, given: object) -> None:
-    """Refuse a number or word that is not as it must be.
+    """Raise if a number or word is not as expected.
 
     Parameters
     ----------
     condition : bool
-        Whether it is.
+        Whether the value is as expected.
     name, expected : str
     given : object
 
     Raises
     ------
     UsageError
+        If `condition` is false.
     """
     if not condition:
         raise UsageError(f"{name} must be {expected}, got {given}")
 
 
 class SettingsOptions(TypedDict, total=False):
-    """Keywords of `Settings`."""
+    """Keyword arguments that `Settings` takes; `levels` may also be a range of step numbers."""
 
     paths: int
     coarsest: int
@@ -257,6 +264,6 @@ def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
         if given.setdefault("coarsest", coarsest) != coarsest:
             raise UsageError(f"levels begin with {coarsest} steps, but coarsest is {given['coarsest']!r:.200}")
     if "levels" in given:
-        # Who says which levels wants to see them.
+        # A user who chooses the levels expects all of them in the results.
         given.setdefault("first_levels", given["levels"])
     return Settings(**given)

@@ -1,6 +1,6 @@
-"""What may be registered: the checks of a scheme and of a problem function, and the recipe of a problem.
+"""Checks of schemes and problem functions at registration, and the specification of a problem.
 
-The recipe is what is planned with, compared, and sent to worker processes; it is built where it is run.
+Plans use, compare and send the specification to worker processes; the problem is built where it is run.
 """
 
 import inspect
@@ -32,9 +32,9 @@ from .scheme import Claim, Scheme, are_texts
 from .spelling import did_you_mean
 
 CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "gives", "domain", "local_order_is_global", "source")
-# What numbers far out of range raise in arithmetic, in numpy and for want of memory.
+# Exceptions raised by arithmetic, by NumPy or by allocation for parameters far out of range.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
-# What a command lists by name.
+# Kinds of objects that the command ``list`` shows.
 LISTED = ("scheme", "problem", "measure")
 NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")
 
@@ -52,10 +52,10 @@ class ProblemSpec:
     parameters : tuple of (str, object)
         The parameters that were given.
     schemes, measures : tuple of str
-        Labels of the schemes and names of the measures that it is crossed with; all of a run where empty.
+        Labels of the schemes and names of the measures that the problem is crossed with; empty means all of a run.
     bound : frozenset of str, or None
-        Names of the schemes that `schemes` chooses among; any other scheme is crossed with the problem. None means
-        that it chooses among all.
+        Names of the schemes that `schemes` selects from; schemes with other names are always crossed with the
+        problem. None means that it selects from all schemes.
     """
 
     name: str
@@ -73,7 +73,7 @@ class ProblemSpec:
     def select(
         self, schemes: Sequence[Scheme], measures: Sequence[Measure]
     ) -> tuple[tuple[Scheme, ...], tuple[Measure, ...]]:
-        """Return those of a run that the problem is crossed with."""
+        """Return the schemes and measures of a run that the problem is crossed with."""
         return (
             tuple(scheme for scheme in schemes if self._is_crossed(scheme)),
             tuple(measure for measure in measures if not self.measures or measure.name in self.measures),
@@ -89,14 +89,14 @@ class ProblemSpec:
         Raises
         ------
         ParameterError
-            If a parameter that was given is of another kind than its default, or the problem cannot be built with it,
-            or is not finite at its initial state; without parameters, the function's own errors pass through.
+            If a given parameter has another type than its default, if the problem cannot be built with it,
+            or if it is not finite at its initial state. Without parameters, the function's own errors pass through.
         ProblemError
-            If it returns something else than a problem.
+            If the function does not return a problem.
         """
         values = checked_values(f"problem {self.name!r}", function_parameters(self.function), dict(self.parameters))
         try:
-            # What is not finite is said in one line: by the problem, or by the form that it is compared in.
+            # The problem, or the form that it is compared in, reports values that are not finite by an exception.
             with np.errstate(all="ignore"):
                 problem = self._call(values)
                 if values:
@@ -116,10 +116,11 @@ class ProblemSpec:
         return problem
 
 
-# Its equation, views and references are found once with it. So many problems are kept, those asked for last.
+# A problem computes its equation, views and references once and stores them. The cache holds the 64 problems used
+# last.
 @lru_cache(maxsize=64)
 def built(spec: ProblemSpec) -> Problem:
-    """Return the problem of a recipe, built once in this process until a plan is made anew.
+    """Return the problem of a specification, built once per process until the next plan is made.
 
     Parameters
     ----------
@@ -134,48 +135,48 @@ def built(spec: ProblemSpec) -> Problem:
 
 
 def problem_spec(function: Callable[..., Problem], texts: Mapping[str, str] | None = None) -> ProblemSpec:
-    """Return the recipe of a problem function, with parameters given as the texts of a label.
+    """Return the specification of a problem function, with parameters given as the texts of a label.
 
     Raises
     ------
     UsageError
-        If it is no usable problem function.
+        If it is not a usable problem function.
     ParameterError
-        If a parameter is unknown or its text is no value of its type.
+        If a parameter is unknown or its text cannot be converted to its type.
     """
     check_problem_function(function)
     name, parameters = problem_name(function), function_parameters(function)
     values = read_values(f"problem {name!r}", parameters, texts or {})
-    # Only what the canonical label shows is kept, so that equal labels are equal recipes.
+    # Store only the parameters that the canonical label shows, so that equal labels are equal specifications.
     shown = parse_label(make_label(name, parameters, values)).parameters or {}
     return ProblemSpec(name, function, tuple((p.name, values[p.name]) for p in parameters if p.name in shown))
 
 
 def on_request(function: Callable[..., Problem]) -> Callable[..., Problem]:
-    """Mark a problem function whose cells take long: a run of everything leaves it out, names and patterns do not."""
+    """Mark a problem function with long cells: a run of all problems omits it unless it is named or matched."""
     return in_matrix()(function)
 
 
 def in_matrix(
     *rows: Mapping[str, object], schemes: Sequence[str] = (), measures: Sequence[str] = ()
 ) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
-    """Mark a problem function with the parameters that a run of everything takes in place of the defaults.
+    """Mark a problem function with the parameters that a run of all problems uses in place of the defaults.
 
-    Globs mean these, too; the name by itself means the defaults all the same.
+    Globs select these problems, too; the bare name still selects the defaults.
 
     Parameters
     ----------
     *rows : mapping of str to object
         The parameters of each problem in the matrix.
     schemes, measures : sequence of str
-        Labels of the schemes and names of the measures that they are crossed with there, where the others would take
-        long; all of them if left out. The list chooses among the schemes that come with the framework or with the
-        plugin's own distribution: schemes of other authors, which it could not name, are crossed with the problems.
+        Labels of the schemes and names of the measures that these problems are crossed with in the matrix, if others
+        would take long; all of them if omitted. The list selects among the schemes that come with the framework or
+        with the plugin's own distribution. Schemes of other authors, which it could not name, are always crossed.
 
     Raises
     ------
     UsageError
-        If a row is no mapping.
+        If a row is not a mapping.
     """
     for row in rows:
         if not isinstance(row, Mapping):
@@ -189,25 +190,25 @@ def in_matrix(
 
 
 def matrix_specs(function: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
-    """Return the recipes that a run of everything takes, that of the defaults where the function is not marked."""
+    """Return the specifications that a run of all problems uses; the one with the defaults if unmarked."""
     schemes, measures = getattr(function, "crossed_with", ((), ()))
     specs = (problem_spec(function, texts) for texts in _matrix_texts(function))
     return tuple(replace(spec, schemes=schemes, measures=measures) for spec in specs)
 
 
 def problem_name(function: Callable[..., Problem]) -> str:
-    """Return the name a problem function is registered under: its own, with hyphens for underscores."""
+    """Return the registered name of a problem function: its own name with hyphens for underscores."""
     return function.__name__.replace("_", "-")
 
 
 def check_scheme(scheme: object) -> None:
-    """Check that an object can serve as a scheme; nothing is run.
+    """Raise if an object cannot serve as a scheme; no step is made.
 
     Raises
     ------
     UsageError
-        If it is no instance of a frozen dataclass, or of a subclass without further parameters, that sets the class
-        variables and has a step.
+        If it is not an instance of a frozen dataclass, or of a subclass without further parameters, that sets the
+        class variables and has a step.
     """
     if isinstance(scheme, type) and issubclass(scheme, Scheme):
         raise UsageError(f"expected a scheme, got {describe(scheme)}; write {scheme.__name__}()")
@@ -223,7 +224,7 @@ def check_scheme(scheme: object) -> None:
     if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
         raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
     check_parameters(owner, dataclass_parameters(kind))
-    # What has somebody else's label is taken for that, by tables, controls and evidence alike.
+    # Tables, controls and stored evidence identify schemes by their labels, so a label must not be overridden.
     if kind.label is not Scheme.label:
         raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
     _check_declarations(owner, kind)
@@ -244,7 +245,7 @@ def _check_law(owner: str, law: object) -> None:
 
 
 def _lost_parameters(kind: type[Scheme]) -> set[str]:
-    """Return the parameters that a class without a decorator of its own declares, or has from its other bases."""
+    """Return the parameters lost by a missing decorator: declared by an undecorated class, or by its other bases."""
     plain = takewhile(lambda base: "__dataclass_params__" not in vars(base), kind.__mro__)
     hints = {name: hint for base in plain for name, hint in inspect.get_annotations(base).items()}
     inherited = {field.name for base in kind.__mro__ if is_dataclass(base) for field in fields(base)}
@@ -252,14 +253,14 @@ def _lost_parameters(kind: type[Scheme]) -> set[str]:
 
 
 def check_problem_function(function: object) -> None:
-    """Check that an object can serve as a problem function.
+    """Raise if an object cannot serve as a problem function.
 
     Raises
     ------
     UsageError
-        If it is no function, or a parameter has no default that a label can show.
+        If it is not a function, or a parameter has no default that a label can show.
     ParameterError
-        If what it is marked with for the matrix is no parameter or no value of one.
+        If a mark by `in_matrix` names an unknown parameter or has an invalid value.
     """
     if not inspect.isfunction(function):
         raise UsageError(f"expected a function that returns a problem, got {describe(function)}")
@@ -271,24 +272,24 @@ def check_problem_function(function: object) -> None:
 
 
 def check_name(kind: str, name: object) -> None:
-    """Check a name under which something is to be registered.
+    """Raise if a name cannot be registered.
 
     Raises
     ------
     UsageError
-        If it is no text of lower-case letters, digits, hyphens and dots.
+        If it is not a text of lower-case letters, digits, hyphens and dots.
     """
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise UsageError(f"name of a {kind} must be lower-case letters, digits, hyphens and dots, got {name!r}")
 
 
 def check_parameters(owner: str, parameters: tuple[Parameter, ...]) -> None:
-    """Check that all parameters have defaults of a type that a label can show.
+    """Raise unless all parameters have defaults of a type that a label can show.
 
     Raises
     ------
     UsageError
-        If one has not.
+        If a parameter has no such default.
     """
     for parameter in parameters:
         if parameter.default is REQUIRED:
@@ -307,16 +308,16 @@ def describe(thing: object) -> str:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
-    """Return the error for a name that is not registered, with the names that are close or where all of them are.
+    """Return the error for an unregistered name, with close registered names or the command that lists them.
 
     Parameters
     ----------
     kind : str
         "scheme", "problem" or "measure".
     name : str
-        What was asked for.
+        The requested name.
     known : mapping by name
-        What is registered.
+        The registered objects.
     """
     listed = f"; sdaeverify list {kind}s shows all" if kind in LISTED else ""
     return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known) or listed}")

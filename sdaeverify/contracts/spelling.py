@@ -1,22 +1,22 @@
-"""How near a mistyped name must be to a known one for a message to name that."""
+"""Suggestions of known names for mistyped ones, and plurals."""
 
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 
-# Nobody misspells a name into something longer.
+# Longer words are not compared: they are not misspelt names, and comparison is slow.
 LONGEST = 100
 
 
 def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
-    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string.
+    """Return ``; did you mean a or b?`` with the closest known words, or an empty string.
 
     Parameters
     ----------
     word : str
-        What was given.
+        The unknown word.
     known : iterable of str
     prefix : str, optional
-        What all of them begin with, such as ``--``: it makes no two of them alike.
+        Common prefix of all words, such as ``--``, ignored by the comparison.
     """
     if len(word) > LONGEST:
         return ""
@@ -31,5 +31,5 @@ def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
 
 
 def counted(number: int, word: str) -> str:
-    """Return a number of things, such as ``1 cell`` and ``2 cells``."""
+    """Return a number with its noun, such as ``1 cell`` and ``2 cells``."""
     return f"{number} {word}{'s' * (number != 1)}"

@@ -11,20 +11,20 @@ from ..arrays import Array
 Record = TypeVar("Record")
 Found = TypeVar("Found")
 
-# So many of the largest values are noted of each block, whatever the number of paths: more can be added later.
+# Number of largest values stored of each block, independent of the number of paths, so that paths can be added later.
 EXTREMES = 128
 
 
 @dataclass(frozen=True, eq=False)
 class Tally:
-    """Sufficient statistics of some paths, by name.
+    """Sufficient statistics of a set of paths, by name.
 
     Attributes
     ----------
     sums, maxima : mapping of str to ndarray
-        Merged by addition (a NaN stays) and by elementwise maximum (a NaN gives way to a number).
+        Merged by addition (NaN propagates) and by elementwise maximum (NaN is ignored).
     largest : mapping of str to ndarray, shape (..., k)
-        Descending along the last axis; merging keeps as many as the longer one has.
+        Descending along the last axis; merging keeps as many values as the longer array has.
     """
 
     sums: Mapping[str, Array] = field(default_factory=dict)
@@ -33,7 +33,8 @@ class Tally:
     _readings: dict[tuple[object, ...], Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        # A sum depends on how numbers lie in memory: they lie as they do in what was kept and read.
+        # The rounding of a sum depends on the memory layout, so arrays have the layout they have when read from a
+        # file.
         for kind in ("sums", "maxima", "largest"):
             given: Mapping[str, Array] = getattr(self, kind)
             object.__setattr__(self, kind, {name: np.asarray(value, order="C") for name, value in given.items()})
@@ -42,14 +43,14 @@ class Tally:
         return Tally, (self.sums, self.maxima, self.largest)
 
     def read(self, reading: Callable[..., Found], *given: Hashable) -> Found:
-        """Return what a pure function of the evidence, and of what else is given, says: it is asked once."""
+        """Return the value of a pure function of the evidence and of further arguments; computed once and cached."""
         if (reading, *given) not in self._readings:
             self._readings[reading, *given] = reading(self, *given)
         found: Found = self._readings[reading, *given]
         return found
 
     def merge(self, other: "Tally") -> "Tally":
-        """Return the evidence of both sets of paths; names of either are kept."""
+        """Return the evidence of the union of two disjoint sets of paths; a name in only one of them is copied."""
         if not (other.sums or other.maxima or other.largest):
             return self
         if not (self.sums or self.maxima or self.largest):
@@ -62,19 +63,19 @@ class Tally:
 
 
 def packed(prefix: str, record: Any) -> Tally:
-    """Return a NamedTuple of numbers and arrays as evidence, under names that begin with a prefix."""
+    """Store a NamedTuple of numbers and arrays as evidence, under names that begin with a prefix."""
     return Tally(
         sums={f"{prefix} {name}": np.asarray(value, dtype=float) for name, value in record._asdict().items()}
     )
 
 
 def unpacked(prefix: str, kind: type[Record], tally: Tally) -> Record | None:
-    """Return the NamedTuple that was packed under a prefix, as arrays; None if there is none.
+    """Return the NamedTuple that `packed` stored under a prefix, as arrays; None if there is none.
 
     Parameters
     ----------
     prefix : str
-        That it was packed under.
+        As given to `packed`.
     kind : type of NamedTuple
     tally : Tally
     """
@@ -85,7 +86,7 @@ def unpacked(prefix: str, kind: type[Record], tally: Tally) -> Record | None:
 
 
 def largest(values: Array, k: int) -> Array:
-    """Return the k largest values along the last axis, descending; a NaN counts as largest."""
+    """Return the k largest values along the last axis, descending; NaN counts as largest."""
     return np.sort(values, axis=-1)[..., ::-1][..., :k]
 
 

@@ -1,4 +1,4 @@
-"""Forms: the mathematical shapes a problem can have, and the views between them."""
+"""Forms: the types of equations a problem can have, and the views between them."""
 
 from ..noise.brownian import BROWNIAN
 from .delay.delay_sdae import DelaySDAE, DelayState

@@ -1,4 +1,4 @@
-"""Few coordinates for a problem that looks larger: an angle and its velocity instead of positions and velocities."""
+"""Charts: few coordinates for problems on low-dimensional sets, such as an angle and its velocity for a pendulum."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from ..arrays import Array
 
 @dataclass(frozen=True)
 class Angle:
-    """A coordinate of period 2 pi."""
+    """A coordinate with period 2 pi."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,9 @@ class Line:
     Attributes
     ----------
     centre, scale : float
-        Mean and standard deviation of its law, roughly and in its own unit, where the law is widest: functions of it
-        are expanded in Hermite polynomials of (y - centre)/scale, up to some ten scales from the centre.
+        Rough mean and standard deviation of the coordinate's law at its widest, in the unit of the coordinate.
+        Functions of it are expanded in Hermite polynomials of (y - centre)/scale, up to about ten scales from the
+        centre.
     """
 
     centre: float
@@ -30,17 +31,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Chart:
-    """Coordinates z in at most two dimensions of all states a solution can have.
+    """Coordinates z, in at most two dimensions, of all states that a solution can reach.
 
     Attributes
     ----------
     axes : tuple of Angle and Line
     embed : callable, ndarray of shape (k, P) -> ndarray of shape (d, P)
-        The state of given coordinates: the rows of the problem's components, in the order of `ito`'s names; pure
-        outputs, on which no coefficient depends, at 0. Analytic, so that complex steps can be made.
+        The state at given coordinates: the rows of the problem's components, in the order of `ito`'s names; pure
+        outputs, on which no coefficient depends, are 0. Analytic, so that complex steps can be made.
     read : callable, ndarray of shape (d, P) -> ndarray of shape (k, P)
-        The coordinates of a state, with embed(read(x)) = x on all rows but pure outputs: an angle that is a component
-        itself is not wrapped.
+        The coordinates of a state, with embed(read(x)) = x on all rows except pure outputs. An angle that is itself a
+        component is not wrapped.
     """
 
     axes: tuple[Angle | Line, ...]
@@ -55,7 +56,7 @@ def without_rows(chart: Chart, count: int) -> Chart:
     ----------
     chart : Chart
     count : int
-        Number of rows that are left out.
+        Number of rows to omit.
     """
 
     def read(x: Array) -> Array:

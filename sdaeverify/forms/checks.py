@@ -1,4 +1,4 @@
-"""What authors of problems give, made into arrays and checked where a problem is built: one clear line a mistake."""
+"""Checks of the data that authors of problems provide, made when a problem is built; each error is one clear line."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,17 +13,17 @@ from ..numerics.linalg import apply
 from .problem import Problem
 
 PROBES = 3
-# Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
+# Rounding alone leaves a few eps; a start further off the manifold is a mistake of the author.
 CONSISTENCY = 1e4 * np.finfo(float).eps
 
 
 def vector(name: str, values: ArrayLike) -> Array:
-    """Return a finite vector as an array, or say what is wrong with it.
+    """Convert values to a read-only vector of finite numbers.
 
     Raises
     ------
     ProblemError
-        If `values` is no finite one-dimensional array.
+        If `values` is not a finite one-dimensional array.
     """
     array = numbers(values)
     if array is None or array.ndim != 1 or not array.size or not np.isfinite(array).all():
@@ -38,7 +38,7 @@ def format_value(values: object) -> str:
 
 
 def numbers(values: ArrayLike) -> Array | None:
-    """Return an author's numbers as a new array of floats, or None if they are no real numbers."""
+    """Return values as a new array of floats, or None if they are not real numbers."""
     try:
         return np.array(values).astype(float, casting="safe")
     except (TypeError, ValueError):
@@ -46,17 +46,18 @@ def numbers(values: ArrayLike) -> Array | None:
 
 
 def largest_component(values: Array) -> str:
-    """Return in words the component of a vector (n,) that is largest, and how large it is."""
+    """Return a text with the largest component of a vector (n,) in magnitude and its index; NaN is largest."""
     worst = int(np.argmax(np.where(np.isnan(values), np.inf, np.abs(values))))
     return f"{values[worst]:.3g} in component {worst + 1} of {len(values)}"
 
 
 def check_not_negative(problem: Problem, *names: str) -> None:
-    """Check that some of a problem's numbers are finite and not negative.
+    """Raise unless the named attributes of a problem are finite and not negative.
 
     Raises
     ------
     ProblemError
+        If an attribute is negative or not finite.
     """
     for name in names:
         if not 0.0 <= (value := getattr(problem, name)) < np.inf:
@@ -64,39 +65,41 @@ def check_not_negative(problem: Problem, *names: str) -> None:
 
 
 def check_analytic(name: str, f: Callable[[Array], Array], x: Array, instead: str) -> None:
-    """Check that a function can be differentiated by complex step at x.
+    """Raise unless a function can be differentiated by a complex step at x.
 
     Parameters
     ----------
     name : str
-        What the message calls the function.
+        Name of the function in the message.
     f : callable, x -> ndarray
     x : ndarray, shape (d, P)
     instead : str
-        End of the message: what its author can give instead.
+        End of the message: the alternative for the author.
 
     Raises
     ------
     ProblemError
+        If a complex step does not reproduce the derivative.
     """
     if not is_analytic(f, x):
         raise ProblemError(f"{name} is not analytic (abs, real buffers?){instead}")
 
 
 def check_vanishes(text: str, name: str, value: Array, scale: ArrayLike) -> None:
-    """Check that a constraint holds at the start but for rounding.
+    """Raise unless a constraint holds at the start up to rounding.
 
     Parameters
     ----------
     text, name : str
-        Begin of the message, and what it calls the constraint.
+        Beginning of the message, and the name of the constraint in it.
     value : ndarray, shape (m, P)
     scale : ndarray, shape (P,)
-        Size of the terms that cancel in it.
+        Size of the terms that cancel in the constraint.
 
     Raises
     ------
     ProblemError
+        If it does not hold.
     """
     if np.abs(value).max() > CONSISTENCY * max(1.0, np.max(scale)):
         raise ProblemError(f"{text} {name} = 0: {name} is {largest_component(value[:, 0])}")
@@ -108,14 +111,14 @@ def columns(x: Array, paths: int = PROBES) -> Array:
 
 
 def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
-    """Check what an author's function returned on `PROBES` paths.
+    """Check the return value of an author's function on `PROBES` paths.
 
-    The last axis may be 1 where the value is the same on every path.
+    The last axis may be 1 if the value is the same on every path.
 
     Parameters
     ----------
     name : str
-        What the message calls the value: the function as its author wrote it.
+        Name of the value in the message: the function as its author wrote it.
     value : object
     expected : tuple of int
         Its shape, paths last.
@@ -123,7 +126,7 @@ def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
     Raises
     ------
     ProblemError
-        If the value is no finite array of real numbers of the expected shape.
+        If the value is not a finite array of real numbers of the expected shape.
     """
     if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
         given = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
@@ -138,18 +141,18 @@ def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
 def check_derivative(
     name: str, f: Callable[[Array], Array], derivative: Callable[[Array, Array], Array], x: Array
 ) -> None:
-    """Check an author's derivative (x, y) -> Df(x) y against differences at x and at a point nearby.
+    """Check an author's derivative (x, y) -> Df(x) y against differences at x and at a nearby point.
 
-    At the initial state alone, a wrong derivative may be right by chance.
+    At the initial state alone, a wrong derivative may be correct by chance.
 
     Parameters
     ----------
     name : str
-        What the message calls the derivative.
+        Name of the derivative in the message.
     f : callable, x -> array of shape (m, P)
     derivative : callable, (x, y) -> array of shape (m, P)
     x : ndarray, shape (d, P)
-        The initial state, on every path the same.
+        The initial state, the same on every path.
 
     Raises
     ------
@@ -157,7 +160,7 @@ def check_derivative(
         If they disagree where both are finite.
     """
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1))[:, None], x.shape)
-    # In other units f may be far beyond the numbers at a length of 1.
+    # In other units, f may be outside its range of validity at a distance of 1.
     with np.errstate(all="ignore"):
         first, *others = (next(_disagreeing(f, derivative, x, length * y), None) for length in lengths(x))
     if first is not None and all(point is not None for point in others):
@@ -167,7 +170,7 @@ def check_derivative(
 def _disagreeing(
     f: Callable[[Array], Array], derivative: Callable[[Array, Array], Array], x: Array, y: Array
 ) -> Iterator[Array]:
-    """Yield the points, x and one nearby, at which a derivative along y disagrees with differences."""
+    """Yield the points, among x and one nearby, at which a derivative along y disagrees with differences."""
     for point in (x, x + 0.1 * y):
         given = derivative(point, y)
         if np.isfinite(f(point)).all() and not matches_differences(f, given, point, y):
@@ -175,7 +178,7 @@ def _disagreeing(
 
 
 def check_product(problem: Any, *state: Array) -> None:
-    """Check that an author's product B w is that of the matrix B, at time 0 and the states of `PROBES` paths.
+    """Check an author's product B w against the matrix B, at time 0 and the states of `PROBES` paths.
 
     Raises
     ------
@@ -193,13 +196,13 @@ def check_product(problem: Any, *state: Array) -> None:
 
 
 def wave(shape: tuple[int, ...]) -> Array:
-    """Return numbers without pattern between -1 and 1."""
+    """Return deterministic numbers between -1 and 1 without symmetry, for test vectors."""
     numbers: Array = np.cos(1.0 + np.arange(np.prod(shape)))
     return numbers.reshape(shape)
 
 
 def check_known(problem: Problem, initial: Parts) -> None:
-    """Check a problem's observables, and that its pathwise truth starts where the problem does.
+    """Check a problem's observables, and that its pathwise truth starts at the initial state.
 
     Parameters
     ----------
@@ -210,8 +213,9 @@ def check_known(problem: Problem, initial: Parts) -> None:
     Raises
     ------
     ProblemError
-        If an observable asks for another component, returns another shape, or is not finite, where views may lack
-        components; or if the truth knows none of them, or one of another shape or with another initial value.
+        If an observable uses an unknown component, returns another shape, or is not finite; observables of views are
+        not checked, because views may lack components. Or if the truth has no component in common with the problem,
+        or a component with another shape or another initial value.
     """
     _check_observables(problem, initial)
     _check_truth(problem, initial)

@@ -1,4 +1,4 @@
-"""Controls: schemes that show whether a problem can tell one order from another."""
+"""Controls: schemes of known order that show whether a problem can distinguish orders."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from ..errors import ProblemError
 
 @dataclass(frozen=True, kw_only=True)
 class Control:
-    """Two schemes whose verdicts on a claim are known before they are measured.
+    """Two schemes whose verdicts on a claim are known in advance.
 
-    Nobody's claim of this order is verified on a problem where the positive control is not verified, too, or where
-    the negative one is not refuted: such a problem does not discriminate. A claim of an order between two declared
-    ones is put to the controls on both sides. Nor do paths refute a scheme's claim where they refute another scheme,
-    the positive control, in the same quantity, too: the truth of the problem is the suspect then. Where all tests of
-    a run together may refute, a p-value of the control up to the run's level is enough for that.
+    A claim of this order is verified on a problem only if the positive control is verified and the negative one is
+    refuted; otherwise the problem does not discriminate. A claim of an order between two declared orders uses the
+    controls of both. Paths do not refute a claim in a quantity in which they also refute the positive control, if
+    that is another scheme: the truth of the problem is then likely to be wrong. For a claim that only the tests of a
+    whole run together may refute, a p-value of the control up to the run's level is sufficient for this.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Control:
     order : float
         The order that may be gated on the problem.
     positive, negative : str
-        Labels of registered schemes: one of at least this order there, and one of a lower order.
+        Labels of registered schemes: one of at least this order on the problem, and one of a lower order.
     """
 
     measure: str
@@ -38,24 +38,25 @@ class Control:
 
 
 def deciding(declared: Iterable[float], order: float) -> tuple[float, ...]:
-    """Return the declared orders whose controls decide on a claim of an order.
+    """Return the declared orders whose controls decide a claim of an order.
 
-    The positive control of the least order that is no lower has the claimed order. Which scheme misses it is known of
-    the negative control there; and where the claim lies between two declared orders, the positive control of the
-    highest lower one shows as well that the problem tells that order from the claimed one.
+    The positive control of the smallest declared order that is not below the claim has the claimed order. The
+    negative control of that order shows that a scheme of lower order is refuted. If the claim lies between two
+    declared orders, the positive control of the lower one also shows whether the problem distinguishes that order
+    from the claim.
 
     Parameters
     ----------
     declared : iterable of float
         Orders of one measure.
     order : float
-        The claimed one.
+        The claimed order.
 
     Returns
     -------
     tuple of float
-        The least one that is no lower and, where that is higher, the highest lower one if there is any; empty where
-        all are lower.
+        The smallest declared order that is not below the claim and, if it is above the claim, the largest one below
+        the claim if there is one; empty if all are below the claim.
     """
     known = set(declared)
     above = min((each for each in known if each >= order), default=None)

@@ -1,4 +1,4 @@
-"""Sets that solutions do not leave: a half line, an orthant, a box, a simplex, a ball, or an author's own."""
+"""Sets that solutions do not leave: a half line, an orthant, a box, a simplex, a ball, or a user-defined set."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,34 +9,34 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Mask
 
-# Of a set that is not bounded, states are drawn of about this size.
+# Approximate size of states drawn from an unbounded set.
 SIZE = 1.0
-# States by which it is told whether one set lies in another one, and the seed that they are drawn with.
+# Number of states by which inclusion of a set in another one is tested, and the seed of their draw.
 STATES, SEED = 256, 20
 # Rounding of a sum or norm of components.
 ROUNDING = 1e-12
-# Of the way to a state outside, until its last point inside is known to rounding.
+# Bisections of the segment to a state outside; they determine its last point inside to rounding.
 BISECTIONS = 52
 NONNEGATIVE = "nonnegative"
 
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """A set of states that the solution of a problem does not leave, or that a scheme is for.
+    """A set of states that the solution of a problem does not leave, or that a scheme is made for.
 
-    States at which steps are compared with the equation are taken from it. A scheme with a domain is put to problems
-    alone whose own domain lies in it, and to trivial equations whose solutions stay in it.
+    States at which steps are compared with the equation are drawn from it. A scheme with a domain is only applied to
+    problems whose own domain is contained in it, and to trivial equations whose solutions stay in it.
 
     Attributes
     ----------
     name : str
-        In words that follow "states with", such as ``x >= 0``.
+        Text that follows "states with", such as ``x >= 0``.
     contains : callable, ndarray of shape (d, P) -> ndarray of bool, shape (P,)
-        Which states are in it; rows in the order of the problem's Ito equation.
+        Indicator of the set; rows in the order of the problem's Ito equation.
     sample : callable, (numpy.random.Generator, d, P) -> ndarray of shape (d, P)
-        Random states in it, away from its boundary.
+        Draws random states in the set, away from its boundary.
     nonnegative : bool
-        Whether all components stay at or above 0: the problem then has the trait ``nonnegative``.
+        Whether all components are nonnegative: the problem then has the trait ``nonnegative``.
     dimension : int, optional
         Number d of components, if only one is possible.
     """
@@ -52,7 +52,7 @@ class Domain:
 
     @classmethod
     def orthant(cls) -> "Domain":
-        """Return the states whose components are all at least 0; in one dimension the half line."""
+        """Return the states whose components are all nonnegative; in one dimension the half line."""
         return cls("x >= 0", _is_nonnegative, _sample_orthant, nonnegative=True)
 
     @classmethod
@@ -77,7 +77,7 @@ class Domain:
 
     @classmethod
     def simplex(cls) -> "Domain":
-        """Return the states whose components are at least 0 and have a sum of at most 1."""
+        """Return the states whose components are nonnegative with a sum of at most 1."""
 
         def contains(x: Array) -> Mask:
             return np.asarray((x >= 0.0).all(axis=0) & (x.sum(axis=0) <= 1.0 + ROUNDING))
@@ -89,7 +89,7 @@ class Domain:
 
     @classmethod
     def ball(cls, radius: float) -> "Domain":
-        """Return the states with |x| <= radius; what stays on a sphere has a constraint, see `SDE`."""
+        """Return the states with |x| <= radius; for solutions on a sphere use the constraint of `SDE` instead."""
 
         def contains(x: Array) -> Mask:
             return np.asarray((x * x).sum(axis=0) <= radius**2 * (1.0 + ROUNDING))
@@ -101,7 +101,7 @@ class Domain:
         return cls(f"|x| <= {radius:g}", contains, sample)
 
     def repeated(self, count: int) -> "Domain":
-        """Return the states whose blocks of components are all in it, such as a solution and its past."""
+        """Return the states with `count` blocks of components in the domain, such as a solution and its past."""
 
         def contains(x: Array) -> Mask:
             return np.asarray(np.all([self.contains(block) for block in np.split(x, count)], axis=0))
@@ -112,7 +112,7 @@ class Domain:
         return Domain(self.name, contains, sample, nonnegative=self.nonnegative)
 
     def draw(self, d: int, count: int, seed: int = SEED) -> Array:
-        """Return random states, shape (d, count), the same for the same seed.
+        """Draw random states, shape (d, count), the same for the same seed.
 
         Parameters
         ----------
@@ -126,14 +126,14 @@ class Domain:
         return self.sample(np.random.Generator(np.random.Philox(key=seed)), d, count)
 
     def farthest(self, x: Array, y: Array) -> Array:
-        """Return the last points in it on the ways from some states to others.
+        """Return the last points in the domain on the segments from x to y, by bisection.
 
         Parameters
         ----------
         x : ndarray, shape (d, P)
-            States in it.
+            States in the domain.
         y : ndarray, shape (d, P)
-            Where the ways lead.
+            End points; returned unchanged if in the domain.
         """
         low, high = np.zeros(x.shape[1]), np.where(self.contains(y), 0.0, 1.0)
         for _ in range(BISECTIONS * bool(high.any())):
@@ -143,31 +143,32 @@ class Domain:
         return np.asarray(np.where(high > 0.0, x + low * (y - x), y))
 
     def keep(self, x: Array, before: Array) -> Array:
-        """Return states, shape (d, P), those outside replaced by the ones they come from."""
+        """Return states x, shape (d, P), with those outside the domain replaced by the previous states."""
         return np.asarray(np.where(self.contains(x), x, before))
 
 
 def outside(problem: Any, x: Array) -> Mask:
-    """Return which states of an Ito equation, shape (d, P), are not in the domain of a problem.
+    """Return the paths on which states x, shape (d, P), are not in the domain of a problem.
 
     Parameters
     ----------
     problem : Problem
-        Without domain, no state is outside.
+        Without a domain, no state is outside.
     x : ndarray, shape (d, P)
+        States of its Ito equation.
     """
     domain: Domain | None = problem.domain
     return np.zeros(x.shape[1], dtype=bool) if domain is None else ~domain.contains(x)
 
 
 def why_not_within(problem: Any, domain: Domain | None) -> str:
-    """Return that a problem does not say that its states stay in the domain of a scheme, or an empty string.
+    """Return why a problem's states are not known to stay in the domain of a scheme, or an empty string.
 
     Parameters
     ----------
     problem : Problem
     domain : Domain or None
-        Of the scheme; None if it is for all states.
+        Domain of the scheme; None means all states.
     """
     if domain is None:
         return ""

@@ -1,4 +1,4 @@
-"""What is asked of an Ito equation, whatever class holds it."""
+"""The interface of an Ito equation, independent of its class."""
 
 from collections.abc import Callable, Hashable, Mapping
 from typing import Protocol
@@ -8,7 +8,7 @@ from ..noise.brownian import Increment
 
 
 class Equation(Hashable, Protocol):
-    """dx = f dt + B dW (Ito) for all comparable components of a problem, as its coefficients.
+    """dx = f dt + B dW (Ito) for all comparable components of a problem, represented by its coefficients.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Equation(Hashable, Protocol):
         """Return the named components of a state."""
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
-        """Return drift, diffusion and whatever else the equation holds."""
+        """Return drift, diffusion and any further coefficients of the equation."""
 
     def diffused(self, t: float, x: Array, w: Array) -> Array:
         """Return B(t, x) w, shape (d, P).
@@ -62,7 +62,7 @@ class Equation(Hashable, Protocol):
         t : float
         x : ndarray, shape (d, P)
         w : ndarray, shape (l, P)
-            What B is multiplied with, such as an increment of the Brownian motions.
+            Factor of B, such as an increment of the Brownian motions.
         """
 
     def euler(self, t: float, x: Array, h: float, noise: Increment) -> Array:

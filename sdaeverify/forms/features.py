@@ -1,8 +1,8 @@
-"""Features of a problem that schemes may treat wrongly: measured from its coefficients, not read from its traits.
+"""Features of a problem that schemes may treat wrongly, measured from its coefficients instead of its traits.
 
-A claim is tested on the problems of a run alone. A scheme that forgets the mass matrix is right on all problems with
-M = 1, so that a run without a mass matrix says nothing about it. Each form lists its features, and each feature is
-found in a problem by evaluating coefficients, their differences in state and time, or their dimensions.
+A claim is tested only on the problems of a run. A scheme that omits the mass matrix is correct on all problems with
+M = 1, so a run without a mass matrix does not test it. Each form lists its features, and each feature is
+detected by evaluating coefficients, their differences in state and time, or their dimensions.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,18 +14,18 @@ import numpy as np
 from ..arrays import Array
 from ..numerics import all_finite
 
-# Steps and paths of the pilot whose states coefficients are compared at, and parts of the horizon for times.
+# Steps, paths and relative step size of the pilot run that provides states, and times as fractions of the horizon.
 STEPS, PATHS, SHORT = 16, 4, 1.0 / 64.0
 TIMES = (0.0, 0.13, 0.37, 0.71)
 SEED = 0x5DAE
-# Values that differ by less than this part of their size are equal: rounding of coefficients is smaller.
+# Relative tolerance for equal values, above the rounding of coefficients.
 EQUAL = 1e-9
-# Step of central differences, whose error is its square, and what may be left of them where noises commute.
+# Step of central differences, whose error is its square, and tolerance for their commutators.
 DIFFERENCE, COMMUTING = 1e-4, 1e-6
 
 
 class Feature(NamedTuple):
-    """What some problems of a form have and others have not.
+    """A property that some problems of a form have.
 
     Attributes
     ----------
@@ -40,25 +40,25 @@ class Feature(NamedTuple):
 
 
 def differ(values: Sequence[Array]) -> bool:
-    """Return whether arrays that broadcast against each other are not all equal up to rounding."""
+    """Return whether arrays that broadcast against each other differ by more than rounding."""
     size = max(float(np.abs(value).max(initial=0.0)) for value in values)
     return any(bool((np.abs(value - values[0]) > EQUAL * size).any()) for value in values[1:])
 
 
 def vary(values: Array) -> bool:
-    """Return whether the last axis, that of paths, holds values that are not all equal up to rounding."""
+    """Return whether values differ along the last axis, that of paths, by more than rounding."""
     return values.shape[-1] > 1 and differ([values, values[..., :1]])
 
 
 def times_of(problem: Any) -> Iterator[float]:
-    """Return times at which coefficients are compared."""
+    """Yield times at which coefficients are compared."""
     return (part * problem.horizon for part in TIMES)
 
 
 def pilot_states(problem: Any) -> Array:
-    """Return the initial state and some states of Euler-Maruyama paths of a problem's equation, shape (d, S).
+    """Return the initial state and the final states of a short Euler-Maruyama run of the equation, shape (d, S).
 
-    States that are not finite are left out.
+    States that are not finite are omitted.
     """
     equation = problem.equation()
     x = equation.initial(PATHS)

@@ -1,9 +1,9 @@
-"""Classes of equations of a form from which members are drawn at random.
+"""Classes of equations of a form from which random members are drawn.
 
 Let a step be an analytic function of the values that the coefficients take at finitely many stage points. Each term
 of its local defect is then a polynomial in finitely many derivatives of the coefficients at the state. The
 derivatives that a form admits are the image of a connected open set of free parameters under an analytic map. A
-polynomial that does not vanish identically on this image vanishes on a set of measure zero: a member that is drawn
+polynomial that does not vanish identically on this image vanishes on a set of measure zero. So a member drawn
 from a law with a density shows every wrong coefficient with probability one.
 """
 
@@ -20,13 +20,13 @@ from ..arrays import Array
 from ..errors import ProblemError
 
 Generator = np.random.Generator
-# Draws of a member until it is consistent.
+# Maximum number of draws until a member is consistent.
 DRAWS = 20
-# Coefficients of polynomials are this large at least and at most, with a random sign.
+# Range of the absolute values of polynomial coefficients; signs are random.
 SMALLEST, LARGEST = 0.2, 0.5
-# Singular values of linear parts that must be regular.
+# Range of the singular values of linear parts that must be regular.
 WEAKEST, STRONGEST = 1.0, 2.0
-# Of Taylor polynomials: a claim of order p needs derivatives up to p + 2.
+# Degree of Taylor polynomials: a claim of order p needs derivatives up to p + 2.
 DEGREE = 3
 
 
@@ -39,18 +39,22 @@ class GenericClass:
     name : str
         Of the class, for users.
     draw : callable, (Generator, frozenset of str) -> Problem
-        Draw a member without some of the features.
+        Draws a member without the given features.
     features : mapping of str to str
-        Parts of the equation that can be left out, by name, and in words that continue "only with", such as
-        ``a mass matrix``. A member without a feature declares the traits that follow.
+        Parts of the equation that can be omitted: the name, and a text that continues "only with", such as
+        ``a mass matrix``. A member without a feature declares the traits that follow from this.
+    mistakes : tuple
+        Known mistakes in the equation, each with a ``sentence`` and ``coefficients(problem, t, x)``, the drift and
+        the diffusion that it makes of a member, as those of `mechanics.mistakes`.
     """
 
     name: str
     draw: Callable[[Generator, frozenset[str]], Any] = field(compare=False)
     features: Mapping[str, str] = field(default_factory=dict, compare=False)
+    mistakes: tuple[Any, ...] = field(default=(), compare=False)
 
     def member(self, seed: int, index: int, without: Collection[str] = ()) -> Any:
-        """Return a random problem of the class.
+        """Draw a random problem of the class, the same for the same arguments.
 
         Parameters
         ----------
@@ -58,12 +62,12 @@ class GenericClass:
         index : int
             Members with other indices are independent draws.
         without : collection of str
-            Names of features to leave out.
+            Names of features to omit.
 
         Raises
         ------
         ProblemError
-            If none of several draws is a consistent problem.
+            If no draw is a consistent problem.
         """
         digest = hashlib.blake2b(f"{seed}|{self.name}|{index}".encode(), digest_size=16).digest()
         rng = np.random.Generator(np.random.Philox(key=np.frombuffer(digest, dtype=np.uint64)))
@@ -113,12 +117,12 @@ class Polynomial(NamedTuple):
         return Polynomial(powers, found.reshape(-1, len(powers)), self.centre)
 
     def without(self, *variables: int) -> "Polynomial":
-        """Return the polynomial with the terms left out that contain one of some variables."""
+        """Return the polynomial without the terms that contain any of the given variables."""
         kept = [not set(variables) & set(powers) for powers in self.powers]
         return self._replace(coefficients=self.coefficients * kept)
 
     def up_to(self, degree: int) -> "Polynomial":
-        """Return the terms up to a degree."""
+        """Return the polynomial truncated to a degree."""
         return self._replace(coefficients=self.coefficients * [len(powers) <= degree for powers in self.powers])
 
 
@@ -131,7 +135,7 @@ def monomials_of(n: int, degree: int) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=32)
 def _factors(n: int, degree: int) -> tuple[tuple[Array, Array], ...]:
-    """Return, for each degree from 1 on, the place of each monomial without its last factor, and this factor."""
+    """Return, for each degree from 1 on, the index of each monomial without its last factor, and this factor."""
     found = []
     for each in range(1, degree + 1):
         places = {powers: place for place, powers in enumerate(combinations_with_replacement(range(n), each - 1))}
@@ -154,13 +158,13 @@ def draw_polynomial(rng: Generator, centre: Array, rows: int, degree: int = DEGR
     degree : int
     """
     powers, n = monomials_of(len(centre), degree), len(centre)
-    # Derivatives of all orders then have the size 1 in a random direction.
+    # With these sizes, derivatives of all orders in a random direction have size 1.
     sizes = [float(n) ** (-0.5 * max(len(each) - 1, 0)) for each in powers]
     return Polynomial(powers, draw_signed(rng, (rows, len(powers))) * sizes, centre)
 
 
 def draw_signed(rng: Generator, shape: tuple[int, ...]) -> Array:
-    """Draw numbers of a size between 0.2 and 0.5 with random signs."""
+    """Draw numbers with absolute values between 0.2 and 0.5 and random signs."""
     return np.asarray(rng.choice([-1.0, 1.0], shape) * rng.uniform(SMALLEST, LARGEST, shape))
 
 
@@ -189,7 +193,7 @@ def with_linear_part(f: Polynomial, A: Array) -> Polynomial:
     Parameters
     ----------
     f : Polynomial
-        Whose terms of degree 2 and more are kept.
+        Polynomial that provides the terms of degree 2 and higher.
     A : ndarray, shape (m, n)
     """
     coefficients = f.coefficients.copy()

@@ -1,6 +1,7 @@
-"""What a step for each form is given, and a scheme of eight lines: for authors of schemes.
+"""Guides for authors of schemes: the arguments of a step for each form, and a scheme of eight lines.
 
-It is told by ``info`` and on the page of the form. The docstring of a form is about its arguments, and fits a screen.
+The command ``info`` and the documentation page of the form show them. The docstring of a form describes its arguments
+only, so that it fits a screen.
 """
 
 from .delay.delay_sdae import DelaySDAE
@@ -98,5 +99,5 @@ or (1.2) as an `SDE`.
 
 
 def guide_of(form: type[Problem]) -> str:
-    """Return what a step for a form is given, with an example; empty for a form of which this is not known."""
+    """Return the guide for authors of schemes for a form; empty for a form without one."""
     return GUIDES.get(form, "")

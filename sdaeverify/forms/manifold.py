@@ -1,4 +1,4 @@
-"""Points of a manifold g = 0 near given points."""
+"""Projection onto a manifold g = 0."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -26,11 +26,11 @@ class LevelSets(Problem):
         return self.jacobian(x) if self.jacobian is not None else jacobian(self.constraint, x)
 
     def linearised(self, x: Array) -> ConstraintJacobian:
-        """Return Dg(x) as the operations that schemes need of it."""
+        """Return Dg(x) as an object with the operations that schemes need."""
         return DenseJacobian(self.dg(x))
 
     def push(self, J: ConstraintJacobian, c: Array) -> Array:
-        """Return what multipliers c, shape (m, P), do to a state: grad g c, shape (n, P)."""
+        """Return the change of a state by multipliers c of shape (m, P): grad g c, shape (n, P)."""
         return J.transposed(c)
 
 

@@ -1,6 +1,6 @@
-"""How the names of forms stand in a sentence."""
+"""Names of forms with their indefinite article."""
 
-# Letters whose names begin with a vowel: an SDE, a DelaySDAE.
+# Letters whose names begin with a vowel sound, as in "an SDE".
 SPOKEN_WITH_VOWEL = frozenset("AEFHILMNORSX")
 
 
@@ -10,7 +10,7 @@ def article(name: str) -> str:
     Parameters
     ----------
     name : str
-        Of a class; its first letters are spoken one by one where they are capitals.
+        Name of a class; leading capitals are pronounced one by one.
     """
     spelled = len(name) > 1 and name[:2].isupper()
     vowel = name[:1] in SPOKEN_WITH_VOWEL if spelled else name[:1].lower() in "aeio"

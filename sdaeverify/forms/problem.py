@@ -1,4 +1,4 @@
-"""What problems of every form have in common."""
+"""The base class of problems of all forms."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -28,7 +28,7 @@ K = TypeVar("K")
 Form = TypeVar("Form", bound=type)
 Observable = Callable[[float, Parts], Array]
 
-# What a view of the same states has of its own.
+# Fields that a view of the same states does not inherit.
 OWN = {"source", "seen_as"}
 
 
@@ -57,32 +57,32 @@ class Problem:
     noise_dim : int
         Number l of independent Brownian motions.
     source : str
-        Where the problem is from, with equation number.
+        Source of the problem, with equation number.
     units : str
     traits : frozenset of str
     noise : frozenset of str
-        What is drawn for it: ``dW``, and ``H`` unless it is left out to save half of the random numbers; with it, on
-        demand, ``K`` and the Levy areas ``A``. It belongs to the problem, so that no scheme's paths depend on which
-        other schemes take part.
+        Noise to be drawn: ``dW``, and ``H`` unless it is omitted to save half of the random numbers; with it, on
+        demand, ``K`` and the Levy areas ``A``. It belongs to the problem, so that a scheme's paths do not depend on
+        the other schemes of the run.
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
     controls : tuple of Control
         One for each order of a measure that may be gated on it.
     chart : Chart, optional
-        One or two coordinates that all components but pure outputs are functions of.
+        One or two coordinates that determine all components except pure outputs.
     domain : Domain, optional
-        States that solutions do not leave, if these are not all: single steps are probed in it.
+        Set of states that solutions do not leave, if not the whole space; single steps are probed in it.
     relaxation_time : float
-        Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite where
-        it has no invariant law, or none that is known.
+        Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite if
+        it has no invariant law, or if the time is unknown.
     fastest_time : float
-        Time in which its fastest component relaxes, where that can be much shorter than all other times: steps that
-        are no shorter do not follow it, and say nothing of an order as h tends to 0. Infinite where there is none.
+        Time in which its fastest component relaxes, if that can be much shorter than all other times. Steps that
+        are not shorter do not resolve it, and show no order as h tends to 0. Infinite if there is no such component.
     seen_as : str
-        What it is a view of another problem as; empty for a problem of its own.
+        For a view of another problem, the name of the view; empty otherwise.
     """
 
-    # The traits that a form declares: a class of its own adds to those of all forms.
+    # Traits that a form declares; a subclass adds to those of all forms.
     declared_traits = GENERAL
 
     horizon: float
@@ -148,35 +148,35 @@ class Problem:
 
     @property
     def pathwise(self) -> Pathwise | None:
-        """The truth on a given Brownian path, if one is attached."""
+        """The pathwise truth, if one is attached."""
         return next((truth for truth in self.truths if isinstance(truth, Pathwise)), None)
 
     @property
     def time_unit(self) -> float:
-        """The unit of time, or the horizon where that is shorter: steps are probed in parts of it."""
+        """The unit of time, limited by the horizon; probed step sizes are fractions of it."""
         return min(1.0, self.horizon)
 
     @property
     def longest_unit(self) -> float:
-        """What no unit of time is longer than, however slow the equation is: the horizon."""
+        """Upper bound of units of time, however slow the equation is: the horizon."""
         return self.horizon
 
     @property
     def shared_fields(self) -> dict[str, Any]:
-        """The fields that a view of the same states takes over."""
+        """The fields that a view of the same states inherits."""
         return {own.name: getattr(self, own.name) for own in fields(Problem) if own.name not in OWN}
 
     def view(self, form: "type[Problem]") -> "Problem | None":
-        """Return this problem as one of another form, or None where it has no such view."""
+        """Return this problem in another form, or None if it has no such view."""
         return self if isinstance(self, form) else None
 
     def giving(self, names: Collection[str]) -> "Problem":  # noqa: ARG002 - forms with pure outputs use it
-        """Return the problem of some components alone, where they obey an equation of their own; else the whole one.
+        """Return the problem of some components alone if they obey a closed equation, else the whole one.
 
         Parameters
         ----------
         names : collection of str
-            Of the components that a scheme gives; empty for all.
+            The components that a scheme gives; empty for all.
         """
         return self
 
@@ -192,28 +192,28 @@ class Problem:
         others = (truth for truth in self.truths if not isinstance(truth, MomentEquation))
         return replace(self, observables={**self.observables, **observables}, truths=(*others, *means))
 
-    # Made once: making an equation checks it, and what is found for it serves all schemes that see it.
+    # Cached, because making an equation checks it, and results computed for it are shared by all schemes.
     @cached_property
     def _sde(self) -> Any:
         return self._make_sde()
 
     def _make_sde(self) -> Any:
-        """Return the SDE that a form without one of its own is seen as."""
+        """Return the view as an SDE, for forms without an own implementation of `view`."""
 
     def capability(self, kind: type[K]) -> K | None:
-        """Return what the problem offers of a kind, or None; `why_not` says why not.
+        """Return the problem as an object of a capability class, or None; see `why_not` for the reason.
 
-        A kind is a class that says what one can do with it: `Delayed`, `StiffnessFamily`, or one of a third party. A
-        form offers a kind by deriving from it, or by returning an object of it here.
+        A capability is a class of operations: `Delayed`, `StiffnessFamily`, or one of a third party. A
+        form has a capability if it derives from the class, or returns an object of it here.
         """
         return self if isinstance(self, kind) else None
 
     def why_not(self, kind: type[Any]) -> str:
-        """Return why the problem does not offer a kind, in the kind's words, or an empty string if it does."""
+        """Return why the problem does not have a capability, in the words of its class; empty if it has it."""
         return "" if self.capability(kind) is not None else f"{article(type(self).__name__)} {kind.absent}"
 
     def observe(self, name: str, t: float, parts: Parts) -> Array | None:
-        """Return the values of an observable, or None where a component that it needs is not among the parts.
+        """Return the values of an observable, or None if a component that it needs is not among the parts.
 
         Parameters
         ----------
@@ -229,11 +229,11 @@ class Problem:
 
     @property
     def records(self) -> tuple[NoiseRecord, ...]:
-        """Noise that drives it beside its Brownian motions; it belongs to the form."""
+        """Noise of the form in addition to Brownian motions."""
         return ()
 
     def drawn(self, rng: np.random.Generator, h: float, paths: int, far: Any = 1.0) -> Increment:
-        """Return random noise of one step of size h, its normals `far` times as large as they are by law.
+        """Draw random noise of one step of size h, with its normals scaled by `far`.
 
         Parameters
         ----------
@@ -243,7 +243,7 @@ class Problem:
         paths : int
             Number P of paths.
         far : float or ndarray, shape (P,)
-            By which factor the normals are larger than the law's, to see states that are rarely reached.
+            Factor of the normals, larger than 1 to reach rare states.
         """
         dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
         records = {r.name: each(lambda data: data[0], r.begin(rng, h, paths)) for r in self.records}
@@ -252,58 +252,58 @@ class Problem:
 
     @classmethod
     def trivial_problems(cls) -> Trivials:
-        """Return problems of the form that every scheme for it solves exactly; none unless the form knows some."""
+        """Return problems of the form that every scheme for it solves exactly; empty unless overridden."""
         return ()
 
     @classmethod
     def trivial_problems_in(cls, domain: Domain) -> Trivials:  # noqa: ARG003 - forms that know some use it
-        """Return such problems whose solutions stay in a domain; none unless the form knows some."""
+        """Return such problems with solutions in a domain; empty unless overridden."""
         return ()
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return features that problems of the form may have, for the note on what a run has not met; none here."""
+        """Return features that problems of the form may have, for the note on gaps of a run; empty by default."""
         return ()
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:
-        """Return the classes of equations of the form that order conditions are known of; none unless it says so."""
+        """Return the classes of equations of the form with order conditions; empty unless the form overrides this."""
         return ()
 
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:
-        """Return the classes of equations of the form from which members are drawn; none unless the form has some."""
+        """Return the classes of equations of the form with random members; empty unless the form overrides this."""
         return ()
 
     def ito(self) -> Equation | None:
-        """Return the Ito equation that all comparable components obey, or None where there is none.
+        """Return the Ito equation of all comparable components, or None if there is none.
 
         Its names are those of `parts`, in their order.
         """
         return None
 
     def own_diffusion(self, t: float, x: Array) -> Array | None:  # noqa: ARG002 - forms with a projection have one
-        """Return the diffusion as its author gave it, at states of the equation, where that has another one."""
+        """Return the diffusion as given by the author at states of `ito`, or None if `ito` has the same."""
         return None
 
     def equation(self) -> Equation | None:
-        """Return the equation of all comparable components that one step of a scheme is compared with.
+        """Return the equation of all comparable components with which one step of a scheme is compared.
 
-        It is the Ito equation, unless the form has other noise that drives these components: then `ito` is none.
+        It is the Ito equation, unless the form has other noise that drives these components; then `ito` returns None.
         """
         return self.ito()
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
-        """Return all coefficients of `equation` at states x, rows in the order of its names; empty without one."""
+        """Return all coefficients of `equation` at states x, rows in the order of its names; empty if it is None."""
         equation = self.equation()
         return () if equation is None else (equation.drift(t, x), equation.diffusion(t, x))
 
     def recall(self, h: float, paths: int) -> Any:  # noqa: ARG002 - forms with a delay use it
-        """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
+        """Return the lagged values of a run with steps of size h on a number of paths; None without delay."""
         return None
 
     def add_past(self, h: float, noise: Increment) -> Increment:
-        """Return the noise of a first step of size h from time 0, with the past that drives it, too."""
+        """Return the noise of a first step of size h from time 0, including the lagged values that it needs."""
         recall = self.recall(h, noise.dW.shape[-1])
         driven: Increment = noise if recall is None else recall.add_past(noise)
         return driven
@@ -314,20 +314,20 @@ class Problem:
 
     @property
     def has_constraints(self) -> bool:
-        """Whether `residuals` has anything to return."""
+        """Whether `residuals` returns any defects."""
         return False
 
     def admissible(self, x: Array) -> Array:
-        """Return states that keep all constraints near the columns of x, rows in the order of `ito`'s names."""
+        """Return states that satisfy all constraints near the columns of x, rows in the order of `ito`'s names."""
         return x
 
     @property
     def moving_constraints(self) -> bool:
-        """Whether constraints depend on time or on the past: `residuals` is then given ``t`` and ``lagged``, too."""
+        """Whether constraints depend on time or on the past: `residuals` then needs ``t`` and ``lagged``, too."""
         return False
 
     def kick(self, t: float, parts: Parts, noise: Increment) -> Array | None:
-        """Return what the noise of a short step adds to components, shape (d, P); None where nobody can tell.
+        """Return the change of components by the noise of a short step, shape (d, P); None if it is unknown.
 
         Parameters
         ----------
@@ -344,20 +344,20 @@ class Problem:
 
     @property
     def free_rows(self) -> slice:
-        """Rows of a state, as `ito` names them, that can be as large as one likes and keep all constraints."""
+        """Rows of a state, in the order of `ito`'s names, that can be scaled up without violating constraints."""
         return slice(0, 0) if self.has_constraints else slice(None)
 
     @property
     def norm_parts(self) -> tuple[str, ...]:
-        """The components that `squared_norm` is about; all of them if it names none."""
+        """Names of the components that `squared_norm` includes; empty means all of them."""
         return ()
 
     def squared_norm(self, parts: Parts) -> Array:
-        """Return the square of the norm of a state, shape (P,): that of Euclid, unless the form has another one."""
+        """Return the squared norm of a state, shape (P,): the Euclidean one, unless the form overrides it."""
         return np.asarray(sum((part**2).sum(axis=0) for part in parts.values()))
 
     def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:  # noqa: ARG002 - as above
-        """Tell on which paths a constraint's root is lost within a step, whoever makes it.
+        """Return the paths on which the constraint Jacobian becomes singular within the step, for any scheme.
 
         Parameters
         ----------
@@ -373,23 +373,25 @@ class Problem:
         return np.zeros(noise.dW.shape[-1], dtype=bool)
 
     def without_index(self, t: float, x: Array, v: Array) -> Mask:  # noqa: ARG002 - as above
-        """Tell at which x and lagged v a constraint of index 1 has no root that is regular, as it was at time 0.
+        """Return the paths on which the constraint of index 1 has no regular root at x and lagged v.
+
+        The root must continue the one at time 0.
 
         Parameters
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
         """
         return np.zeros(x.shape[-1], dtype=bool)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
-        """Return the defect of each constraint by name; a problem without constraints has none."""
+        """Return the defect of each constraint by name; empty without constraints."""
         return {}
 
 
 def briefly_signed(form: Form) -> Form:
-    """Leave the types out of the signature that `help` shows of a form: its docstring tells them in fewer words."""
+    """Remove the types from a form's signature in `help`; its docstring gives them more briefly."""
     init = vars(form)["__init__"]
     init.__signature__ = Signature(
         [each.replace(annotation=each.empty) for each in signature(init).parameters.values()]

@@ -1,4 +1,4 @@
-"""Facts of problems that a claim may ask for, declared by those who need them: a form, a scheme, a measure."""
+"""Traits: properties of problems that claims may require, declared by a form, a scheme or a measure."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -7,18 +7,18 @@ from ..contracts.spelling import did_you_mean
 
 
 class Trait(str):
-    """A fact of a problem, which is its name wherever it is compared or shown.
+    """A property of a problem, represented by its name in comparisons and tables.
 
-    A problem may state it, and a claim may ask for it, as this object, or by its name where a form declares it.
+    A problem may declare it, and a claim may require it, as this object, or by its name if a form declares it.
 
     Parameters
     ----------
     name : str
         In lower case with hyphens.
     meaning : str
-        What is true of the problem, in a line or two.
+        The property that the problem has, in a line or two.
     against : callable, problem -> str, optional
-        Evaluates the problem and returns what speaks against the trait, or an empty string: the conformance kit asks.
+        Evaluates the problem and returns evidence against the trait, or an empty string; used by the conformance kit.
     """
 
     __slots__ = ("against", "meaning")
@@ -33,7 +33,7 @@ class Trait(str):
     against: Callable[[Any], str] | None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what makes the trait again."""
+        """Return the constructor and its arguments, for pickling."""
         return Trait, (str(self), self.meaning, self.against)
 
 
@@ -91,23 +91,23 @@ INDEX_ONE: tuple[Trait, ...] = (
     ),
     Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
 )
-# Traits that forms set themselves: a problem without one of them lacks it, however little its author declares.
+# Traits that forms set themselves: declarations by authors do not add them.
 SET_BY_FORM = frozenset({"scalar-noise", "unconstrained", "constrained", "no-delay", "algebraic", "nonnegative"})
-# Each of these makes noises commute.
+# Each of these implies commutative noise.
 COMMUTING = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
-# What follows from noise that is additive, beside itself.
+# Additive noise and the traits that it implies.
 ADDITIVE = frozenset({"additive-noise", "vanishing-milstein-term", "commutative-noise"})
 DECLARED = {str(trait): trait for trait in (*GENERAL, *INDEX_ONE)}
 
 
 def known_traits(form: type = object) -> dict[str, Trait]:
-    """Return by name the traits of the framework, and those that a form and its bases declare."""
+    """Return the traits of the framework, and those that a form and its bases declare, by name."""
     own = (trait for base in form.__mro__ for trait in vars(base).get("declared_traits", ()))
     return {**DECLARED, **{str(trait): trait for trait in own}}
 
 
 def why_unknown(given: Iterable[str], form: type = object) -> str:
-    """Return which of some traits nobody declares, and what may be meant; a `Trait` declares itself."""
+    """Return which of the given traits are undeclared, with suggestions; a `Trait` object declares itself."""
     bare, known = {trait for trait in given if not isinstance(trait, Trait)}, known_traits(form)
     unknown = sorted(bare - known.keys())
     if not unknown:

@@ -1,8 +1,8 @@
-"""What a form offers so that a scheme's order conditions can be asked for its equations: trees, and what has them.
+"""Interface by which a form provides order conditions for its equations: trees, and problems that realise them.
 
-A form says which derivatives of its coefficients a step of a scheme can be a sum of, as a few kinds of `Node`, and
-poses a problem whose components are given trees of them. All else follows: which trees there are, what the solution
-has in their place, what a step has, and the conditions on it.
+A form specifies the derivatives of its coefficients of which a scheme's step is a sum, as a few kinds of `Node`, and
+constructs a problem whose components are given trees of them. The rest follows: the trees, their values for the
+solution and for a step, and the order conditions.
 """
 
 from abc import ABC, abstractmethod
@@ -14,40 +14,46 @@ import numpy as np
 
 from ..arrays import Array
 
-# What stands in the place of a subtree where a coefficient is derived by time.
+# Symbol of a leaf in place of a subtree, for a derivative of a coefficient by time.
 TIME = "t"
-# By how much a step on a problem below is later than that on the problem above it, whose coefficients are those of a
-# later time.
+# Difference of the times of a step on a problem below and of the step on the problem above it, whose coefficients are
+# evaluated later by this amount.
 LATER = 0.25
-# The size of a problem far out, a power of two so that scaling rounds nothing; by how much later the problem below it
-# begins; and the number of Brownian motions among which those of a class are placed.
-FAR, LATE, PLACES = 2.0**20, 2.0**10, 5
-# What a tree's value follows from: an integral over time, one over a Brownian motion, or the product below it itself.
+# Time at which steps on trees begin.
+TIME_0 = 0.34375
+# The size of a distant problem, a power of two so that scaling is exact, and the number of Brownian motions among
+# which those of a class are placed.
+FAR, PLACES = 2.0**20, 5
+# The number of distant pairs, each with its own times; the earliest and the latest time; and their unit, a power
+# of two so that a time minus a delay is exact.
+TIMES, EARLIEST, LATEST, UNIT = 32, 2.0**-4, 2.0**10, 2.0**-14
+# Origin of a tree's value: an integral over time, one over a Brownian motion, or the product of its subtrees itself.
 OVER_TIME, OVER_NOISE, PRODUCT = "dt", "dW", ""
 
 
 class Node(NamedTuple):
     """A kind of nodes of trees: derivatives of one coefficient of the equation.
 
-    A tree with the subtrees tau_1, ..., tau_k has, of the solution, the integral of their product over time or over
-    one of the motions, or the product itself where the node is algebraic. It weighs 2, 1 or 0: twice the order in h.
+    For the solution, the value of a tree with the subtrees tau_1, ..., tau_k is the integral of their product over
+    time or over one of the motions, or the product itself if the node is algebraic. Its weight is 2, 1 or 0: twice
+    the order in h.
 
     Attributes
     ----------
     name : str
-        How it is written; those over noise are numbered.
+        Symbol of the node; those over noise are numbered.
     of : str
-        The component that a tree with this root is a part of.
+        The component to which a tree with this root belongs.
     takes : frozenset of str
-        Components whose trees can stand below it, and ``t`` if the coefficient depends on time.
+        Components whose trees can be its subtrees, and ``t`` if the coefficient depends on time.
     integral : str
-        ``dt``, ``dW`` or nothing.
+        ``dt``, ``dW`` or empty.
     least, most : int or None
-        How many subtrees it has: most is 1 where the coefficient is linear, and 0 where it is constant. An algebraic
-        node without subtrees is a number that the state begins with.
+        Range of the number of subtrees: most is 1 if the coefficient is linear, and 0 if it is constant. An algebraic
+        node without subtrees is a number in the initial state.
     scaled : bool
-        Whether the coefficient is a number, chosen with the equation, times a component: its powers are told apart,
-        and each weighs 2 as it comes with a power of h.
+        Whether the coefficient is a component times a number that is chosen with the equation. The powers of this
+        number are separated, and each weighs 2 because it comes with a power of h.
     """
 
     name: str
@@ -67,9 +73,9 @@ class Grown(NamedTuple):
     node : Node
         The root.
     motion : int
-        Which Brownian motion it is about, from 0 on; -1 if none.
+        Index of its Brownian motion, from 0 on; -1 if it has none.
     kids : tuple of int
-        Places of its subtrees among the trees, each before it; -1 is a leaf t.
+        Indices of its subtrees, all smaller than its own; -1 denotes a leaf t.
     """
 
     node: Node
@@ -82,7 +88,7 @@ class Grown(NamedTuple):
 
 
 class Grove(NamedTuple):
-    """Trees that a problem is wanted for.
+    """A set of trees for which a problem is requested.
 
     Attributes
     ----------
@@ -91,9 +97,9 @@ class Grove(NamedTuple):
     motions : int
         Number of Brownian motions.
     number : float
-        What scaled nodes are multiplied with.
+        Factor of scaled nodes.
     time : float
-        When the step begins: t minus this stands in the place of a leaf t.
+        Start of the step; a leaf t denotes t minus this time.
     """
 
     trees: tuple[Grown, ...]
@@ -110,12 +116,12 @@ class Posed(NamedTuple):
     problem : Problem
         With all noise drawn, and a horizon of 1.
     rows : sequence of (str, int)
-        For each tree its component, and its row there. From any state that the problem's start is consistent with,
+        For each tree its component, and its row there. From any state consistent with the problem's start,
         its change in a step is the weight of the tree.
     sizes : sequence of float
-        What the weights are multiplied with.
+        Factors of the weights.
     driven : ndarray, shape (l, M)
-        The problem's l Brownian motions out of M.
+        Maps M Brownian motions to the problem's l ones.
     """
 
     problem: Any
@@ -125,7 +131,7 @@ class Posed(NamedTuple):
 
 
 class Written(NamedTuple):
-    """A problem whose components are trees, as source code of its own.
+    """A problem whose components are trees, as source code.
 
     Attributes
     ----------
@@ -134,17 +140,17 @@ class Written(NamedTuple):
     functions : str
         Definitions of its coefficients.
     arguments : mapping of str to object
-        What the class is called with, as source code, but for noise, traits, truths, horizon and source.
+        Arguments of the class, as source code, except noise, traits, truths, horizon and source.
     components : tuple of str
-        Of each tree, such as ``x[0]``.
+        The component of each tree, such as ``x[0]``.
     beside : tuple of str
-        What else the problem has, a line each.
+        Descriptions of further components, one line each.
     traits : frozenset of str
-        That it declares.
+        Traits that it declares.
     exact : bool
         Whether means of products of trees are powers of time.
     module : str
-        From which the class is imported.
+        Module from which the class is imported.
     """
 
     form: str
@@ -158,20 +164,22 @@ class Written(NamedTuple):
 
 
 class Relatives(NamedTuple):
-    """Two problems that affine maps of their components relate: A Phi_above(t, x) + c = Phi_below(t + s, A x + c).
+    """Two problems related by affine maps of their components: A Phi_above(t, x) + c = Phi_below(t + s, A x + c).
 
     Attributes
     ----------
     below, above : Problem
-        Of the class, the one below with fewer components, so that no map has an inverse.
+        Of the class; the one below has fewer components, so that no map has an inverse.
     maps : mapping of str to (ndarray, ndarray)
         For each component A and c, shapes (n, m) and (n, 1).
     driven : ndarray, shape (l, m)
-        The Brownian motions of the problem below out of those of the one above.
+        Maps the Brownian motions of the problem above to those of the one below.
     later : float
-        s, which tells a step that takes coefficients at another time; 0 where they do not depend on time.
+        s, which detects steps that evaluate coefficients at a wrong time; 0 if they do not depend on time.
     states : ndarray, shape (m, S), or None
-        States of the problem above from which steps are made; its start alone if None.
+        States of the problem above from which steps are made; its start if None.
+    delay : float
+        Delay of the problem above: its step begins later by this amount. `later` is measured from the same time.
     """
 
     below: Any
@@ -180,13 +188,14 @@ class Relatives(NamedTuple):
     driven: Array
     later: float = 0.0
     states: Array | None = None
+    delay: float = 0.0
 
 
 def far_states(rng: np.random.Generator, m: int) -> Array:
-    """Return states of a problem of the size `FAR`, shape (m, 64).
+    """Draw states of a problem of size `FAR`, shape (m, 256).
 
-    A fourth of them have the size `FAR`/8. Of the others each component has a random sign and a random size between 1
-    and that, so that a step that is another one in some region meets states inside and outside of it.
+    A fourth of them have the size `FAR`/8. In the others each component has a random sign and a random size between 1
+    and that, so that a step defined differently in some region is evaluated inside and outside of the region.
 
     Parameters
     ----------
@@ -194,15 +203,15 @@ def far_states(rng: np.random.Generator, m: int) -> Array:
     m : int
         Number of components.
     """
-    near = FAR / 8.0 * rng.standard_normal((m, 16))
-    sizes = np.exp2(rng.uniform(0.0, np.log2(FAR / 8.0), (m, 48)))
+    near = FAR / 8.0 * rng.standard_normal((m, 64))
+    sizes = np.exp2(rng.uniform(0.0, np.log2(FAR / 8.0), (m, 192)))
     return np.concatenate([near, rng.choice([-1.0, 1.0], sizes.shape) * sizes], axis=1)
 
 
 def placements(motions: int) -> list[Array]:
-    """Return ways to place some motions among `PLACES` in their order, as matrices of shape (motions, PLACES).
+    """Return placements of some motions among `PLACES` in their order, as matrices of shape (motions, PLACES).
 
-    Each of the `PLACES` motions, and each pair of them where there are pairs, is met by one of these.
+    They cover each of the `PLACES` motions, and each pair of them if there are at least two.
     """
     size = min(motions, 2)
     ways, left, found = [*combinations(range(PLACES), motions)], {*combinations(range(PLACES), size)}, []
@@ -213,8 +222,22 @@ def placements(motions: int) -> list[Array]:
     return found
 
 
+def distant_delays(rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Draw the delays of pairs of problems, whose steps begin at times with uniform logarithms, shape (`TIMES`, 2).
+
+    A step that is different in a window of time, or at each k-th multiple of its size, is evaluated inside and
+    outside of the window, and with each remainder.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    """
+    drawn = np.exp2(rng.uniform(np.log2(EARLIEST), np.log2(LATEST), (TIMES, 2)))
+    return [(first, second) for first, second in (UNIT * np.round(drawn / UNIT) - TIME_0).tolist()]
+
+
 def among(pairs: Sequence[Relatives], states: Array) -> tuple[Relatives, ...]:
-    """Return pairs of problems with the states, shape (m, S), dealt out among them."""
+    """Return pairs of problems with the states, shape (m, S), distributed among them."""
     return tuple(pair._replace(states=states[:, k :: len(pairs)]) for k, pair in enumerate(pairs))
 
 
@@ -230,7 +253,7 @@ class TreeClass(ABC):
     motions : int or None
         Number of Brownian motions; None for any number.
     numbers : (float, float)
-        Between which values the number of scaled nodes, times the step size, can be chosen.
+        Range of the number of scaled nodes, times the step size.
     """
 
     name: str
@@ -240,7 +263,7 @@ class TreeClass(ABC):
 
     @abstractmethod
     def pose(self, grove: Grove) -> Posed:
-        """Return a problem of the class that has trees as components."""
+        """Return a problem of the class whose components are the given trees."""
 
     @abstractmethod
     def relatives(self, motions: int) -> Relatives:
@@ -249,15 +272,15 @@ class TreeClass(ABC):
         Parameters
         ----------
         motions : int
-            Number of Brownian motions of the one below, where it can be chosen.
+            Number of Brownian motions of the one below, if it can be chosen.
         """
 
     def distant(self, motions: int) -> Sequence[Relatives]:  # noqa: ARG002 - a class may have none
-        """Return related problems of which the one above is of the size `FAR` and the one below is late by `LATE`.
+        """Return related problems of which the one above has size `FAR`, at random times, see `distant_delays`.
 
-        A step that clips coefficients or states at some number, or stops to read them at some time, commutes with
-        maps between states of size 1 at times below 1. Empty if a class offers none: its verdicts then hold for
-        coefficients and times of size 1.
+        A step that clips coefficients or states at some number, or that is different at some times, commutes with
+        maps between states of size 1 at one time below 1. Empty if a class has no such problems: its verdicts then
+        hold for coefficients and times of size 1.
 
         Parameters
         ----------
@@ -267,7 +290,7 @@ class TreeClass(ABC):
         return ()
 
     def written(self, grove: Grove) -> Written | None:  # noqa: ARG002 - most classes write nothing
-        """Return the problem that has trees as components as source code, from a state of zeros; None for no code.
+        """Return source code of the problem whose components are trees, started from zeros; None if there is none.
 
         Parameters
         ----------

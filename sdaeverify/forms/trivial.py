@@ -1,7 +1,7 @@
-"""Problems of a form with a solution in closed form that a scheme has no excuse to miss.
+"""Problems of a form with closed-form solutions that every scheme should reproduce.
 
 Each is offered in a few variants, from full noise to a single column and to an equation with an invariant, because
-schemes refuse what they cannot treat.
+schemes refuse equations that they are not made for.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ NOISES: tuple[Array, ...] = (
 NORMALS = np.array([[0.8, -0.3, 0.4, 0.2], [0.5, 0.7, -0.2, 0.3]])
 RATE = np.array([0.6, -0.4])
 SPEED = 0.5
-# The checks' step size, and the factor by which it is shortened where an error is found.
+# Step size of the checks, and the factor by which it is shortened to examine an error.
 H, SHORTER = 2.0**-6, 2.0**-20
 SOURCE = "trivial problem of the conformance checks"
 
@@ -35,12 +35,12 @@ class Trivial(NamedTuple):
         The equation, for messages.
     problem : Problem
     solution : callable, (float, ndarray of shape (l, P)) -> mapping of str to ndarray
-        The components that are known at time t, given the sum of all increments of W, and by name what the data of
-        each `NoiseRecord` of the problem add up to; none where these are left out.
+        The known components at time t, given the sum of all increments of W and, by name, the sums of the
+        data of each `NoiseRecord` of the problem; empty if these are omitted.
     finer : Trivial or None
-        What takes its place on shorter steps: a delay of the same number of them.
+        The problem to use with shorter steps: its delay is the same number of them.
     shorter : float
-        By how much steps are shortened.
+        Factor by which steps are shortened.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Trivial(NamedTuple):
 
     @property
     def short_run(self) -> tuple["Trivial", float]:
-        """The problem on shorter steps, and their size."""
+        """The problem for shorter steps, and their size."""
         return self.finer or self, H * self.shorter
 
     @property

@@ -1,4 +1,4 @@
-"""What is known exactly of a problem, attached to it so that every measure can ask for it."""
+"""Truths: exact knowledge about a problem, attached to it for use by all measures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ class Pathwise:
     advance : callable, (z, t, h, noise) -> ndarray, shape (k, P)
         State one step later, from the state z, the time t and an `Increment`.
     parts : callable, (t, z) -> mapping of str to ndarray, shape (n, P)
-        The components it knows, under the names the problem uses.
+        Its components, under the problem's names.
     order : float
         Strong order of the truth as a scheme; infinite if it is exact at grid times.
     extra_normals : int
-        Rows of `Increment.xi` it needs a step: functionals of W beyond dW and H.
+        Rows of `Increment.xi` it needs per step: functionals of W other than dW and H.
     source : str
     """
 
@@ -49,7 +49,7 @@ class Pathwise:
 
     @property
     def exact(self) -> bool:
-        """Whether it has no error of its own at grid times."""
+        """Whether it has no discretisation error at grid times."""
         return self.order == inf
 
 
@@ -89,11 +89,11 @@ class InvariantMean:
 
 @dataclass(frozen=True, kw_only=True)
 class MomentEquation:
-    """The Stein identity E [L phi] = 0 of an observable phi under the invariant law, L being the generator.
+    """The Stein identity E [L phi] = 0 of an observable phi under the invariant law, where L is the generator.
 
     L phi = f . grad phi + (1/2) sum_j D^2 phi (b_j, b_j), b_j being the columns of B. phi = q . p gives the virial
-    theorem, phi = U the configurational temperature. The mean of phi itself need not be known. The identity asks for
-    a law under which phi and L phi have means, and for an observable that is analytic in the equation's components.
+    theorem, phi = U the configurational temperature. The mean of phi itself need not be known. The identity requires
+    a law under which phi and L phi have means, and an observable that is analytic in the equation's components.
 
     Attributes
     ----------

@@ -1,10 +1,10 @@
-"""The gate: claims as a policy asks for them, outcomes as a maintainer needs them, reports as a pipeline reads them.
+"""The gate: the policy of a project, the outcomes of its claims, and reports for terminals and CI services.
 
 ::
 
     policy    what is gated, how strictly, what is expected to fail      [tool.sdaeverify]
-    tiers     how much is spent: smoke, ci, nightly
-    plan      the claimed cells, those of a tier's cover
+    tiers     budgets: smoke, ci, nightly
+    plan      the claimed cells of a tier
     outcomes  passed, failed, unmeasured, undecided, xfailed, xpassed
-    lock      the claims that must be there
+    lock      the claims that a gate must find
 """

@@ -1,4 +1,4 @@
-"""A gate compared with an earlier one, such as that of the base branch: which claims changed their status."""
+"""Comparison of a gate with an earlier one, such as that of the base branch: claims whose status changed."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -6,13 +6,14 @@ from typing import Any
 
 import msgspec
 
+from ..contracts.finding import Status
 from ..contracts.spelling import counted
 from ..errors import UsageError
 from ..report.folders import Key
+from ..report.saved import GATE
 from .gated import ABSENT, WORDS, StatusChange
-from .outcomes import ORDER, Outcome, Status
+from .outcomes import ORDER, Outcome
 
-FILE = "gate.json"
 WRONG = (msgspec.DecodeError, msgspec.ValidationError, KeyError, TypeError, ValueError)
 
 
@@ -27,9 +28,9 @@ def read_gate(place: Path) -> dict[Key, Status]:
     Raises
     ------
     UsageError
-        If there is no such file, or a gate has not written it.
+        If the file does not exist or was not written by a gate.
     """
-    file = place / FILE if place.is_dir() else place
+    file = place / GATE if place.is_dir() else place
     try:
         found: Any = msgspec.json.decode(file.read_bytes())
         rows = found["outcomes"]
@@ -37,18 +38,18 @@ def read_gate(place: Path) -> dict[Key, Status]:
     except OSError as error:
         raise UsageError(f"--against: cannot read {file}: {error.strerror or error}") from error
     except WRONG as error:
-        raise UsageError(f"--against: {file} is no {FILE} that a gate has written") from error
+        raise UsageError(f"--against: {file} is no {GATE} that a gate has written") from error
 
 
 def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrowed: bool) -> tuple[StatusChange, ...]:
-    """Return what has changed, the worst of now first; claims that are gone come last.
+    """Return the changes of status, worst present status first; claims that are no longer gated come last.
 
     Parameters
     ----------
     before : mapping of Key to Status
     outcomes : iterable of Outcome
     narrowed : bool
-        Whether a part of all claims is gated, so that others are not gone.
+        Whether only a part of the claims is gated, so that a missing claim is not reported as gone.
     """
     now = {outcome.key: outcome.status for outcome in outcomes}
     ranked = sorted(now, key=lambda key: (ORDER.index(now[key]), key))
@@ -62,7 +63,7 @@ def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrow
 
 
 def in_one_line(found: tuple[StatusChange, ...], place: Path) -> str:
-    """Return how much has changed."""
+    """Return the number of changed claims in a sentence."""
     return (
         f"against {place}: {counted(len(found), 'claim')} changed" if found else f"against {place}: nothing changed"
     )

@@ -1,4 +1,4 @@
-"""Failures that are expected: the same language for claims, in a policy or a test, and for checks of the kit."""
+"""Expected failures: patterns of claims, in a policy or a test, and of checks of the conformance kit."""
 
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar
@@ -14,16 +14,16 @@ Validated = TypeVar("Validated", bound=msgspec.Struct)
 
 
 class ExpectedFailure(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pattern of what is expected to fail.
+    """Pattern of labels for which a failure is expected.
 
     Attributes
     ----------
     reason : str
-        Why; it is shown with everything that matches.
+        Why the failure is expected; shown with every match.
     scheme, problem : str
-        Globs of labels, in which ``*`` and ``?`` alone are special.
+        Globs of labels, in which only ``*`` and ``?`` are special.
     strict : bool
-        Whether it is a failure that something matches and passes.
+        Whether a match that passes is a failure.
 
     Raises
     ------
@@ -41,7 +41,7 @@ class ExpectedFailure(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
             raise UsageError(f"the expected failure {self} has no reason; say why it is expected")
 
     def matches(self, **names: str) -> bool:
-        """Tell whether something is meant that has these names: a field of the pattern each."""
+        """Return whether each given name matches the glob of its field."""
         return all(matches(getattr(self, kind), name) for kind, name in names.items())
 
     def __str__(self) -> str:
@@ -50,7 +50,7 @@ class ExpectedFailure(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class FailingClaim(ExpectedFailure, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pattern of findings; a step that raises, hangs, dies or breaks its contract fails all the same.
+    """Pattern of findings; a step that raises, hangs, dies or breaks its contract is not excused by it.
 
     Attributes
     ----------
@@ -63,12 +63,12 @@ class FailingClaim(ExpectedFailure, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class FailingCheck(ExpectedFailure, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pattern of checks of the conformance kit.
+    """Pattern of checks of the conformance kit.
 
     Attributes
     ----------
     check : str
-        Glob of the name.
+        Glob of the name of the check.
     """
 
     check: Text = "*"
@@ -78,39 +78,39 @@ Pattern = TypeVar("Pattern", bound=ExpectedFailure)
 
 
 def read_expected(given: Any, kind: type[Pattern]) -> tuple[Pattern, ...]:
-    """Return the expected failures that an author gives: patterns, or mappings with their fields.
+    """Validate expected failures, given as patterns or as mappings with their fields.
 
     Parameters
     ----------
     given : sequence of mapping, or None
-        None for no expected failure.
+        None if no failure is expected.
     kind : type
         `FailingClaim` or `FailingCheck`.
 
     Raises
     ------
     UsageError
-        If one has no reason, an unknown field, or a value that is none of the field.
+        If an entry has no reason, an unknown field, or a value of the wrong type.
     """
     entries = [given] if isinstance(given, str) or not isinstance(given, Iterable) else list(given)
     return tuple(_read(entry, kind) for entry in ([] if given is None else entries))
 
 
 def require_matches(expected: Iterable[ExpectedFailure], asked: Iterable[Mapping[str, str]], what: str) -> None:
-    """Check that each expected failure means something: one of nothing hides a misspelt name.
+    """Check that each expected failure matches at least one name, since an unmatched one hides a misspelling.
 
     Parameters
     ----------
     expected : iterable of ExpectedFailure
     asked : iterable of mapping of str to str
-        Names of all that there is, as `ExpectedFailure.matches` takes them.
+        All known names, each as keyword arguments of `ExpectedFailure.matches`.
     what : str
-        One of these, in words.
+        Noun for a match, used in the message.
 
     Raises
     ------
     UsageError
-        If one means nothing.
+        If an expected failure matches no name.
     """
     names = list(asked)
     for one in expected:
@@ -119,19 +119,19 @@ def require_matches(expected: Iterable[ExpectedFailure], asked: Iterable[Mapping
 
 
 def validate(data: object, kind: type[Validated]) -> Validated:
-    """Return data, as it is parsed from a file or given by an author, as a record.
+    """Return data, parsed from a file or given from Python, as a record of type `kind`.
 
     Raises
     ------
     UsageError
-        That names the path of what is wrong in `data`.
+        If a value is invalid; the message names its path in `data`.
     """
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
         what, _, place = str(error).partition(" - at `$")
         path = place.strip(".`")
-        # Nothing but expected failures is nested.
+        # Expected failures are the only nested records.
         known = (FailingClaim if path else kind).__struct_encode_fields__
         listed = f"; known are {', '.join(known)}"
         hint = (did_you_mean(what.split("`")[1], known) or listed) if "unknown field" in what else ""

@@ -1,4 +1,4 @@
-"""What a gate runs: the claimed cells that a tier covers."""
+"""The plan of a gate: the claimed cells that belong to a tier."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -20,16 +20,18 @@ from ..study.trial import trial_of
 from ..verdicts.coverage import claim_for
 from .policy import Policy
 
-# The smallest cover of all claims: each on one problem, the cheapest that can decide it.
+# The quick tier tests each claim once, on the cheapest problem that can decide it. The problems in scope are ranked
+# by these criteria, in this order:
 #
-# Of the problems where a claim of an order is in scope one is taken where weaker schemes would not pass: schemes
-# of the same form that claim the order on some of these problems and a lower one on others, as Euler-Maruyama
-# claims strong order 1 with additive noise alone, are counted where they claim it, and the fewest count. Of these
-# problems one is taken that has a pathwise truth, if there is any: all others cost a run at much finer steps. Of
-# those, one on which the claim counts, because no stronger claim of the scheme covers the same quantity there;
-# then the one with the fewest components; then the one with the most kinds of exact solutions; then the first by
-# its label. So the choice depends on nothing that was measured, and changes only with the problems and the claims
-# themselves. A claim that counts only where there is no such truth is left to the larger tiers.
+# 1. Fewest weaker schemes that would pass, for claims of an order. Weaker schemes have the same form and claim the
+#    order on some of the problems and a lower one on others, as Euler-Maruyama claims strong order 1 with additive
+#    noise alone.
+# 2. A pathwise truth, because all other problems cost a run at much finer steps.
+# 3. No stronger claim of the scheme that covers the same quantity there.
+# 4. Fewest components, then most kinds of exact solutions, then the label.
+#
+# The choice depends on no measurement, and changes only with the problems and the claims. A claim that is the
+# strongest only on problems without a pathwise truth is left to the larger tiers.
 
 
 Rank = tuple[bool, bool, int, int, str]
@@ -37,20 +39,20 @@ Test = tuple[Rank, Cell]
 
 
 def every_claim_once(plans: Sequence[ProblemPlan], others: Sequence[Scheme] = ()) -> list[ProblemPlan]:
-    """Keep, for each claim of each scheme, the cell on one problem.
+    """Select one cell for each claim of each scheme.
 
     Parameters
     ----------
     plans : sequence of ProblemPlan
-        With their claimed cells.
+        Problems with their claimed cells.
     others : sequence of Scheme, optional
-        Schemes whose claims tell where a weaker scheme would pass.
+        Schemes whose claims show on which problems a weaker scheme would pass.
 
     Returns
     -------
     list of ProblemPlan
-        The same problems with the cells that are kept, and with all that are in error as they stand: whether a claim
-        holds there cannot be told.
+        The same problems with the selected cells, and with all cells in error, for which the scope of a claim is
+        unknown.
     """
     tests: dict[tuple[Scheme, Claim], list[Test]] = {}
     for claim, rank, cell in (test for made in plans for test in _tests(made)):
@@ -70,7 +72,7 @@ def _of_same_form(scheme: Scheme, others: Sequence[Scheme]) -> list[Scheme]:
 
 
 def _weaker_that_pass(claim: Claim, cells: Sequence[Cell], others: Sequence[Scheme]) -> list[int]:
-    """Return for each cell how many schemes claim the order there and a lower one in another of the cells."""
+    """Count for each cell the schemes that claim the order there and a lower one in another cell."""
     counts = [0 for _ in cells]
     if not isinstance(claim.value, Order) or len(cells) == 1:
         return counts
@@ -82,23 +84,23 @@ def _weaker_that_pass(claim: Claim, cells: Sequence[Cell], others: Sequence[Sche
 
 
 def _claimed_order(scheme: Scheme, cell: Cell, measure: str) -> float:
-    """Return the highest order that a scheme claims of a measure on the problem of a cell; 0 without one."""
+    """Return the highest order that a scheme claims for a measure on the problem of a cell, or 0."""
     traits = cell.seen.traits if cell.seen is not None else frozenset[str]()
     claims = (claim for claim in scheme.promises if claim.measure == measure and claim.when <= traits)
     return max((claim.value.least for claim in claims if isinstance(claim.value, Order)), default=0.0)
 
 
 def size(problem: Any) -> int:
-    """Return the number of components of a problem; 0 where there is none, or none that has a start."""
+    """Return the number of components of a problem; 0 without a problem, or if its start cannot be computed."""
     try:
         return components(problem) if problem else 0
     except FAULTS:
-        # What is wrong with a plugin's problem shows in its cells.
+        # Errors of a plugin's problem are reported in its cells.
         return 0
 
 
 def _tests(made: ProblemPlan) -> Iterator[tuple[Claim, Rank, Cell]]:
-    """Yield each claim that a cell puts to the test, with the rank of the problem."""
+    """Yield each claim that a cell tests, with the rank of its problem."""
     problem = made.problem
     if problem is None:
         return
@@ -116,19 +118,19 @@ def _counts(claim: Claim, scheme: Scheme, view: Any) -> bool:
 
 
 def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = None) -> Plan:
-    """Plan a gate: claimed cells only, those of the tier's cover.
+    """Plan a gate, with only the claimed cells that the tier covers.
 
     Parameters
     ----------
     registry : Registry
     policy : Policy
     executor : Executor, optional
-        Isolated workers are asked what can be run; schemes and problems are asked here without them.
+        Isolated workers decide which cells can be run; without an executor this process decides.
 
     Returns
     -------
     Plan
-        The largest problem first, so that workers end together; without a problem where nothing is claimed.
+        The largest problem first, so that workers finish at about the same time. Empty if there is no claim.
 
     Raises
     ------
@@ -148,12 +150,12 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed, _known_weaker(registry, chosen[0])) if tier.quick else claimed
     ready = [_with_asked_controls(problem, controls=not tier.quick) for problem in kept if problem.cells]
-    # What a problem costs, very roughly: its cells times its components.
+    # Rough cost of a problem: number of cells times number of components.
     return Plan(tuple(sorted(ready, key=lambda made: len(made.cells) * size(made.problem), reverse=True)))
 
 
 def _known_weaker(registry: Registry, gated: Sequence[Scheme]) -> list[Scheme]:
-    """Return the shipped schemes and the gated ones: what else is installed does not change what a gate runs."""
+    """Return the shipped and gated schemes; other installed schemes must not change what a gate runs."""
     shipped = [
         entry.thing
         for entry in registry.schemes.values()
@@ -163,16 +165,16 @@ def _known_weaker(registry: Registry, gated: Sequence[Scheme]) -> list[Scheme]:
 
 
 def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
-    """Return the measures that take too long for the tier; none where the policy names measures."""
+    """Return the measures that are too slow for the tier; empty if the policy names measures."""
     if not policy.budget.quick or policy.measures:
         return []
     return [measure.name for measure in select_measures(registry) if measure.lengthy]
 
 
 def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
-    """Return the schemes a policy means: by its patterns, else those of its project and of its plugin files.
+    """Return the schemes of a policy: those of its patterns, or else of its project and plugin files.
 
-    Without these, everything that is not run on request.
+    Without any of these, all schemes are gated that are not run on request only.
 
     Raises
     ------
@@ -184,7 +186,7 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     own = _own(registry, policy)
     if policy.distribution and not own:
         if policy.examinations:
-            # A project may have solvers alone that are no schemes of the matrix.
+            # A project may have only solvers, which are not schemes of the matrix.
             return []
         raise UsageError(
             f"project {policy.distribution} registers no scheme here; install it, or name schemes in {policy.file}"
@@ -193,7 +195,7 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
 
 
 def gates_everything(registry: Registry, policy: Policy) -> bool:
-    """Tell whether all schemes are gated because a policy names none and has none of its own."""
+    """Return whether all schemes are gated because the policy names none and its project has none."""
     return not (policy.schemes or policy.distribution or _own(registry, policy))
 
 
@@ -212,7 +214,7 @@ def _claimed_part(made: ProblemPlan) -> ProblemPlan:
 
 
 def _with_asked_controls(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
-    """Run the controls of what is claimed; of another order it is known all the same that there are some."""
+    """Run only the controls that decide a claim, and list the others as missing."""
     claims = {claim for cell in made.cells for claim in claims_of(cell)}
     measures = {claim.measure for claim in claims} if controls else set()
     kept = [plan for plan in made.controls if plan.control.measure in measures]

@@ -1,14 +1,16 @@
-"""A gate that has come to its end: all that its reports are made of."""
+"""The result of a completed gate, from which all its reports are made."""
 
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from ..contracts.finding import Status
 from ..contracts.settings import Settings
 from ..report.folders import Key
 from ..report.plain import visible
-from .outcomes import ORDER, Outcome, Status, is_red
+from ..report.saved import SavedAttack
+from .outcomes import ORDER, Outcome, is_red
 from .policy import Policy
 
 WORDS = {
@@ -21,19 +23,19 @@ WORDS = {
 }
 
 
-# Of a claim that one of two gates does not have.
+# Status of a claim that is missing from one of two compared gates.
 ABSENT = "not gated"
 
 
 class StatusChange(NamedTuple):
-    """A claim whose status is not what it was.
+    """A claim whose status differs from that of an earlier gate.
 
     Attributes
     ----------
     key : Key
         Scheme, problem, measure and quantity.
     before, now : str
-        The status in words; `ABSENT` where the claim was or is not gated.
+        Status in words; `ABSENT` if the claim was or is not gated.
     """
 
     key: Key
@@ -44,9 +46,27 @@ class StatusChange(NamedTuple):
         return visible(f"{self.key}: {self.before} before, {self.now} now")
 
 
+class Hunted(NamedTuple):
+    """What the hunt of a gate came to.
+
+    Attributes
+    ----------
+    refuted : tuple of str
+        A line for each claim that is refuted.
+    notes : tuple of str
+        What was looked at, or why nothing was.
+    attacks : tuple of SavedAttack
+        Its outcome for each scheme, measure and form.
+    """
+
+    refuted: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
+
+
 @dataclass(frozen=True)
 class Gated:
-    """What a gate came to.
+    """Result of a gate.
 
     Attributes
     ----------
@@ -54,23 +74,25 @@ class Gated:
     policy : Policy
     settings : Settings
     violations : tuple of str
-        A line for each claim that is locked and gone, weaker or no longer measured.
+        A line for each locked claim that is gone, weaker or no longer measured.
     hunted : tuple of str
         A line for each claim that a hunt refuted.
+    attacks : tuple of SavedAttack
+        Results of the hunt for each scheme, measure and form.
     code : int
         Exit code.
     words : str
-        Its meaning.
+        Meaning of the exit code.
     plugins : tuple of str
         Plugin files named by path.
     unnamed : frozenset of str
         Labels of schemes and problems that no command can name.
     examined : mapping of str to list of str
-        Words of the commands that find results of examinations again, by the name of the measure.
+        Words of the commands that reproduce results of examinations, by the name of the measure.
     warnings, notes : tuple of str
-        What else is worth a line.
+        Further lines for the report.
     changes : tuple of StatusChange or None
-        Claims whose status is not what it was in an earlier gate; None without an earlier gate.
+        Claims whose status changed since an earlier gate; None without an earlier gate.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -78,6 +100,7 @@ class Gated:
     settings: Settings
     violations: tuple[str, ...] = ()
     hunted: tuple[str, ...] = ()
+    attacks: tuple[SavedAttack, ...] = ()
     code: int = 0
     words: str = ""
     plugins: tuple[str, ...] = ()
@@ -89,12 +112,12 @@ class Gated:
 
     @property
     def counts(self) -> Counter[Status]:
-        """How many outcomes have which status."""
+        """Number of outcomes of each status."""
         return Counter(outcome.status for outcome in self.outcomes)
 
     @property
     def summary(self) -> str:
-        """The counts in words."""
+        """The counts in words, passed claims first."""
         counts = self.counts
         told = (Status.PASSED, *(status for status in ORDER if counts[status] and status is not Status.PASSED))
         parts = ", ".join(f"{counts[status] or 'none'} {WORDS[status]}" for status in told)
@@ -102,16 +125,16 @@ class Gated:
 
     @property
     def not_passed(self) -> list[Outcome]:
-        """The outcomes that did not simply pass, worst first."""
+        """Outcomes with another status than passed, worst first."""
         return [o for status in ORDER if status is not Status.PASSED for o in self.outcomes if o.status is status]
 
     @property
     def budget(self) -> str:
-        """The tier with its numbers, in words."""
+        """The tier with its sample size, step sizes, seed and level, in words."""
         s = self.settings
         steps = f"{s.steps[0]}..{s.steps[-1]} steps"
         return f"tier {self.policy.tier}: up to {s.paths} paths, {steps}, seed {s.seed}, alpha {self.policy.alpha:g}"
 
     def is_red(self, outcome: Outcome) -> bool:
-        """Tell whether an outcome fails the gate."""
+        """Return whether an outcome fails the gate."""
         return is_red(outcome, self.policy)

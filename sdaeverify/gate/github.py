@@ -1,7 +1,7 @@
-"""A gate as GitHub reads it: a summary, annotations at the classes of schemes, other output fenced off from commands.
+"""Output for GitHub Actions: job summary, annotations of scheme classes, and fences around other output.
 
-The runner takes a line that begins with ``::`` for a command. All that plugins may print is printed between
-``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
+The runner interprets a line that begins with ``::`` as a command. All output of plugins is printed between
+``::stop-commands::TOKEN`` and ``::TOKEN::`` with a random token; in annotations it is escaped.
 """
 
 import inspect
@@ -12,30 +12,31 @@ from contextlib import contextmanager
 from pathlib import Path
 from textwrap import shorten
 
+from ..contracts.finding import Status
 from ..contracts.scheme import Scheme
 from ..report.folders import Key
 from ..report.plain import escape, visible
 from .gated import WORDS, Gated
-from .outcomes import ORDER, Outcome, Status
+from .outcomes import ORDER, Outcome
 from .words import LONGEST, gated_command, message, text_report
 
 MOST = 10
-# Outcomes in a summary, which may hold 1 MiB; one rarely takes more than 2 KiB.
+# Outcomes in a summary. GitHub limits a summary to 1 MiB, and an outcome rarely takes more than 2 KiB.
 MOST_ROWS, FENCE = 200, "~~~~"
 DETAILS = "<details><summary>The report</summary>"
-# Folders that hold copies of sources: of what is installed, and of what is built to be.
+# Folders that hold copies of sources, of installed and of built packages.
 INSTALLED = frozenset({"site-packages", "dist-packages", "build"})
 KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
 
 
 @contextmanager
 def fence(write: Callable[[str], None]) -> Iterator[None]:
-    """Switch commands off while something is written that is nobody's command, whatever it begins with.
+    """Disable commands of the runner while untrusted output is written.
 
     Parameters
     ----------
     write : callable
-        Writes a line to where the runner reads commands from.
+        Write a line to the stream from which the runner reads commands.
     """
     token = secrets.token_hex(16)
     write(f"::stop-commands::{token}")
@@ -46,13 +47,13 @@ def fence(write: Callable[[str], None]) -> Iterator[None]:
 
 
 def annotations(gated: Gated, root: Path) -> Iterator[str]:
-    """Yield the commands that annotate what failed or stayed undecided, the worst first and ten at most.
+    """Yield the commands that annotate failed and undecided claims, worst first and ten at most.
 
     Parameters
     ----------
     gated : Gated
     root : Path
-        Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
+        Folder to which file names are relative. A claim whose source lies outside is annotated without a file.
     """
     told = [outcome for outcome in gated.not_passed if outcome.status in KINDS]
     lines = [*(f"lock file: {line}" for line in gated.violations), *(f"hunt: {line}" for line in gated.hunted)]
@@ -62,12 +63,12 @@ def annotations(gated: Gated, root: Path) -> Iterator[str]:
 
 
 def property_text(text: str) -> str:
-    """Return a text as the value of a property of a command."""
+    """Escape a text for the value of a property of a command."""
     return data_text(text).replace(":", "%3A").replace(",", "%2C")
 
 
 def data_text(text: str) -> str:
-    """Return a text as the message of a command."""
+    """Escape a text for the message of a command."""
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
@@ -84,7 +85,7 @@ def _command(kind: str, properties: dict[str, str], message: str) -> str:
 
 
 def place_of(scheme: Scheme, root: Path) -> dict[str, str]:
-    """Return file and line of a scheme's class in a checkout; empty where the checkout has no source of it."""
+    """Return file and line of a scheme's class in a checkout; empty if its source is not in the checkout."""
     try:
         _, line = inspect.getsourcelines(type(scheme))
         file = source_in(root, Path(inspect.getsourcefile(type(scheme)) or ""))
@@ -94,17 +95,17 @@ def place_of(scheme: Scheme, root: Path) -> dict[str, str]:
 
 
 def source_in(root: Path, file: Path) -> str:
-    """Return the source of a module in a checkout, relative to it; empty where it has none.
+    """Return the path of a module's source relative to a checkout, or an empty string.
 
-    A module that is installed is a copy of its source: the file of the checkout, or of its folder ``src``, is meant
-    that ends in the same names, as many as possible, and holds the same.
+    An installed module is a copy of its source. The source is the file of the checkout, or of its folder ``src``,
+    with the same content and the longest common end of the path.
 
     Parameters
     ----------
     root : Path
-        Of the checkout.
+        Folder of the checkout.
     file : Path
-        That the module was imported from.
+        File from which the module was imported.
     """
     root, names = root.resolve(), file.resolve().parts
     ends = (names[first:] for first in range(1, len(names)))
@@ -114,13 +115,13 @@ def source_in(root: Path, file: Path) -> str:
 
 
 def markdown_report(gated: Gated) -> str:
-    """Return the summary of a job: tables of what changed, of what did not pass and of schemes, and the whole report.
+    """Return the summary of a job: changes, claims that did not pass, counts by scheme, full report.
 
     Parameters
     ----------
     gated : Gated
     """
-    # No line of the report begins with a text of a plugin, which could end the block.
+    # No line of the report begins with text of a plugin, which could close the fenced block.
     report = [FENCE, *text_report(gated, MOST_ROWS), FENCE]
     sign = "❌" if gated.code else "✅"
     head = [f"## {sign} sdaeverify gate: {escape(gated.words)}", "", escape(f"{gated.summary}; {gated.budget}"), ""]
@@ -165,7 +166,7 @@ def _reason(outcome: Outcome) -> str:
 
 
 def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return a table of Markdown under its title; nothing where it has no rows."""
+    """Return a Markdown table under its title, or an empty list if it has no rows."""
     if not rows:
         return []
     lines = (f"| {' | '.join(cells)} |" for cells in (headings, ["---"] * len(headings), *rows[:MOST_ROWS]))

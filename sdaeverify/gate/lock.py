@@ -1,10 +1,10 @@
-"""The lock file: the claims a gate must find, so that nothing is dropped, weakened or left unmeasured unnoticed.
+"""The lock file: claims that a gate must find, so that no claim is dropped, weakened or unmeasured unnoticed.
 
 ::
 
     {"schema_version": 2, "tiers": {"ci": {"milstein": {"gbm": {"strong": {"x": {"order": 1.0}}}}}}}
 
-Schemes, problems, measures and quantities are sorted, each claim on a line of its own.
+Schemes, problems, measures and quantities are sorted, with one claim on each line.
 """
 
 import json
@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from ..contracts.claimed import IN_MEAN_SQUARE, MARGIN, SENSES, Bound, Order, Word
+from ..contracts.finding import Status
 from ..contracts.scheme import Claim
 from ..contracts.spelling import counted
 from ..errors import UsageError
@@ -25,7 +26,7 @@ from ..report.files import write_text
 from ..report.folders import Key
 from .expected import Text
 from .gate_plan import gated_schemes
-from .outcomes import Outcome, Status
+from .outcomes import Outcome
 from .policy import Policy
 
 SCHEMA = 2
@@ -34,27 +35,29 @@ Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
 
 class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A claim as it is locked: an order with its margin, or words with the bound that they name.
+    """Locked form of a claim: an order with its margin, or words with their bound.
 
     Attributes
     ----------
     order : float or None
         Least order; None for a claim in words.
     margin : float
-        By which the order may be lower.
+        Tolerance below the order.
     words : str
         Empty for an order.
     within : float or None
-        Bound of what the words claim; None where they name none.
+        Bound of the claimed quantity; None if the words have no bound.
     share : float
-        Least share of the steps in which the bound holds.
+        Least fraction of the steps in which the bound holds.
+    at : float or None
+        Step size at which the bound holds; None for every step size.
     sense : str
-        In which sense it holds; left out of the file where it is in mean square.
+        Sense of convergence; omitted from the file if it is mean square.
 
     Raises
     ------
     ValueError
-        If it is neither an order nor words, or both, or the sense is not known.
+        If there is neither an order nor words, or both, or if the sense is unknown.
     """
 
     order: Positive | None = None
@@ -62,6 +65,7 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     words: str = ""
     within: Positive | None = None
     share: Positive = 1.0
+    at: Positive | None = None
     sense: str = IN_MEAN_SQUARE
 
     def __post_init__(self) -> None:
@@ -72,23 +76,24 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     @classmethod
     def of(cls, claim: Claim) -> "Locked":
-        """Return a claim as it is locked."""
+        """Convert a claim to its locked form."""
         match claim.value:
             case Order(least, margin):
                 return cls(order=float(least), margin=float(margin), sense=claim.sense)
-            case Bound(words, most, share):
-                return cls(words=words, within=float(most), share=float(share), sense=claim.sense)
+            case Bound(words, most, share, at):
+                step = None if at is None else float(at)
+                return cls(words=words, within=float(most), share=float(share), at=step, sense=claim.sense)
         return cls(words=str(claim.value), sense=claim.sense)
 
     def implies(self, other: "Locked") -> bool:
-        """Tell whether a claim is at least as strong as another."""
+        """Return whether this claim is at least as strong as another."""
         if self.sense not in {IN_MEAN_SQUARE, other.sense}:
             return False
         if self.order is not None and other.order is not None:
             return self.order - self.margin >= other.order - other.margin
         if self.words == other.words and self.within is other.within is None:
             return True
-        if self.words != other.words or self.within is None or other.within is None:
+        if self.words != other.words or self.at != other.at or self.within is None or other.within is None:
             return False
         return self.within <= other.within and self.share >= other.share
 
@@ -96,12 +101,12 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         sense = "" if self.sense == IN_MEAN_SQUARE else f" {self.sense}"
         if self.order is not None:
             return f"order >= {self.order}{sense}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
-        value = Word(self.words) if self.within is None else Bound(self.words, self.within, self.share)
+        value = Word(self.words) if self.within is None else Bound(self.words, self.within, self.share, self.at)
         return f"{value}{sense}"
 
 
 class LockFile(msgspec.Struct, frozen=True):
-    """The contents of a lock file: claims by tier, scheme, problem, measure and quantity."""
+    """Contents of a lock file: claims by tier, scheme, problem, measure and quantity."""
 
     schema_version: Literal[2]
     tiers: dict[Text, dict[str, dict[str, dict[str, dict[str, Locked]]]]]
@@ -111,15 +116,15 @@ Claims = dict[Key, Locked]
 
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
-    """Return the claims that were put to the test, by what they are about."""
+    """Return the tested claims, keyed by scheme, problem, measure and quantity."""
     pairs = ((outcome.key, outcome.finding.claim) for outcome in outcomes)
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
 def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Compare what is locked with what was found.
+    """Compare the locked claims with those found.
 
-    A cell in which nothing could be measured at all is no violation: its own outcome says so.
+    A cell without any measured quantity is no violation, because its own outcome reports it.
 
     Parameters
     ----------
@@ -131,7 +136,7 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
     violations : tuple of str
         A line for each claim that is gone, weaker or no longer measured.
     notes : tuple of str
-        What is new.
+        Lines about stronger and new claims.
     """
     known = list(outcomes)
     found = found_claims(known)
@@ -150,24 +155,24 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
 
 
 def _whole(outcomes: Iterable[Outcome]) -> set[tuple[str, ...]]:
-    """Return the schemes, problems and measures of which nothing is found by quantities."""
+    """Return scheme, problem and measure of each outcome that is not about a single quantity."""
     return {outcome.key[:3] for outcome in outcomes if not outcome.finding.quantity}
 
 
 def _elsewhere(key: Key, claim: Locked, found: Claims) -> str:
-    """Return on which other problem a claim is tested: tier smoke chooses one for each claim."""
+    """Return the other problem on which a claim is now tested: tier smoke selects one for each claim."""
     same = (other for other in found if other._replace(problem=key.problem) == key and found[other].implies(claim))
     other = next(same, None)
     return "" if other is None else f"; tested on {other.problem} now"
 
 
 def read_lock(file: Path) -> dict[str, Claims] | None:
-    """Return the locked claims of each tier; None where there is no such file.
+    """Return the locked claims of each tier, or None if there is no such file.
 
     Raises
     ------
     UsageError
-        If it cannot be read, or is no lock file.
+        If the file cannot be read or is not a lock file.
     """
     try:
         known = msgspec.json.decode(file.read_bytes(), type=LockFile)
@@ -175,20 +180,20 @@ def read_lock(file: Path) -> dict[str, Claims] | None:
         return None
     except OSError as error:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
-    # What is nested too deeply for the reader is no ValueError to it.
+    # The JSON decoder raises RecursionError, not ValueError, for nesting that is too deep.
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no lock file of version {SCHEMA}: {error}; {WRITE}") from error
     return {tier: dict(_flat(nested)) for tier, nested in known.tiers.items()}
 
 
 def lock_text(tiers: Mapping[str, Claims]) -> str:
-    """Return the text of a lock file."""
+    """Return the text of a lock file; tiers without claims are omitted."""
     nested = {tier: _nest_claims(claims) for tier, claims in tiers.items() if claims}
     return claims_on_lines(msgspec.to_builtins({"schema_version": SCHEMA, "tiers": nested}))
 
 
 def claims_on_lines(contents: Mapping[str, Any]) -> str:
-    """Return the contents of a lock file as its text: names sorted, each claim on a line of its own."""
+    """Return the text of a lock file: names sorted, one claim on each line."""
     text = json.dumps(contents, indent=1, sort_keys=True, ensure_ascii=False)
     return re.sub(r"\{\n[^{}]*\}", _on_one_line, text) + "\n"
 
@@ -216,12 +221,12 @@ def _flat(nested: Any, names: tuple[str, ...] = ()) -> Iterator[tuple[Key, Locke
 
 
 def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
-    """Return the locked claims by tier, or None where there is no lock file and none is asked for.
+    """Return the locked claims by tier, or None if there is no lock file and the policy names none.
 
     Raises
     ------
     UsageError
-        If the policy names a file that is not there, or it is no lock file.
+        If the policy names a file that does not exist, or the file is not a lock file.
     """
     found = read_lock(policy.lock_file)
     if found is None and policy.lock:
@@ -231,7 +236,7 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
 
 
 def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
-    """Return the locked claims that a gate must find: all, or those that a narrowed selection reaches.
+    """Return the locked claims that a gate must find: all of them, or those in a narrowed selection.
 
     Parameters
     ----------
@@ -254,9 +259,10 @@ def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bo
 
 
 def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
-    """Write the claims that a gate has found into the section of its tier; other sections stay.
+    """Write the claims found by a gate into the section of its tier, and keep all other sections.
 
-    So do the claims of a scheme on a problem that breaks a contract: nothing is found of them one by one.
+    Locked claims of a scheme on a problem that breaks a contract are kept as well, because no single claim is found
+    there.
 
     Parameters
     ----------
@@ -266,13 +272,13 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     Returns
     -------
     list of str
-        What was done, with each claim that was locked before and is gone or weaker; or why nothing was: a cell that
-        could not be measured would be forgotten.
+        Number of locked claims, and each claim that was locked before and is gone or weaker. If a cell could not be
+        measured, the file is not written, because its claims would be lost, and the line says why.
 
     Raises
     ------
     UsageError
-        If the file cannot be read or written, or is none that was written by this program: it stays as it is.
+        If the file cannot be read or written, or was not written by this program. It is not changed then.
     """
     file, tier = policy.lock_file, policy.tier
     unmeasured = [outcome for outcome in outcomes if outcome.status is Status.UNMEASURED]

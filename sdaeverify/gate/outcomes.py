@@ -1,11 +1,10 @@
-"""What a maintainer needs to know of each gated finding: whether it passed, and if not, whether that was expected."""
+"""Outcomes of a gate: whether each gated finding passed, and if not, whether its failure was expected."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 
 from ..contracts.claimed import Order
-from ..contracts.finding import UNMEASURED, Finding, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Status, Verdict
 from ..contracts.labels import matches, parse_label
 from ..contracts.scheme import Claim
 from ..contracts.spelling import did_you_mean
@@ -14,25 +13,14 @@ from ..registry.contributions import Registered
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
-from ..study.class_results import NAME
+from ..study.class_results import is_premise_failing
 from ..study.plan import claims_of, promises_of
+from ..trees.class_row import EVERY_EQUATION
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy
 
-
-class Status(StrEnum):
-    """What a finding means for the gate."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    UNMEASURED = "unmeasured"
-    UNDECIDED = "undecided"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
-
-
-# Worst first: the order in which outcomes are told.
+# Order in which outcomes are reported, worst first.
 ORDER = (
     Status.FAILED,
     Status.UNMEASURED,
@@ -48,16 +36,16 @@ GLOBS = ("*", "?")
 
 @dataclass(frozen=True)
 class Outcome:
-    """A gated finding.
+    """A gated finding with its status.
 
     Attributes
     ----------
     result : CellResult
-        Of its cell.
+        Result of the cell of the finding.
     finding : Finding
     status : Status
     expected : str
-        Reason of the expected failure it matches; empty if none does.
+        Reason of the matching expected failure; empty if none matches.
     """
 
     result: CellResult
@@ -67,17 +55,17 @@ class Outcome:
 
     @property
     def cell(self) -> Cell:
-        """The cell that the finding is of."""
+        """Cell of the finding."""
         return self.result.cell
 
     @property
     def key(self) -> Key:
-        """What it is about."""
+        """Scheme, problem, measure and quantity of the finding."""
         return key_in(self.cell, self.finding.quantity)
 
     @property
     def claim(self) -> str:
-        """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
+        """The claim in words with its margin, or all claims of the cell if no quantity was measured."""
         claim = self.finding.claim if self.finding.quantity else None
         claims = claims_of(self.cell) or promises_of(self.cell) if claim is None else (claim,)
         return " and ".join(dict.fromkeys(map(_words, claims)))
@@ -88,12 +76,12 @@ def _words(claim: Claim) -> str:
 
 
 def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
-    """Return an outcome for each finding that a claim covers, and for each cell that could not be measured.
+    """Return an outcome for each finding covered by a claim and for each cell that could not be measured.
 
     Parameters
     ----------
     results : iterable of CellResult
-        Family-wise, as `Study.results` gives them.
+        Results corrected for all tests of the run, as returned by `Study.results`.
     policy : Policy
 
     Returns
@@ -105,35 +93,34 @@ def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
 
 
 def is_red(outcome: Outcome, policy: Policy) -> bool:
-    """Tell whether an outcome fails the gate."""
+    """Return whether an outcome fails the gate."""
     if outcome.status is Status.UNDECIDED:
         return policy.fails_undecided
     return outcome.status in {Status.FAILED, Status.UNMEASURED, Status.XPASSED}
 
 
 def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
-    """Return the expected failures that no finding matches."""
+    """Return the expected failures that match no finding."""
     known = list(found)
     return [one for one in policy.expected_failures if not any(one.matches(**o.key._asdict()) for o in known)]
 
 
 def require_named(registry: Registry, policy: Policy, cells: Iterable[Cell]) -> None:
-    """Check that each expected failure of a policy names schemes, problems and measures that there are.
+    """Check that expected failures of a policy name existing schemes, problems and measures.
 
-    Solvers that examinations name are known when these have ended, so that a policy with examinations is not checked
-    here.
+    A policy with examinations is not checked here, because the solvers of examinations are known only at their end.
 
     Parameters
     ----------
     registry : Registry
     policy : Policy
     cells : iterable of Cell
-        Of the plan, with schemes and problems that need not be registered.
+        Cells of the plan, whose schemes and problems need not be registered.
 
     Raises
     ------
     UsageError
-        If one can never match a finding.
+        If an expected failure can never match a finding.
     """
     if policy.examinations:
         return
@@ -144,19 +131,19 @@ def require_named(registry: Registry, policy: Policy, cells: Iterable[Cell]) -> 
 
 
 def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> str:
-    """Return why an expected failure cannot match any finding, or an empty string.
+    """Return why an expected failure can never match a finding, or an empty string.
 
     Parameters
     ----------
     one : FailingClaim
     registry : Registry
     cells : iterable of Cell
-        Of schemes and problems that are registered, and of others.
+        Cells of the plan, whose schemes and problems need not be registered.
     """
     planned = list(cells)
     kinds = {
         "scheme": (registry.schemes, {cell.scheme.label for cell in planned}),
-        "problem": (registry.problems, {cell.spec.label for cell in planned} | {NAME}),
+        "problem": (registry.problems, {cell.spec.label for cell in planned} | {EVERY_EQUATION}),
         "measure": (registry.measures, {cell.measure.name for cell in planned}),
     }
     reasons = (why for kind, known in kinds.items() for why in _objections(kind, getattr(one, kind), *known))
@@ -164,7 +151,7 @@ def why_never(one: FailingClaim, registry: Registry, cells: Iterable[Cell]) -> s
 
 
 def _objections(kind: str, pattern: str, registered: Mapping[str, Registered], labels: set[str]) -> Iterator[str]:
-    """Yield why a pattern matches no label, of things that are registered or have one of the labels given."""
+    """Yield why a pattern matches neither a given label nor a label of a registered entry."""
     if any(matches(pattern, label) for label in labels):
         return
     name = pattern.partition("[")[0]
@@ -176,7 +163,7 @@ def _objections(kind: str, pattern: str, registered: Mapping[str, Registered], l
 
 
 def _objections_to_label(pattern: str, entry: Registered) -> Iterator[str]:
-    """Yield why a pattern without wildcards is not the label of a registered thing."""
+    """Yield why a pattern without wildcards is not the label of a registered entry."""
     try:
         made = entry.make(parse_label(pattern).parameters)
     except UsageError as error:
@@ -188,16 +175,21 @@ def _objections_to_label(pattern: str, entry: Registered) -> Iterator[str]:
 
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
     for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
-        if finding.claim is not None or finding.verdict in UNMEASURED:
+        if is_gated(finding):
             names = key_in(result.cell, finding.quantity)._asdict()
             one = next((one for one in policy.expected_failures if one.matches(**names)), None)
             yield Outcome(result, finding, _status(finding, one), one.reason if one else "")
 
 
+def is_gated(finding: Finding) -> bool:
+    """Return whether a gate counts a finding: a finding on a claim, or one that could not be measured."""
+    return finding.verdict in UNMEASURED or (finding.claim is not None and not is_premise_failing(finding))
+
+
 def _status(finding: Finding, expected: FailingClaim | None) -> Status:
     if finding.verdict is Verdict.VERIFIED:
         return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
-    # A step that raises, hangs, dies or breaks its contract is no way to fail that anybody expects.
+    # An expected failure does not cover a step that raises, hangs, dies or breaks its contract.
     if finding.verdict in UNMEASURED - {Verdict.DIVERGED}:
         return Status.UNMEASURED
     if expected is not None and not (finding.verdict is Verdict.REFUTED and not finding.quantity):

@@ -1,4 +1,4 @@
-"""A gate's policy: the table ``[tool.sdaeverify]`` of a project's pyproject.toml, and the failures it expects."""
+"""The policy of a gate: the table ``[tool.sdaeverify]`` of a project's pyproject.toml."""
 
 import re
 import tomllib
@@ -24,52 +24,51 @@ Texts = Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)]
 FILE = "pyproject.toml"
 LOCK = "sdaeverify.lock"
 PASS, FAIL = "pass", "fail"
-# How long a hunt takes.
+# Duration of a hunt.
 TIME, UNITS = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|h)"), {"s": 1.0, "min": 60.0, "h": 3600.0}
-# Below, 1 - alpha has no digits left to tell alpha from.
+# Below this value, alpha is lost to rounding in 1 - alpha.
 LEAST_ALPHA = 1e-12
 
 
 class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="kebab"):
-    """What the table ``[tool.sdaeverify]`` may say; from Python, things themselves stand beside their names.
+    """Keys of the table ``[tool.sdaeverify]``; from Python, objects can be given instead of their names.
 
     Attributes
     ----------
     schemes : tuple of str or Scheme
-        Patterns and schemes; empty for those that `distribution` and `plugins` register, or everything without these.
+        Patterns and schemes; if empty, those registered by `distribution` and `plugins`, or all without these.
     problems : tuple of str, ProblemSpec or callable
-        Patterns, recipes and problem functions; empty for all that are not marked as run on request.
+        Patterns, specifications and problem functions; if empty, all that are not run on request only.
     measures : tuple of str or Measure
-        Patterns and measures; empty for all.
+        Patterns and measures; if empty, all.
     plugins : tuple of str
-        Plugin files, absolute.
+        Absolute paths of plugin files.
     alpha : float
         Probability of any false refutation in a run, from 1e-12 on.
     tier : str
         A name of `tiers.TIERS`.
     seed : int
     inconclusive : str
-        ``pass`` or ``fail``; empty for what the tier says.
+        ``pass`` or ``fail`` for undecided claims; if empty, the default of the tier.
     lock : str
-        Lock file, relative to the folder of `file`, which must be there; empty for one that need not be.
+        Lock file, relative to the folder of `file`, which must exist; if empty, the default file, which need not.
     timeout : float or None
-        Seconds that a scheme may take on a block of paths; 0 for no limit, None for the default of a run.
+        Time limit in seconds of a scheme on a block of paths; 0 for no limit, None for the default of a run.
     memory : str
-        Size that each worker may take; ``0`` for no limit, empty for the default of a run.
+        Memory limit of each worker; ``0`` for no limit, empty for the default of a run.
     level : int or None
-        Of the conformance kit.
+        Level of the conformance kit; None for the newest.
     resolution : float
-        What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
-        to ask for none.
+        Largest error of the limit, as part of the quantity's size, that a verified claim may leave undetected;
+        infinite for no such requirement.
     orders : bool
-        Whether claims are put to the order conditions of classes of equations and to random members of forms, too,
-        whatever problems are named.
+        Whether claims are also tested by the order conditions of classes of equations and by random members of forms,
+        independently of `problems`.
     hunt : str
-        How long counterexamples of the gated claims are looked for at tier nightly, such as ``30 s`` or ``5 min``;
-        empty for not at all.
+        Duration of the search for counterexamples at tier nightly, such as ``30 s`` or ``5 min``; if empty, there is
+        no search.
     examinations : dict of str to dict
-        What plugins examine by means of their own, by its name, each with its table; with the cells they share
-        `alpha`.
+        Examinations of plugins by name, each with its table of options. Together with the cells they share `alpha`.
     expected_failures : tuple of FailingClaim
     """
 
@@ -93,12 +92,12 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class Policy(PolicyTable, frozen=True, kw_only=True):
-    """What is gated, and what fails the gate: its table, and where that is from.
+    """Policy of a gate: its table and the file that holds it.
 
     Attributes
     ----------
     file : Path or None
-        Where the policy is from; None if there is no file.
+        File of the policy; None if there is no file.
     distribution : str
         Name of the project in that file.
 
@@ -127,63 +126,63 @@ class Policy(PolicyTable, frozen=True, kw_only=True):
         require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
         require(self.resolution > 0.0, "resolution", "a positive part of a quantity's size", self.resolution)
         require(not self.hunt or self.hunt_seconds > 0.0, "hunt", "a time such as '30 s' or '5 min'", repr(self.hunt))
-        # Said before anything is run: what is no lock file is never overwritten.
+        # Checked before the run, because only a lock file may be overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
         require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
 
     @property
     def budget(self) -> Tier:
-        """The tier of that name."""
+        """Tier named by `tier`."""
         return TIERS[self.tier]
 
     @property
     def settings(self) -> Settings:
-        """Those of the tier, with this seed; cells and examinations have an equal share of the error probability."""
+        """Settings of the tier with the policy's seed; cells and each examination get an equal share of alpha."""
         share = self.alpha / (1 + len(self.examinations))
         return replace(self.budget.settings, seed=self.seed, confidence=1.0 - share)
 
     @property
     def hunt_seconds(self) -> float:
-        """How long a hunt takes, in seconds; 0 for none, and where the text is none of a time."""
+        """Duration of a hunt in seconds; 0 without a hunt or if the text is not a duration."""
         found = TIME.fullmatch(self.hunt)
         return float(found[1]) * UNITS[found[2]] if found else 0.0
 
     @property
     def fails_undecided(self) -> bool:
-        """Whether a claim that stays undecided fails the gate."""
+        """Whether an undecided claim fails the gate."""
         return self.inconclusive == FAIL if self.inconclusive else self.budget.fails_undecided
 
     @property
     def asks_classes(self) -> bool:
-        """Whether claims are put to the order conditions of classes and to random members of forms, too."""
+        """Whether claims are also tested by order conditions of classes and by random members of forms."""
         return self.orders
 
     @property
     def lock_file(self) -> Path:
-        """The lock file, which need not exist."""
+        """Path of the lock file, which need not exist."""
         return (self.file.parent if self.file else Path()) / (self.lock or LOCK)
 
 
 def read_policy(start: Path, config: Path | None = None) -> Policy:
-    """Read the policy that holds in a folder.
+    """Read the policy that applies to a folder.
 
     Parameters
     ----------
     start : Path
-        The nearest pyproject.toml in this folder or above it counts, even if it has no table ``[tool.sdaeverify]``.
+        The nearest pyproject.toml in this folder or above is used, even without a table ``[tool.sdaeverify]``.
     config : Path, optional
-        A file to be read instead.
+        File to read instead.
 
     Returns
     -------
     Policy
-        With its defaults where there is no file.
+        Default policy if there is no file.
 
     Raises
     ------
     UsageError
-        If the file cannot be read, a key is unknown or a value is not of its type or range; or if `config` is neither
-        a policy nor a project.
+        If the file cannot be read, a key is unknown or a value is out of its type or range; or if `config` has
+        neither the table of a policy nor that of a project.
     """
     file = config if config is not None else _nearest(start)
     if file is None:

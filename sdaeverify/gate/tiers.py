@@ -1,4 +1,4 @@
-"""Tiers: how much a gate spends, and on what."""
+"""Tiers: budgets of a gate."""
 
 import hashlib
 from collections.abc import Mapping
@@ -11,20 +11,20 @@ from ..contracts.settings import Settings
 
 @dataclass(frozen=True)
 class Tier:
-    """A budget.
+    """Budget of a gate.
 
     Attributes
     ----------
     settings : Settings
-        Sample size, step sizes and looks; seed and confidence are those of the policy.
+        Sample size, step sizes and looks; seed and confidence come from the policy.
     quick : bool
-        Whether each claim is tested once, on the cheapest problem that can decide it, without measures that take
-        seconds a cell if the policy does not name them, and without controls; if not, every claimed cell is run, and
-        nothing is verified on a problem that does not tell right from wrong.
+        Whether each claim is tested once, on the cheapest problem that can decide it, without controls, and without
+        measures that take seconds a cell unless the policy names them. Otherwise every claimed cell is run, and no
+        claim is verified on a problem whose controls fail.
     fails_undecided : bool
-        Whether a claim that stays undecided fails the gate, unless the policy says otherwise.
+        Whether an undecided claim fails the gate, unless the policy overrides it.
     hunts : bool
-        Whether counterexamples are looked for, if the policy says how long.
+        Whether counterexamples are searched for, if the policy gives a duration.
     """
 
     settings: Settings
@@ -43,10 +43,10 @@ TIERS: Mapping[str, Tier] = MappingProxyType(
 )
 
 
-# Seeds of a gate: the same each time, or a new one each day that anybody can compute again.
+# Seed of a gate that changes daily and can be reproduced from the date.
 
 
 def seed_of(day: date) -> int:
-    """Return the seed of a day: the first 63 bits of a hash of its date, so that nobody chooses it."""
+    """Return the seed of a day: the first 63 bits of a hash of its date, so that it cannot be chosen."""
     digest = hashlib.blake2b(f"sdaeverify gate {day.isoformat()}".encode(), digest_size=8).digest()
     return int.from_bytes(digest, "big") >> 1

@@ -1,4 +1,4 @@
-"""Claims of the gated schemes that nothing puts to the test: a gate that does not see them is green for nothing."""
+"""Untested claims of the gated schemes, because a gate that skips a claim must not pass for it."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
@@ -11,13 +11,14 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
+from ..study.class_results import is_of_class
 from ..study.plan import cells_of_claims
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
 
 
 class Untested(NamedTuple):
-    """A claim that no cell puts to the test, or a quantity of it that no finding is about.
+    """A claim that no cell tests, or that has a quantity without a finding.
 
     Attributes
     ----------
@@ -25,7 +26,7 @@ class Untested(NamedTuple):
     claim : Claim
     why : str
     chosen : bool
-        Whether the policy leaves it out: a measure that it does not select, a problem that is run on request only.
+        Whether the policy excludes the claim by its selection of measures, or its problems run on request only.
     """
 
     scheme: Scheme
@@ -39,35 +40,44 @@ class Untested(NamedTuple):
 
 
 def find_untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[CellResult]) -> list[Untested]:
-    """Return what the gated schemes claim and nothing tests.
+    """Return the claims of the gated schemes that no cell tests.
 
     Parameters
     ----------
     registry : Registry
     policy : Policy
     made : Plan
-        That of the gate.
+        Plan of the gate.
     results : sequence of CellResult
-        Of all its cells.
+        Results of all cells of the plan, and of examinations.
     """
     by_cell, tested = {result.cell: result for result in results}, cells_of_claims(made)
+    examined = _examined(made, results)
     return [
         each
         for scheme in gated_schemes(registry, policy)
         for claim in dict.fromkeys(scheme.promises)
+        if (scheme, claim) not in examined
         for each in _why_not_tested(
             registry, policy, (scheme, claim), [by_cell[cell] for cell in tested.get((scheme, claim), [])]
         )
     ]
 
 
+def _examined(made: Plan, results: Iterable[CellResult]) -> set[tuple[Scheme, Claim]]:
+    """Return the claims that examinations have put to a test; classes of equations answer none of a cell."""
+    planned = {*made.cells}
+    beside = (result for result in results if result.cell not in planned and not is_of_class(result.cell))
+    return {(each.cell.scheme, found.claim) for each in beside for found in each.findings if found.claim is not None}
+
+
 def known_quantities(results: Iterable[CellResult]) -> set[str]:
-    """Return the quantities that something is measured of: what is claimed and is not there is out of scope."""
+    """Return the measured quantities; a claimed quantity that does not exist is out of scope."""
     return {f.quantity for each in results for f in each.findings if f.verdict is not Verdict.OUT_OF_SCOPE}
 
 
 def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield each quantity of a claim that is not among those found, with the words for it."""
+    """Yield each quantity of a claim that is not among those found, with a message."""
     names = sorted(set(found))
     for quantity in claim.quantities:
         if not any(is_about(name, quantity) for name in names):
@@ -76,7 +86,7 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
 
 
 def unknown_words(claim: Claim, results: Iterable[CellResult]) -> str:
-    """Return that a measure knows no test of the word that a claim is about, or nothing."""
+    """Return the message that the measure has no test of the claimed value, or an empty string."""
     told = (f.claim for each in results for f in each.findings if f.reason.has(Kind.UNKNOWN_VALUE))
     unknown = any(other is not None and other.value == claim.value for other in told)
     return f"measure {claim.measure} has no test of the claim {str(claim)!r}" if unknown else ""
@@ -95,7 +105,7 @@ def _why_not_tested(
         if why := unknown_words(claim, results):
             yield Untested(scheme, claim, why)
         lost = list(unknown_quantities(claim, known_quantities(results)))
-        # Where each claim is tested once, that is on one problem, which need not have all its quantities.
+        # A quick tier tests each claim on one problem, which need not have all quantities of the claim.
         if not policy.budget.quick or len(lost) == len(claim.quantities):
             yield from (Untested(scheme, claim, why) for _, why in lost)
 
@@ -111,7 +121,7 @@ def _without_cell(registry: Registry, policy: Policy, scheme: Scheme, claim: Cla
 
 
 def _on_request(registry: Registry, scheme: Scheme, claim: Claim) -> str:
-    """Return the label of a problem that is run on request where a claim holds; empty if there is none."""
+    """Return the label of a problem run on request on which a claim holds, or an empty string."""
     names = [name for name, entry in registry.problems.items() if entry.on_request]
     measure = registry.measures[claim.measure].thing
     for spec in select_problems(registry, names) if names else []:
@@ -121,6 +131,6 @@ def _on_request(registry: Registry, scheme: Scheme, claim: Claim) -> str:
             if view is not None and claim.when <= view.traits and not measure.refuses(scheme, problem):
                 return spec.label
         except FAULTS:
-            # What is wrong with it shows where it is run.
+            # Errors of the problem are reported when it is run.
             continue
     return ""

@@ -1,33 +1,34 @@
-"""What a gate says: an outcome in words, the report for a terminal, and ``gate.json`` for programs."""
+"""Reports of a gate: outcomes in words, text for a terminal, and ``gate.json`` for programs."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from math import isfinite, isnan
 from textwrap import shorten
 
-from ..contracts.finding import SAMPLED, Finding
+from ..contracts.finding import SAMPLED, Finding, Status
 from ..contracts.settings import Settings
 from ..report.plain import visible
 from ..report.tables.command import examination_command, orders_command, reproduce
 from ..report.verdict_row import VerdictRow
 from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
-from .outcomes import Outcome, Status
+from .outcomes import Outcome
 
 SCHEMA = 2
 MOST = 20
-# Letters of a reason; most have half as many.
+# Longest reason in characters; most reasons have half as many.
 LONGEST = 240
-# Told in full; of the others the first line says enough.
+# Statuses that are reported in full; the others with their first line.
 FULL = frozenset({Status.FAILED, Status.UNMEASURED, Status.XPASSED})
 
 
 def headline(outcome: Outcome) -> str:
-    """Return an outcome in one line: what became of which claim."""
+    """Return an outcome in one line: status, key and claim."""
     return visible(f"{WORDS[outcome.status]}: {outcome.key}: claimed {outcome.claim}")
 
 
 def command_of(outcome: Outcome, settings: Settings, plugins: Sequence[str] = ()) -> str:
-    """Return the command that computes the outcome's cell again.
+    """Return the command that reproduces the cell of an outcome.
 
     Parameters
     ----------
@@ -42,14 +43,14 @@ def command_of(outcome: Outcome, settings: Settings, plugins: Sequence[str] = ()
 
 
 def message(outcome: Outcome, settings: Settings, command: str = "") -> str:
-    """Return an outcome in words, several lines.
+    """Return an outcome in words on several lines.
 
     Parameters
     ----------
     outcome : Outcome
     settings : Settings
     command : str
-        That computes it again, as `command_of` gives it; left out if empty.
+        Command that reproduces the outcome, from `command_of`; omitted if empty.
 
     Returns
     -------
@@ -70,7 +71,7 @@ def message(outcome: Outcome, settings: Settings, command: str = "") -> str:
 
 
 def gated_command(gated: Gated, outcome: Outcome) -> str:
-    """Return the command that computes an outcome of a gate again; empty where none can."""
+    """Return the command that reproduces an outcome of a gate, or an empty string if there is none."""
     if {*outcome.key} & gated.unnamed:
         return ""
     if (words := gated.examined.get(outcome.key.measure)) is not None:
@@ -85,7 +86,7 @@ def text_report(gated: Gated, most: int = MOST) -> Iterator[str]:
     ----------
     gated : Gated
     most : int
-        Outcomes that are told in full, and of the others.
+        Largest number of outcomes reported in full, and of those reported in one line.
     """
     full = [outcome for outcome in gated.not_passed if outcome.status in FULL or gated.is_red(outcome)]
     for outcome in full[:most]:
@@ -104,13 +105,13 @@ def text_report(gated: Gated, most: int = MOST) -> Iterator[str]:
 
 
 def limit_lines(lines: Sequence[str], most: int) -> list[str]:
-    """Return the first of many lines, and how many more there are."""
+    """Return the first `most` lines, followed by the number of omitted lines."""
     more = len(lines) - most
     return [*lines[:most], f"and {more} more"] if more > 0 else list(lines)
 
 
 def json_report(gated: Gated) -> dict[str, object]:
-    """Return the contents of ``gate.json``; a number that is not known is null.
+    """Return the contents of ``gate.json``; unknown numbers are null.
 
     Parameters
     ----------
@@ -132,6 +133,7 @@ def json_report(gated: Gated) -> dict[str, object]:
         "counts": {str(status): count for status, count in sorted(gated.counts.items())},
         "lock_violations": [*map(visible, gated.violations)],
         "hunt": [*map(visible, gated.hunted)],
+        "attacks": [asdict(attack) for attack in gated.attacks],
         "warnings": [*map(visible, gated.warnings)],
         "notes": [*map(visible, gated.notes)],
         "changes": None
@@ -142,7 +144,7 @@ def json_report(gated: Gated) -> dict[str, object]:
 
 
 def _estimate(finding: Finding, confidence: float) -> str:
-    """Return the estimate with its interval in words; empty if there is none."""
+    """Return the estimate with its interval in words; empty without an estimate."""
     if isnan(finding.estimate):
         return "none, and no interval: no sampling was needed" if finding.method and finding.tier < SAMPLED else ""
     if not (isfinite(finding.low) and isfinite(finding.high)):
@@ -157,7 +159,7 @@ def _one_line(outcome: Outcome) -> str:
 
 
 def _row(outcome: Outcome, gated: Gated) -> dict[str, object]:
-    """Return the row of verdicts.csv that an outcome is, and what it means for the gate."""
+    """Return the row of verdicts.csv of an outcome, with its status in the gate."""
     row = {
         **VerdictRow.from_finding(outcome.finding, outcome.result).record,
         "status": str(outcome.status),

@@ -1,1 +1,1 @@
-"""The shipped measures: each module is a plugin, one question a file."""
+"""The shipped measures: each module is a plugin with one measure."""

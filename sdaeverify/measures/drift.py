@@ -1,28 +1,28 @@
-"""Constraint drift: how far the constraint and the hidden constraint are violated, and how that depends on h and t.
+"""Constraint drift: violation of the constraint and the hidden constraint, and its dependence on h and t.
 
 The supremum over time of the root mean square of |g| is classified against h:
 
 ``round-off``
     at most 64 eps scale sqrt(N) at every level, on every path;
 ``tolerance-limited``
-    it does not depend on h (|slope| < 0.35) and is below 1e-3 of the scale: a solver's tolerance;
+    independent of h (|slope| < 0.35) and below 1e-3 of the scale: a solver's tolerance;
 ``order p``
     slope p >= 0.35, with the jackknife interval and the growth exponent in time;
 ``growing``
     slope <= -0.35: errors accumulate as h tends to 0, always flagged;
 ``constant``
-    it does not depend on h and is not small.
+    independent of h and not small.
 
-A constraint that the solution keeps is off by no more than the solution is, up to its Lipschitz constant: where one
-step tells that the whole state has a strong order in L2, the residual has it, too, and paths guard that. Where it has
-not, or nothing is told, the order of the residual along paths decides.
+The residual of a constraint that the solution satisfies is bounded by the error of the solution, up to its Lipschitz
+constant. So if one step shows a strong order of the whole state in L2, the residual has this order, too, guarded by
+paths. Otherwise the order of the residual along paths decides.
 
-Beside it stands the mean over paths of (int_0^T |g|^2 dt)^{1/2}. On a chain of nodes with spacing ds, where
+The mean over paths of (int_0^T |g|^2 dt)^{1/2} is reported as well. On a chain of nodes with spacing ds, where
 g = (1 - |d_s r|^2)/2 on each edge, the norms over space and time of Lindner et al. (2018), Fig. 4.3, are 2 sqrt(ds)
 times that of g for |d_s r|^2 - 1 = -2 g, and sqrt(ds) times that of Dg v for d_s r . d_s v = -Dg v.
 
-The largest defects and their growth are taken at times evenly spaced in their logarithm. These leave few late times,
-so that integrals over time have times of their own: one in each of 64 equal stretches.
+The largest defects and their growth are taken at times evenly spaced in their logarithm. Few of these are late, so
+integrals over time use other times: one in each of 64 equal stretches.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -74,18 +74,18 @@ METHODS = {
     1: Method("local strong order", 1, guard="the residual along paths"),
     3: Method("order of the residual along paths", 3),
 }
-# Size: rows of a defect's growth.
+# Size: number of times at which the growth of a defect is evaluated.
 TIMES = 64
-# Theorem: its multiples are spread evenly (three gaps, Sos 1958), whatever period a scheme repeats itself with.
+# Theorem: its multiples are evenly distributed (three gaps, Sos 1958), for any period of a scheme.
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 # Size: a histogram of log2 |defect| in eighths, so that quantiles of merged blocks are known to 4.5 per cent.
 BINS_PER_OCTAVE = 8
 # Size: residuals from 2^-64 to 2^32.
 LOWEST, HIGHEST = -64, 32
 EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BINS_PER_OCTAVE
-# Chosen: an order that is none, and the effective share of paths below which tails are heavy, as `Tail.heavy`.
+# Chosen: |slope| below which there is no order, and the effective share of paths of heavy tails, as `Tail.heavy`.
 FLAT, HEAVY = 0.35, 0.2
-# What a residual does, in words for reasons; an order is told by its number.
+# Texts of classes for reasons; an order is given by its number.
 CLASSES = {
     "tolerance-limited": "at a solver's tolerance",
     "growing as h tends to 0": "growing as h falls",
@@ -94,7 +94,7 @@ ROUNDED = "largest residual {largest:.1g}, within the bound {bound:.1g} for roun
 NEAR_ROOTLESS = (
     "largest residual {largest:.1g}, beyond round-off ({bound:.1g}) only at step sizes where paths have no root"
 )
-# Theorem: what a step with random parts leaves is a series in powers of h^(1/2).
+# Theorem: the defect of a step with random parts is a series in powers of h^(1/2).
 NEXT_POWER = 0.5
 
 
@@ -106,8 +106,8 @@ def log_spaced(steps: int) -> list[int]:
 def quadrature(steps: int) -> dict[int, float]:
     """Return step numbers with weights of sum 1 - 1/(2 steps): the trapezoidal rule on (0, 1] for f(0) = 0.
 
-    Up to 64 steps all of them are taken, with half a step for the last one. Of more, 64 equal stretches have one
-    each, at places that jump by the golden ratio: a defect that is reset every few steps is met at all its phases.
+    Up to 64 steps all of them are used, with half a step for the last one. Of more, 64 equal stretches have one each,
+    at places that jump by the golden ratio, so that a defect that is reset every few steps is sampled at all phases.
 
     Parameters
     ----------
@@ -126,10 +126,10 @@ def quadrature(steps: int) -> dict[int, float]:
 
 
 class ResidualObserver:
-    """Notes |g| at wanted steps: sums of squares over groups, the maximum, and each path's largest value.
+    """Accumulates |g| at wanted steps: sums of squares over groups, the maximum, and each path's largest value.
 
-    And (int_0^T |g|^2 dt)^{1/2} of each path, g being 0 at the start. A path that was held where it found no root
-    says nothing of a constraint that moves away from it. It is among the failed ones, which nothing verifies.
+    Also (int_0^T |g|^2 dt)^{1/2} of each path, g being 0 at the start. Paths held without a root are excluded,
+    because the constraint may move away from them. They count as failed, which prevents verification.
     """
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
@@ -149,7 +149,7 @@ class ResidualObserver:
         self.integral = {name: np.zeros((settings.levels, self.paths)) for name in self.names}
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note the defects after one of the wanted steps."""
+        """Accumulate the defects after one of the wanted steps."""
         for name, residual in self.problem.residuals(parts).items():
             size = norm(residual.value)
             if HELD in parts:
@@ -163,7 +163,7 @@ class ResidualObserver:
                 self.scale[name][level] = np.fmax(self.scale[name][level], np.fmax.reduce(residual.scale))
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note nothing: the defects are noted at each level's own times."""
+        """Ignore the snapshot, because defects are accumulated at each level's own times."""
 
     def tally(self) -> Tally:
         """Return the sums of squares by group and time, of norms in time, histograms, maxima and scales."""
@@ -180,7 +180,7 @@ class ResidualObserver:
 
 
 def quantile(histogram: Array, q: float) -> float:
-    """Return the q-quantile of a histogram of log2 values, as the geometric middle of its bin."""
+    """Return the q-quantile of a histogram of log2 values, as the geometric mean of its bin's edges."""
     total = histogram.sum()
     if total == 0.0:
         return float("nan")
@@ -189,7 +189,7 @@ def quantile(histogram: Array, q: float) -> float:
 
 
 def effective_share(histogram: Array) -> float:
-    """Return (sum e^2)^2 / (M sum e^4) of a histogram of log2 e: how many paths a mean square rests on."""
+    """Return (sum e^2)^2 / (M sum e^4) from a histogram of log2 e: the effective share of paths in a mean square."""
     squares = 2.0 ** (EDGES[:-1] + EDGES[1:])
     total = histogram.sum()
     fourth = total * (histogram @ squares**2)
@@ -216,7 +216,7 @@ class Defect(Slopes):
     histogram : ndarray, shape (L, bins)
         Of each path's largest |g|.
     worst, scale : ndarray, shape (L,)
-        Largest |g| of all paths and times, and the size of the terms that cancel in it.
+        Largest |g| over all paths and times, and the size of the terms that cancel in it.
     l2 : ndarray, shape (G, L)
         Sums of (int_0^T |g|^2 dt)^{1/2} over groups.
     """
@@ -232,7 +232,7 @@ class Defect(Slopes):
     l2: Array
 
     def find_logarithms(self) -> Array:
-        """Return log2 of sup_t RMS |g| of all paths and without each group."""
+        """Return log2 of sup_t RMS |g| over all paths and without each group."""
         left_out = (leave_out(squares, self.counts) for squares in self.squares)
         return np.stack([0.5 * np.log2(means.max(axis=-1)) for means in left_out], axis=1)
 
@@ -242,7 +242,7 @@ class Defect(Slopes):
         return estimates(self.logarithms)
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
-        """Return sum_l w_l y_l over some levels, one after the other."""
+        """Return sum_l w_l y_l over the given levels."""
         terms = (w * self.logarithms[:, level] for w, level in zip(weights, levels.tolist(), strict=True))
         return estimates(np.asarray(sum(terms)))[0]
 
@@ -276,7 +276,7 @@ class Drift(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without constraints, and schemes that see one without its algebraic components."""
+        """Return why the measure does not apply: no constraint, or a view in which it is eliminated."""
         if not problem.has_constraints:
             return "the problem has no constraint"
         view = scheme.view_of(problem)
@@ -284,11 +284,11 @@ class Drift(Measure):
         return "the scheme sees the equation with y eliminated: no constraint is left" if eliminated else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ResidualObserver:
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return ResidualObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects where an order is claimed, and the one-step map can be probed."""
+        """Return the local defects if an order is claimed and the one-step map can be probed."""
         asked = (claim for claim in scheme.promises if claim.measure == self.name and claim.when <= view.traits)
         if view.capability(Delayed) or not any(isinstance(claim.value, Order) for claim in asked):
             return Tally()
@@ -301,7 +301,7 @@ class Drift(Measure):
         return Judgement(findings, tuple(row for defect in defects for row in _levels(defect)))
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
-        """Return a finding for each constraint that is claimed to hold up to round-off, by single steps."""
+        """Yield a finding for each constraint that is claimed to hold up to round-off, from single steps."""
         if not view.has_constraints:
             return
         ratios = rounding_ratios(scheme, view)
@@ -341,13 +341,13 @@ def _read_defects(tally: Tally, *step_sizes: float) -> tuple[Defect, ...]:
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
     covered = coverage(evidence, Drift.name, defect.name)
     levels, remarks = sound_levels_of(evidence)
-    # A path that is held without root, on a constraint of the state alone, leaves no residual: what it leaves counts.
+    # A path held without a root on a constraint of the state alone has no residual; its last residual counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     beyond = defect.worst > bound
     if not beyond.any():
         found = _round_off(evidence, defect, covered, _largest(defect, bound))
     elif covered.claim is not None and isinstance(covered.claim.value, Exact):
-        # Near paths without root the derivative of the constraint is all but singular: a root is known less well.
+        # Near paths without a root the derivative of the constraint is nearly singular, so a root is less accurate.
         rootless = evidence.health.sums["failed"] > 0
         known = _beyond_round_off(defect, covered, bound)
         found = (
@@ -368,7 +368,7 @@ def _largest(defect: Defect, bound: Array, text: str = ROUNDED) -> Reason:
 
 
 def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, reason: Reason) -> Finding:
-    # An exact constraint keeps a promise of any order, but only where every step could be made.
+    # An exact constraint satisfies a claim of any order, but only if every step succeeded.
     health = evidence.health.sums
     verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
     if health["lost"][-1] > 0:
@@ -427,13 +427,13 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
 
 
 def _order_of_state(evidence: Evidence) -> dict[str, object]:
-    """Return the local order of the whole state, which the residual has where it is verified; empty if unknown."""
+    """Return the local order of the whole state, a lower bound of the residual's if verified; empty if unknown."""
     order = local_orders(evidence).get(STATE)
     return {} if order is None else {"local_order": order.order}
 
 
 def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
-    """Return that one step verifies the order for the whole state, and so for a constraint; None if it does not."""
+    """Return the opinion that one step verifies the order for the whole state, hence for a constraint, or None."""
     local = judge_order(evidence, claim, local_orders(evidence).get(STATE))
     if local is None or local.verdict is not Verdict.VERIFIED:
         return None
@@ -457,12 +457,12 @@ def _classify(slope: float, sup: float, scale: float) -> str:
 def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
     tests = _asymptotic(evidence, defect, claim, sound)
     if tests.refuted < 1.0 and defect.rise(sound).interval(evidence.settings.confidence)[0] > RISING:
-        # Steps that are too coarse for the claimed order are not held against it.
+        # Steps that are too coarse for the claimed order are no evidence against it.
         tests = tests.held("the order still rises", growth=tests.growth)
     share = effective_share(defect.histogram[-1])
     heavy = share < HEAVY
     if heavy and tests.refuted > 0.0:
-        # The interval of a root mean square refutes nothing then.
+        # With heavy tails, the interval of a root mean square refutes no claim.
         tests = tests.held(growth=tests.growth)._replace(
             reason=Reason(f"heavy tails ({share:.2g} of the paths count)").then(tests.reason)
         )
@@ -470,7 +470,7 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
 
 
 def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
-    """Compare the order with the claim: on coarse steps a low one refutes only if what it tends to is low, too."""
+    """Compare the order with the claim; on coarse steps a low order refutes only if its extrapolation is low, too."""
     tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
     if not isinstance(claim.value, Order) or tests.refuted > SUSPECT:
         return tests
@@ -484,7 +484,7 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:
     sups = defect.sup_rms
-    # A level's groups lie side by side: its sums have the bits of one level.
+    # In Fortran order, the sums of each level are bitwise equal to those computed for this level alone.
     for level, l2 in enumerate(jackknives(np.asfortranarray(defect.l2), defect.counts, np.asarray)):
         log_rms = sups[level]
         rms = 2.0**log_rms.value

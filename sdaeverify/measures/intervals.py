@@ -1,9 +1,9 @@
-"""Strong order of convergence on a delay equation, one interval of the delay after the other.
+"""Strong order of convergence on a delay equation, separately for each interval of the delay.
 
-Orders differ from interval to interval: with a deterministic history, noise that depends on the delayed state alone
+Orders differ between intervals: with a deterministic history, noise that depends on the delayed state alone
 is additive up to tau and multiplied by a random past afterwards. The largest errors at coarsest grid times are taken
-over each ((k - 1) tau, k tau] by itself, which the maximum over all times would mix. The quantity ``x up to tau`` is
-x on the first of them, ``x up to 2 tau`` on the second.
+over each ((k - 1) tau, k tau] separately, because the maximum over all times would mix them. The quantity ``x up to
+tau`` is x on the first interval, ``x up to 2 tau`` on the second.
 """
 
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -34,14 +34,14 @@ from .path_errors.quantity import ERROR_COLUMNS, judge_together, quantities_of
 from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, judge_errors, local_orders, probe_strong
 
 NORMS = {"L2": 2}
-# A grid time is the end of an interval if it is to so many parts of it.
+# Relative tolerance for a grid time to be the end of an interval.
 # Rounding: times k h differ by k eps at most, 2e-11 for 10^5 steps.
 CLOSE = 1e-9
 UP_TO = " up to "
-# Orders hold for the interval that they were found on: by the end of its name, the last one for all others.
+# Interval of the local order for each suffix of a quantity's name; the last entry is for all later intervals.
 SPANS = {f"{UP_TO}tau": FIRST, f"{UP_TO}2 tau": SECOND, "tau": WHOLE}
 GIVEN_PAST = "one step given its past"
-# How far below its claim an order without sampling error may be.
+# Amount by which an order without sampling error may fall short of its claim.
 # Chosen: as that of strong orders.
 TOLERANCE = 0.1
 GIVEN = "at a fixed time, from single steps that are given the past of the solution"
@@ -57,7 +57,7 @@ class Intervals(Measure):
     level_columns: ClassVar[Mapping[str, str]] = ERROR_COLUMNS
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without delay or with a single interval, and schemes with bounded increments."""
+        """Return why the measure does not apply: no delay, a single interval, or bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: no strong order"
         delayed = problem.capability(Delayed)
@@ -66,13 +66,13 @@ class Intervals(Measure):
         return "" if delayed.delay < problem.horizon else "the problem ends within the first delay: see strong"
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "IntervalObserver":
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         delayed = problem.capability(Delayed)
         assert delayed is not None
         return IntervalObserver(delayed.delay, problem.horizon / settings.coarsest, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects on the first intervals and on all, where the one-step map can be probed."""
+        """Return the local defects on the first intervals and on all, if the one-step map can be probed."""
         found = Tally()
         for span in SPANS.values():
             found = found.merge(probe_strong(scheme, view, settings, span))
@@ -97,7 +97,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 class IntervalObserver:
-    """Notes errors over each interval of the delay, in a notebook of its own.
+    """Accumulates errors over each interval of the delay, with one `ErrorObserver` per interval.
 
     Parameters
     ----------
@@ -116,10 +116,10 @@ class IntervalObserver:
         self.notebooks: dict[int, ErrorObserver] = {}
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing: errors are compared on the coarsest grid."""
+        """Ignore the step, because errors are compared on the coarsest grid."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the errors in the interval that this time lies in."""
+        """Accumulate the errors in the interval that contains this time."""
         self.step += 1
         delays = self.step * self.h / self.delay
         interval = int(np.ceil(delays * (1.0 - CLOSE)))
@@ -127,7 +127,7 @@ class IntervalObserver:
         notebook.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
-        """Return what was noted, under names that tell the interval."""
+        """Return the evidence of all intervals, with the interval as suffix of the names."""
         found = Tally()
         for interval, notebook in self.notebooks.items():
             noted, suffix = notebook.tally(at_end=False), _suffix(interval)

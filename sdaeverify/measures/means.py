@@ -1,4 +1,4 @@
-"""What the weak measure notes on one block: the observables at T, of every level and of the truth."""
+"""Observer and evidence of the weak measure: the observables at T, for every level and the truth."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
@@ -18,12 +18,12 @@ from ..numerics.statistics import EPS, Estimate, estimates, group_sums, jackkniv
 from .slopes import Slopes
 
 VALUES, SQUARES, CUBES, SIZES, KNOWN = "values ", "squares ", "cubes ", "sizes ", "truth "
-# A truth with an error of its own, and the same at half its resolution.
+# A truth with a discretisation error, and the same at half its resolution.
 REFERENCE, BLURRED = "reference ", "blurred "
 
 
 class MeanObserver:
-    """Notes phi(x_l(T)) of each observable phi at all levels, and of the truth where it knows enough."""
+    """Accumulates phi(x_l(T)) of each observable phi at all levels, and of the truth if it has the components."""
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.problem, self.settings = problem, settings
@@ -32,14 +32,14 @@ class MeanObserver:
         self.last = Snapshot([], {}, None)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing: expectations are compared at T."""
+        """Ignore the step, because expectations are compared at T."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Keep the latest states."""
+        """Store the latest states."""
         self.last = snapshot
 
     def part(self, paths: slice) -> "MeanObserver":
-        """Return what was noted on some of the paths."""
+        """Return the observer restricted to a subset of the paths."""
         some = copy(self)
         levels = [{name: x[..., paths] for name, x in parts.items()} for parts in self.last.levels]
         truth = {name: x[..., paths] for name, x in self.last.truth.items()}
@@ -63,7 +63,7 @@ class MeanObserver:
     def _truths(self, name: str) -> Iterator[tuple[str, Array]]:
         if self.problem.pathwise is None:
             return
-        # A reference with an error of its own has a weak error, too: it can confirm a limit, and no more.
+        # A reference with a discretisation error has a weak error, too, so it can only confirm a limit.
         exact, coarser = self.problem.pathwise.exact, self.last.coarser_truth or {}
         for key, parts in ((KNOWN if exact else REFERENCE, self.last.truth), (BLURRED, coarser)):
             value = self._value(name, parts)
@@ -81,22 +81,22 @@ class MeanObserver:
 
 @dataclass(frozen=True)
 class Means(Slopes):
-    """The evidence on one observable: y = log2 |difference l|.
+    """Evidence on one observable: y = log2 |difference l|.
 
     Attributes
     ----------
     name : str
     h : ndarray, shape (L,)
     sums : ndarray, shape (G, L) or (G, L + 1)
-        Of the observable over groups; the last column is the truth's, where it is known on every path.
+        Of the observable over groups; the last column is the truth's, if it is known on every path.
     counts : ndarray, shape (G,)
     coupled : bool
         Whether there is such a column.
     squares : ndarray, shape (G,), or None
         Of the squares at the finest level.
     off_reference : (Estimate, float) or None
-        |E [phi(x_L) - phi(y)]|, y a reference on these paths with an error of its own, and |E [phi(y) - phi(z)]|, z
-        being half as fine.
+        |E [phi(x_L) - phi(y)]|, y a reference on these paths with a discretisation error, and |E [phi(y) - phi(z)]|,
+        where z has half the resolution.
     sizes : ndarray, shape (G,), or None
         Of the absolute values at the finest level.
     cubes : ndarray, shape (G,), or None
@@ -120,25 +120,25 @@ class Means(Slopes):
 
     @cached_property
     def differences(self) -> Array:
-        """Differences of these means to the truth's, or to the next level's."""
+        """Differences of these means from the truth's, or from the next level's."""
         left_out = self.left_out
         return left_out[:, :-1] - (left_out[:, -1:] if self.coupled else left_out[:, 1:])
 
     def find_logarithms(self) -> Array:
-        """Return log2 |difference l| of all levels, those that no slope is fitted to included."""
+        """Return log2 |difference l| of all levels, including those not used in fits."""
         with np.errstate(all="ignore"):
             return np.asarray(np.log2(np.abs(self.differences)))
 
     @property
     def size(self) -> float:
-        """E |phi| at the finest level; |E phi| where that is not known."""
+        """E |phi| at the finest level; |E phi| if that is unknown."""
         if self.sizes is None:
             return abs(self.mean(len(self.h) - 1).value)
         return float(self.sizes.sum() / self.counts.sum())
 
     @property
     def skewness(self) -> float:
-        """E (phi - E phi)^3 over the third power of the standard deviation, at the finest level; 0 if not known."""
+        """E (phi - E phi)^3 over the third power of the standard deviation, at the finest level; 0 if unknown."""
         if self.squares is None or self.cubes is None:
             return 0.0
         columns = self.sums[:, len(self.h) - 1], self.squares, self.cubes
@@ -149,19 +149,19 @@ class Means(Slopes):
 
     @property
     def heavy(self) -> bool:
-        """Whether the mean at the finest level rests on few paths: little of its square, in few groups of paths."""
+        """Whether the mean at the finest level rests on few paths: small compared with its square, in few groups."""
         if self.squares is None:
             return False
         level, groups = len(self.h) - 1, self.sums.shape[0]
         square = float(self.squares.sum() / self.counts.sum())
-        # The largest group's share tells one path from a distribution about 0.
+        # The largest group's share distinguishes a single path from a distribution about 0.
         share = float(self.squares.max() / self.squares.sum()) if square > 0.0 else 0.0
         mean = float(self.sums[:, level].sum() / self.counts.sum())
         return share > 4.0 / groups and mean**2 < 0.2 * square
 
     @property
     def errors(self) -> int:
-        """Number of differences: errors against the truth, or between successive levels."""
+        """Number of differences: errors relative to the truth, or between successive levels."""
         return len(self.h) if self.coupled else len(self.h) - 1
 
     def mean(self, level: int) -> Estimate:
@@ -181,17 +181,17 @@ class Means(Slopes):
         return estimates(self.differences)
 
     def change(self, levels: Array) -> Estimate:
-        """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
+        """Return E [phi(x_l) - phi(x_k)], where l is the coarsest and k the finest level of the given differences."""
         left_out = self.left_out
         return estimates(left_out[:, levels[0]] - left_out[:, levels[-1] + 1])[0]
 
     def grown(self, levels: Array) -> tuple[Estimate, ...]:
-        """Return by how much the last of some differences is larger in size than each of those before it."""
+        """Return the increase in size from each of the given differences to the last one."""
         sizes = np.abs(self.differences[:, levels])
         return estimates(sizes[:, -1:] - sizes[:, :-1])
 
     def lower_share(self, levels: Array, order: float) -> Estimate:
-        """Return the share of the error at the finest level; differences between levels have a smaller one.
+        """Return the share of a lower term in the error at the finest level, which is larger than in differences.
 
         A term a h^q leaves the last difference over 2^q - 1 as its error at the finest level.
         """
@@ -202,12 +202,12 @@ class Means(Slopes):
         return Estimate(factor * found.value, factor * found.se)
 
     def least_signal(self, levels: Array) -> float:
-        """Return the least ratio of a difference to its standard error on some levels."""
+        """Return the smallest ratio of a difference to its standard error on the given levels."""
         found = [self.difference(level) for level in levels]
         return min(abs(x.value) / x.se if x.se > 0.0 else 0.0 for x in found)
 
     def one_signed(self, levels: Array) -> bool:
-        """Tell whether the differences have the same sign on some levels."""
+        """Return whether the differences have the same sign on the given levels."""
         values = [self.difference(level).value for level in levels]
         return any(all(alike(value, 0.0) for value in values) for alike in (gt, lt, eq))
 
@@ -230,7 +230,7 @@ def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
 
 
 def _off_references(tally: Tally, names: Iterable[str]) -> dict[str, tuple[Estimate, float]]:
-    """Return how far finest means are from those of references, and these from blurred ones, where there are any."""
+    """Return the distances of finest means from references, and of references from blurred ones, where available."""
     sums, counts = tally.sums, tally.sums["paths"]
     known = [name for name in names if REFERENCE + name in sums and BLURRED + name in sums]
     if not known:
@@ -246,6 +246,6 @@ def _off_references(tally: Tally, names: Iterable[str]) -> dict[str, tuple[Estim
 
 @lru_cache
 def known_mean(problem: Problem, observable: str) -> float | None:
-    """Return an expectation at T, if it is known: the same for every scheme and look."""
+    """Return an expectation at T from a `Moment` of the problem, or None; cached for all schemes and looks."""
     found = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
     return next((truth.value(problem.horizon) for truth in found), None)

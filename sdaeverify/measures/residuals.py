@@ -14,8 +14,8 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import states_near_start
 from ..verdicts.opinions import local_doubt, local_opinion
 
-# Sizes of steps in units of time, and paths from each state. At the finer ones, solvers that converge linearly come
-# near round-off. A single update of Newton's method is as near there, and shows at the coarse one only. The bound of
+# Sizes of steps in units of time, and paths from each state. At the finer sizes, solvers that converge linearly reach
+# nearly round-off; so does a single update of Newton's method, which the coarse size detects. The bound for
 # round-off, in units of EPS and of the terms that cancel, is that of the coarsest runs: 8 steps.
 # Size: step sizes and paths. Rounding: 64 eps sqrt(8), as random errors of 8 steps add up.
 COARSE, FINE, PATHS, BOUND = 2.0**-6, (2.0**-10, 2.0**-14), 16, 64.0 * np.sqrt(8.0)
@@ -27,7 +27,7 @@ class Ratios(NamedTuple):
     Attributes
     ----------
     coarse, fine : float
-        After steps of the coarse size and of the finer ones; NaN where each of them fails.
+        After steps of the coarse size and of the finer sizes; NaN if all of them fail.
     """
 
     coarse: float
@@ -37,7 +37,8 @@ class Ratios(NamedTuple):
 def rounding_ratios(scheme: Scheme, view: Any) -> dict[str, Ratios]:
     """Return the largest residual of each constraint after one step, as a multiple of its bound for round-off.
 
-    A constraint that depends on time or on lagged values is solved or not.
+    For a constraint that depends on time or on lagged values, it is 0 if the scheme solves the constraint, else
+    infinite.
 
     Parameters
     ----------

@@ -1,20 +1,20 @@
-"""How small an error of the limit would have shown: the resolution of a verdict.
+"""Resolution of a verdict: the smallest error of the limit that would have been detected.
 
-Let x be the solution, x_L what a scheme makes of it with the finest steps of a run, and y what it tends to as h tends
-to 0. Whatever y is,
+Let x be the solution, x_L the result of a scheme with the finest steps of a run, and y its limit as h tends to 0. For
+any y,
 
     |y - x| <= |x_L - x| + |x_L - y|,     |x_L - y| <= |x_{L-1} - x_L| / (2^p - 1)
 
-where the scheme's own differences fall with the order p, which a verdict grants it. Both terms on the right are
-measured, in the mean over paths for strong errors and as differences of means for weak ones; with the upper ends of
-their intervals the right side bounds every error of the limit that the evidence leaves possible. A larger one would
-have shown.
+if the scheme's own differences fall with the order p, which a verdict grants. Both terms on the right are
+measured, in the mean over paths for strong errors and as differences of means for weak ones. With the upper ends of
+their intervals the right side bounds every error of the limit that the evidence leaves possible; a larger error would
+have been detected.
 
-Where nothing but the scheme itself knows the limit along paths, single steps tell: they were compared with the
-equation at n random times, one in each part of the run, and drift and noise are off by no more than e of the
-solution's motion there. A share s of a run is missed by all n times with at most the probability (1 - s)^n, which is
-at most alpha for s >= -log(alpha)/n; steps that are off there by all of their motion move the limit by s of the
-solution's, where errors do not grow. That many states are looked at at each time is no help against a window of time.
+If only the scheme itself provides the limit along paths, single steps are used: they were compared with the
+equation at n random times, one in each part of the run, and drift and noise differ by at most e times the
+solution's motion there. The probability that all n times miss a share s of a run is at most (1 - s)^n, which is
+at most alpha for s >= -log(alpha)/n. Steps that are wrong there by all of their motion move the limit by s times the
+solution's motion, if errors do not grow. The number of states at each time does not matter for a window of time.
 """
 
 from math import inf, isfinite, log, nan
@@ -32,21 +32,21 @@ from ..probe.local.step_law import LawResolution
 from .means import Means
 from .path_errors.quantity import Quantity
 
-# What is claimed to be exact is granted no order: its differences are as small as its errors.
+# A claim of exactness grants no order: the scheme's differences are as small as its errors.
 # Theorem: orders are multiples of 1/2.
 LEAST_ORDER = 0.5
-# A mean that is computed as less is 0.
+# A mean below this size is treated as 0.
 # Rounding: pairwise sums of n values err by (log2 n + 19) eps of their sizes (Higham 2002, 4.2), 64 eps for n < 2^45.
 ROUNDING = 64.0 * EPS
 
 
 def granted_order(claim: Claim) -> float:
-    """Return the least order that a verified claim grants."""
+    """Return the order that a verified claim grants: its smallest accepted one."""
     return float(claim.value.floor) if isinstance(claim.value, Order) else LEAST_ORDER
 
 
 def bound_limit_error(error: float, change: float, order: float) -> float:
-    """Return the bound of |y - x| from those of |x_L - x| and |x_{L-1} - x_L|.
+    """Return the bound of |y - x|, given bounds of |x_L - x| and |x_{L-1} - x_L|.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def bound_limit_error(error: float, change: float, order: float) -> float:
 
 
 def strong_resolution(evidence: Evidence, quantity: Quantity, finest: int, claim: Claim | None) -> float:
-    """Return the resolution of errors along paths, as part of how far the component moves in the mean.
+    """Return the resolution of errors along paths, relative to the mean motion of the component.
 
     Parameters
     ----------
@@ -67,13 +67,14 @@ def strong_resolution(evidence: Evidence, quantity: Quantity, finest: int, claim
     quantity : Quantity
         Errors along paths, one for each level.
     finest : int
-        The finest of the levels that can be used.
+        The finest usable level.
     claim : Claim or None
 
     Returns
     -------
     float
-        NaN without a claim; that of single steps where a scheme is its own reference, which knows no other limit.
+        NaN without a claim; that of single steps if the scheme is its own reference, which does not know the true
+        limit.
     """
     if claim is None:
         return nan
@@ -92,7 +93,7 @@ def strong_resolution(evidence: Evidence, quantity: Quantity, finest: int, claim
 def weak_resolution(
     evidence: Evidence, means: Means, off: tuple[Estimate, float] | None, claim: Claim | None
 ) -> float:
-    """Return the resolution of means along paths, as part of the mean size of the observable.
+    """Return the resolution of means along paths, relative to the mean size of the observable.
 
     Parameters
     ----------
@@ -100,14 +101,14 @@ def weak_resolution(
     means : Means
         Of one observable, on each level.
     off : (Estimate, float) or None
-        How far the finest mean is from what is known of its limit, and how far that is off itself; None where the
-        exact solution is known on each path, or nothing is.
+        Distance of the finest mean from the known limit, and the error of the latter; None if the exact solution is
+        known on each path, or if the limit is unknown.
     claim : Claim or None
 
     Returns
     -------
     float
-        NaN without a claim; that of single steps where nothing is known of the limit.
+        NaN without a claim; that of single steps if the limit is unknown.
     """
     if claim is None:
         return nan
@@ -124,16 +125,16 @@ def weak_resolution(
 
 
 def stationary_resolution(errors: Array, off: Array, size: float, claim: Claim | None) -> float:
-    """Return the resolution of stationary means at some step sizes, as part of their size; NaN without a claim.
+    """Return the resolution of stationary means at some step sizes, relative to their size; NaN without a claim.
 
     A bias that is claimed to have no order is bounded at the step size where it is largest.
 
     Parameters
     ----------
     errors, off : ndarray, shape (H,)
-        Biases from the coarsest step size to the finest, and how far they can be off.
+        Biases from the coarsest step size to the finest, and bounds of their numerical or sampling errors.
     size : float
-        Of the exact mean; for one that is 0 up to rounding the resolution is absolute.
+        Of the exact mean; if it is 0 up to rounding, the resolution is absolute.
     claim : Claim or None
     """
     if claim is None:
@@ -147,7 +148,7 @@ def stationary_resolution(errors: Array, off: Array, size: float, claim: Claim |
 
 
 def _gap(means: Means, finest: int) -> Estimate:
-    """Return E [phi(x_{L-1}) - phi(x_L)] of a mean whose other differences are to the exact solution."""
+    """Return E [phi(x_{L-1}) - phi(x_L)] for means whose differences are relative to the exact solution."""
     return estimates(leave_out(means.sums[:, finest - 1] - means.sums[:, finest], means.counts))[0]
 
 
@@ -156,7 +157,7 @@ def _motion(quantity: Quantity) -> float:
 
 
 def _own_error(evidence: Evidence, quantity: Quantity, level: int) -> float:
-    """Return how far a reference of order q is off: half its resolution changes errors by 2^q - 1 times as much."""
+    """Return the error of a reference of order q: half its resolution changes errors by 2^q - 1 times this."""
     truth = evidence.problem.pathwise
     if truth is None or truth.exact or quantity.blurred is None:
         return 0.0
@@ -169,7 +170,7 @@ def _upper(sums: Array, counts: Array, confidence: float) -> float:
 
 
 def step_resolution(evidence: Evidence) -> float:
-    """Return the resolution of single steps, as part of the solution's motion; infinite if they were not compared."""
+    """Return the resolution of single steps, relative to the solution's motion; infinite if they were not made."""
     found = unpacked(LAW, LawResolution, evidence.without_paths)
     if found is None:
         return inf

@@ -1,21 +1,22 @@
-"""A number that each path has, at every step size, against a bound of its mean: the base of measures of that kind.
+"""Base class of measures of a scalar per path, at every step size, whose mean is compared with a bound.
 
-The number Y of a path lies between known limits, so that its mean over n independent paths is told from a bound by
+The number Y of a path lies between known limits, so its mean over n independent paths is compared with a bound by
 Chernoff's inequality (Hoeffding 1963, Theorem 1, (2.1)): with Y scaled to [0, 1], its mean m and the bound b,
 
     P(mean >= m) <= exp(-n KL(m | b)) for m > b,    KL(m | b) = m ln(m/b) + (1 - m) ln((1 - m)/(1 - b)),
 
-whatever the law of Y is and however few paths there are. A claim is
+for any law of Y and any number of paths. A claim is
 
 verified
-    if at every step size a mean so small has a probability below the level where E Y > b;
+    if at every step size the probability of a mean at most as large is below the level for E Y > b;
 refuted
-    if at some step size a mean so large has, as many tests as step sizes, where E Y <= b;
+    if at some step size the probability of a mean at least as large is below the level, corrected for the number of
+    step sizes, for E Y <= b;
 inconclusive
     otherwise.
 
-A path that is lost could have any number: it counts with the upper limit where a claim is verified, with the lower
-one where it is refuted.
+The number of a lost path is unknown: the upper limit is used for verification, the lower limit for
+refutation.
 """
 
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -42,7 +43,7 @@ METHOD = Method("paths", 3)
 
 
 class ScalarMeasure(Measure):
-    """Base of measures of a number that each path has: a subclass sets `name`, `value_of` and `number`.
+    """Base of measures of a scalar per path: a subclass sets `name`, `value_of` and `number`.
 
     A scheme claims that the mean is at most b at every step size of the run by
     ``Claim(measure=name, value=value_of, bound=b, source=...)``.
@@ -50,13 +51,14 @@ class ScalarMeasure(Measure):
     Attributes
     ----------
     value_of : str
-        What the mean is, such as ``share of negative paths``; also the words of claims about it.
+        Meaning of the mean, such as ``share of negative paths``; also the text of claims about it.
     quantity : str
         Name of the only quantity.
     limits : tuple of float
-        Between which each number lies: those beyond count as the limit.
+        Range of the numbers; those beyond are clipped.
     at_end : bool
-        Whether the number is taken at T alone; by default it is the largest on the coarsest grid, start included.
+        Whether the number is evaluated at T only; by default it is the maximum over the coarsest grid, start
+        included.
     """
 
     quantity: ClassVar[str] = "paths"
@@ -82,7 +84,7 @@ class ScalarMeasure(Measure):
         raise NotImplementedError
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "NumberObserver":
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return NumberObserver(self, problem, parts, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
@@ -92,7 +94,7 @@ class ScalarMeasure(Measure):
 
 
 class NumberObserver:
-    """Notes the numbers of all levels, scaled to [0, 1]: at T, or the largest so far."""
+    """Accumulates the numbers of all levels, scaled to [0, 1]: at T, or their maximum so far."""
 
     def __init__(self, measure: ScalarMeasure, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.measure, self.problem = measure, problem
@@ -101,10 +103,10 @@ class NumberObserver:
         self.numbers = np.repeat(self._scaled(0.0, parts)[None], settings.levels, axis=0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing: numbers are taken on the coarsest grid."""
+        """Ignore the step, because numbers are evaluated on the coarsest grid."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the numbers of all levels."""
+        """Record the numbers of all levels."""
         self.step += 1
         now = np.stack([self._scaled(self.step * self.h, parts) for parts in snapshot.levels])
         self.numbers = now if self.measure.at_end else np.maximum(self.numbers, now)
@@ -117,7 +119,7 @@ class NumberObserver:
     def _scaled(self, t: float, parts: Parts) -> Array:
         low, high = self.measure.limits
         found = np.asarray(self.measure.number(self.problem, t, parts), dtype=float)
-        # Of a path that is lost nothing is known: it is counted apart.
+        # The number of a lost path is unknown; lost paths are counted separately.
         return np.asarray(np.clip((np.nan_to_num(found, nan=low) - low) / (high - low), 0.0, 1.0))
 
 
@@ -128,7 +130,7 @@ class ScaledMeans(NamedTuple):
     ----------
     h : ndarray, shape (L,)
     mean, lost : ndarray, shape (L,)
-        The mean, and the share of paths that are lost.
+        The mean, and the fraction of lost paths.
     errors : tuple of Estimate
         The means with their standard errors.
     paths : int
@@ -202,8 +204,8 @@ def _tests(measure: ScalarMeasure, evidence: Evidence, means: ScaledMeans, claim
 
 
 def _growth(below: Array, above: Array, level: float) -> float:
-    """Return by which factor the paths must grow to decide: p-values are exponentials in their number."""
-    # To refute, the least of as many p-values as there are step sizes is multiplied by their number.
+    """Return the factor by which the paths must grow to decide; p-values are exponential in their number."""
+    # To refute, the smallest p-value over the step sizes is multiplied by their number.
     tests = ((float(below.max()), level), (float(above.min()), level / len(above)))
     return min((max(1.0, log(enough) / log(p)) if p else 1.0 for p, enough in tests if p < 1.0), default=inf)
 

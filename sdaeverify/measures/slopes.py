@@ -17,12 +17,13 @@ from ..numerics.statistics import (
 
 
 class Slopes:
-    """What is told by y_l, the logarithm to base 2 of what a record measures at step sizes h_l.
+    """Linear functionals of y_l, the base-2 logarithm of a record's values at step sizes h_l.
 
     Attributes
     ----------
     next_power : float
-        q in y = a + p log2 h + c h^q: by how much the order of the next term of the expansion is higher.
+        q in y = a + p log2 h + c h^q: difference between the orders of the next and the leading term of the
+        expansion.
     h : ndarray, shape (L,)
     """
 
@@ -31,22 +32,22 @@ class Slopes:
 
     @cached_property
     def logarithms(self) -> Array:
-        """Y over all paths and without each group, shape (1 + G, C): in columns, those of the levels first."""
+        """Y over all paths and without each group, shape (1 + G, C); the first columns are the levels."""
         return self.find_logarithms()
 
     def find_logarithms(self) -> Array:
-        """Return the `logarithms`; they are asked for once."""
+        """Compute the `logarithms`; called once."""
         raise NotImplementedError
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
-        """Return sum_l w_l y_l over some levels, or other columns.
+        """Return sum_l w_l y_l over the given levels, or other columns.
 
         Parameters
         ----------
         levels : ndarray of int
         weights : ndarray, shape of levels
         """
-        # Of a record without errors as well. Taken, and not indexed: in C order.
+        # Also evaluated for records without errors. `take` instead of indexing keeps the C order.
         with np.errstate(invalid="ignore"):
             return estimates(weighted_sum(weights, self.logarithms.take(levels, axis=1)))[0]
 
@@ -55,7 +56,7 @@ class Slopes:
         return self.linear(levels, slope_weights(np.log2(self.h[levels])))
 
     def corrected_slope(self, levels: Array) -> Estimate:
-        """Return the slope with one further term of the expansion."""
+        """Return the slope of a fit with one further term of the expansion."""
         return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), self.next_power))
 
     def share_weights(self, levels: Array) -> Array:
@@ -63,12 +64,12 @@ class Slopes:
         return lower_term_weights(np.log2(self.h[levels]), self.next_power)
 
     def lower_share(self, levels: Array, order: float) -> Estimate:
-        """Return the share of the error at the finest level that a term of half an order less has.
+        """Return the share of the error at the finest level that belongs to a term of half an order less.
 
         Parameters
         ----------
         levels : ndarray of int
-            Three at least.
+            At least three.
         order : float
             p in y = p log2 h + ...; see `lower_term_weights`.
         """
@@ -77,5 +78,5 @@ class Slopes:
         return found._replace(value=found.value - order * float(weights @ np.log2(self.h[levels])))
 
     def rise(self, levels: Array) -> Estimate:
-        """Return by how much the local order grows from the last but one pair of levels to the last."""
+        """Return the increase of the local order from the last pair of levels but one to the last."""
         return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))

@@ -1,14 +1,14 @@
-"""Mean-square stability: on which step sizes second moments stay bounded on a linear problem.
+"""Mean-square stability: the step sizes for which second moments stay bounded on a linear problem.
 
-The spectral radius of the scheme's second-moment operator decides (T2); nothing is sampled, because a sample of
-E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are known:
+The spectral radius of the scheme's second-moment operator decides (T2). No paths are sampled, because a sample of
+E |x_n|^2 gives wrong verdicts if rare paths dominate it. Two claims are supported:
 
 ``A-stable``
-    on a problem that is mean-square stable, the scheme is so for every step size of a wide scan;
+    on a problem that is mean-square stable, the scheme is stable for every step size of a wide scan;
 ``conditional``
-    on such a problem it is so for all small step sizes.
+    on such a problem it is stable for all small step sizes.
 
-Where nothing is claimed, the step sizes of the run alone are looked at: the largest is told up to which it is stable.
+Without a claim, only the step sizes of the run are examined: the largest stable one is reported.
 """
 
 from collections.abc import Iterator, Mapping
@@ -45,10 +45,10 @@ from ..verdicts.coverage import coverage, why_not_claimed
 from ..verdicts.opinions import finding, judge_claim, leave_open
 
 QUANTITY = "second moment"
-# By the size of the states at which a step with a delay is linear.
+# By the size of the states for which a step with a delay is linear.
 LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
-# Step size of the question whether it is linear, as a part of the delay.
-# Size: where linearity is asked; every step size would do.
+# Step size for the test of linearity, relative to the delay.
+# Size: where linearity is tested; any step size would do.
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = Method("spectral radius", 2)
@@ -75,7 +75,7 @@ class Stability(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems that are not linear with constant coefficients, and steps that cannot be probed."""
+        """Return why the measure does not apply: no linear constant coefficients, or a step that cannot be probed."""
         view = scheme.view_of(problem)
         if view is None:
             return "the problem has no view of the scheme's form"
@@ -84,7 +84,7 @@ class Stability(Measure):
                 return why_not_delay_stability(scheme, delayed)
             return why_not_stability(scheme, view) or _unasked(scheme, view)
         except FAULTS as error:
-            # Nothing obliges a problem to have coefficients far from its solutions.
+            # A problem may have no coefficients far from its solutions.
             return f"it cannot be tested whether the step is linear: {one_line(error)}"
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
@@ -104,7 +104,8 @@ class Stability(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding on the windows of stability, and the spectral radius at the run's step sizes.
 
-        Or two of them, for small and for large states, where an equation with a delay is linear in these limits only.
+        If an equation with a delay is linear only in the limits of small and of large states, there is a finding for
+        each.
         """
         records = {name: unpacked(name, StabilityRecord, evidence.tally) for name in LIMITS.values()}
         known = {name: record for name, record in records.items() if record is not None}
@@ -121,7 +122,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _unasked(scheme: Scheme, view: Problem) -> str:
-    """Return that second moments are dear and no claim is about them, or an empty string."""
+    """Return that second moments are expensive and no claim is about them, or an empty string."""
     if any(claim.measure == Stability.name for claim in scheme.promises):
         return ""
     k = len(flatten(scheme.start(view, 1, view.horizon)))
@@ -137,7 +138,7 @@ def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
     return finding(
         covered,
         opinion._replace(tier=2),
-        # Of an equation that is not stable itself no step size is the largest stable one.
+        # If the equation itself is not stable, there is no largest stable step size.
         estimate=_boundary(record) if linear and record.decays > 0.0 else np.nan,
         method=METHOD,
         details={

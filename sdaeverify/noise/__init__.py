@@ -1,1 +1,1 @@
-"""Noise by address, and the laws of increments."""
+"""Noise addressed by seed, problem, block and level, and the laws of increments."""

@@ -1,4 +1,4 @@
-"""Levy areas between Brownian motions, as far as dW and its time integrals tell them.
+"""Levy areas between Brownian motions, drawn given dW and its time integrals.
 
 Over a step of length h, for each pair i < j,
 
@@ -8,14 +8,15 @@ and, with the first two time integrals H and K of W, which are independent of dW
 
     A_ij = H_i dW_j - H_j dW_i + 12 (K_i H_j - K_j H_i) + C_ij,    E[C_ij | dW, H, K] = 0,    variance h^2/20:
 
-the coefficients of W in Legendre polynomials of degree 1, 2 and 3 and what is left. Nobody can draw C_ij exactly
-together with the path. It is drawn as a normal variable of its variance on the finest steps there are; longer steps
-have the areas that Chen's relation makes of them,
+the coefficients of W in Legendre polynomials of degree 1, 2 and 3, and a remainder. No method is known to draw C_ij
+exactly together with the path. It is drawn as a normal variable of the right variance on the finest steps; longer
+steps have the areas that follow from Chen's relation,
 
     A = A' + A'' + (1/2) (dW' x dW'' - dW'' x dW').
 
-So expectation, variance and the covariances of A with products of dW, H and K are right at every level, to rounding,
-and of the law what depends on the fourth cumulants of C is off by a part that is 1/n of it over n finest steps.
+Thus the expectation, the variance and the covariances of A with products of dW, H and K are right at every level, to
+rounding. Quantities that depend on the fourth cumulants of C have a relative error of 1/n in these over n finest
+steps.
 """
 
 import numpy as np
@@ -51,6 +52,6 @@ def known_part(dW: Array, H: Array, K: Array) -> Array:
 
 
 def join_areas(A: Array, dW: Array) -> Array:
-    """Return the areas of the steps that neighbours make, by Chen's relation; shape (2 n, m, P) -> (n, m, P)."""
+    """Return the areas of steps joined in pairs, by Chen's relation; shape (2 n, m, P) -> (n, m, P)."""
     whole: Array = A[0::2] + A[1::2] + 0.5 * outer(dW[0::2], dW[1::2])
     return whole

@@ -1,18 +1,18 @@
-"""Brownian noise by address: the increments of a path depend on (seed, problem, block, level) alone.
+"""Brownian noise by address: the increments of a path depend only on (seed, problem, block, level).
 
-A path is drawn coarse and refined by bridging. Over a step of length h it is known through two
-independent numbers a component,
+A path is drawn coarse and refined by Brownian bridges. A step of length h is described by two
+independent numbers per component,
 
     dW = W(t+h) - W(t)                                   variance h
     H  = (1/h) int_t^{t+h} (W(s) - W(t)) ds - dW/2       variance h/12   (space-time Levy area)
 
-Refining a step keeps both of them, so a finer level leaves every coarser one as it was, to the last bit. Where it is
-asked for there is a third one, drawn and refined like them, whose paths are then others,
+Refinement preserves both, so that a finer level leaves every coarser one unchanged, to the last bit. On request there
+is a third number, drawn and refined in the same way; the paths then differ from those without it,
 
     K  = (1/h^2) int_t^{t+h} (W(s) - W(t) - (s - t) dW/h) (t + h/2 - s) ds        variance h/720   (second area)
 
-and the Levy areas A between components (`areas`), which change nothing of dW, H and K. They are put together from the
-finest level: with another finest level they are others, as the law allows where the rest of the path is as it is.
+and there are Levy areas A between components (`areas`), which do not change dW, H and K. Areas are computed from the
+finest level: another finest level gives other areas, with their law given the rest of the path.
 """
 
 import hashlib
@@ -28,41 +28,42 @@ from ..numerics import antisymmetric
 from .areas import REST, join_areas, known_part
 from .records import NoiseRecord
 
-# Steps of a level that are held at a time.
+# Number of steps of a level in memory at a time.
 LONGEST = 16
-# Of a step's length, the variances of dW, H and K are these parts.
+# Divisors of the step's length that give the variances of dW, H and K.
 PARTS = {"dW": 1, "H": 12, "K": 720}
-# What can be drawn: increments, space-time Levy areas, and Levy areas between components; and what usually is.
+# All kinds of noise: increments, space-time Levy areas, second areas, Levy areas between components; and the usual
+# ones.
 BROWNIAN = ("dW", "H", "K", "A")
 USUAL = frozenset({"dW", "H"})
 
 
 class Increment(NamedTuple):
-    """What drives one step: l Brownian motions on P paths and, where the problem has a delay, its past.
+    """Noise of one step: l Brownian motions on P paths and, if the problem has a delay, lagged states.
 
     Attributes
     ----------
     dW : ndarray, shape (l, P)
         Brownian increments, unit sqrt(time).
     H : ndarray, shape (l, P), or None
-        Space-time Levy areas, unit sqrt(time), where the problem has them drawn.
+        Space-time Levy areas, unit sqrt(time); None if the problem does not draw them.
     xi : ndarray, shape (k, P), or None
-        Independent standard normals for a truth that needs functionals of W beyond dW and H.
+        Independent standard normals for an exact solution that needs functionals of W beyond dW and H.
     lagged, ahead : ndarray, shape (d, P), or None
-        The state at the lag of the step's begin, and what is known of it at the lag of its end; see `Lag`.
+        Lagged state at the start of the step, and the known part of the lagged state at its end; see `Lag`.
     records : mapping of str to object
-        What a form declares of noise beside Brownian motions, see `NoiseRecord`.
+        Noise other than Brownian motions that the form declares, see `NoiseRecord`.
     K : ndarray, shape (l, P), or None
-        Second space-time Levy areas, unit sqrt(time), where the problem has them drawn.
+        Second space-time Levy areas, unit sqrt(time); None if the problem does not draw them.
     A : ndarray, shape (l (l - 1)/2, P), or None
-        Levy areas A_ij of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time, where the problem has them drawn;
-        see `double_integrals`.
+        Levy areas A_ij of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time; None if the problem does not draw
+        them. See `double_integrals`.
 
     Notes
     -----
-    A scheme declares what it needs beside dW: ``noise = frozenset({"dW", "H"})``. Given h, dW and H are independent
-    normals of variances h and h/12: ``dW/sqrt(h)`` and ``sqrt(12/h) H`` are two independent standard normals a step
-    for each Brownian motion.
+    A scheme declares the noise it needs other than dW: ``noise = frozenset({"dW", "H"})``. Given h, dW and H
+    are independent normals of variances h and h/12: ``dW/sqrt(h)`` and ``sqrt(12/h) H`` are two independent standard
+    normals per step and Brownian motion.
     """
 
     dW: Array
@@ -81,7 +82,7 @@ class Increment(NamedTuple):
         return np.asarray(h * (self.H + 0.5 * self.dW))
 
     def uniform(self, h: float) -> Array:
-        """Return Phi(sqrt(12/h) H), shape (l, P): uniform variables that are independent of dW, in place of H."""
+        """Return Phi(sqrt(12/h) H), shape (l, P): uniform variables independent of dW, a function of H."""
         if self.H is None:
             raise _not_drawn("H")
         return np.asarray(scipy.special.ndtr(np.sqrt(12.0 / h) * self.H))
@@ -89,8 +90,8 @@ class Increment(NamedTuple):
     def double_integrals(self, h: float) -> Array:
         """Return Ito's double integrals, shape (l, l, P): entry [i, j] is int_t^{t+h} (W_i(s) - W_i(t)) dW_j(s).
 
-        It is (dW_i dW_j - h delta_ij)/2 + A_ij, where 2 A_ij is int (W_i - W_i(t)) dW_j - int (W_j - W_j(t)) dW_i. Of
-        one Brownian motion there is no area.
+        They equal (dW_i dW_j - h delta_ij)/2 + A_ij with the areas
+        A_ij = (1/2) (int (W_i - W_i(t)) dW_j - int (W_j - W_j(t)) dW_i). A single Brownian motion needs no area.
         """
         l = len(self.dW)
         if self.A is None and l > 1:
@@ -108,14 +109,14 @@ def _not_drawn(name: str) -> SchemeError:
 
 
 class LevelNoise(NamedTuple):
-    """Increments of successive steps of one level.
+    """Noise of successive steps of one level.
 
     Attributes
     ----------
     dW : ndarray, shape (steps, l, P)
     H : ndarray, shape (steps, l, P), or None
     records : mapping of str to object
-        Arrays of the shape (steps, ..., P) of each `NoiseRecord`.
+        Data of each `NoiseRecord`, arrays of shape (steps, ..., P).
     K : ndarray, shape (steps, l, P), or None
     A : ndarray, shape (steps, l (l - 1)/2, P), or None
     """
@@ -127,18 +128,18 @@ class LevelNoise(NamedTuple):
     A: Array | None = None
 
     def increment(self, step: int) -> Increment:
-        """Return the increment of one step."""
+        """Return the increment of the step with a given index."""
         H, K, A = (None if part is None else part[step] for part in (self.H, self.K, self.A))
         records = each(lambda part: part[step], self.records) if self.records else self.records
         return Increment(self.dW[step], H, records=records, K=K, A=A)
 
     def part(self, begin: int, end: int) -> "LevelNoise":
-        """Return the steps from `begin` up to `end`."""
+        """Return the steps from index `begin` up to, but without, index `end`."""
         some: LevelNoise = each(lambda part: part[begin:end], self)
         return some
 
     def first_paths(self, paths: int | None) -> "LevelNoise":
-        """Return the same with the first so many paths of the records."""
+        """Return the same noise with the records restricted to the first `paths` paths."""
         return self._replace(records=each(lambda part: part[..., :paths], self.records))
 
 
@@ -157,19 +158,19 @@ class Piece(NamedTuple):
 
 
 class Source(NamedTuple):
-    """Where a block's numbers come from.
+    """Address of a block's random numbers.
 
     Attributes
     ----------
     seed : int
     problem : str
-        Label of the problem: schemes do not enter, so that all of them share their noise.
+        Label of the problem; schemes are not part of the address, so that all of them share their noise.
     block : int
         Index of the block of paths.
     paths : int
-        Number of paths of a full block: all are drawn, so that no path depends on how many are used.
+        Number of paths of a full block; all are drawn, so that no path depends on the number of used paths.
     used : int or None
-        Number of paths that are used; all of them if None.
+        Number of used paths; all of them if None.
     """
 
     seed: int
@@ -182,7 +183,7 @@ class Source(NamedTuple):
         """Return the generator at address (seed, problem, purpose, level, block).
 
         The Philox key is a hash of the first three; level and block are the high words of the counter,
-        whose low words count the numbers drawn.
+        and its low words count the numbers drawn.
         """
         digest = hashlib.blake2b(f"{self.seed}|{self.problem}|{purpose}".encode(), digest_size=16).digest()
         key = np.frombuffer(digest, dtype="<u8").astype(np.uint64)
@@ -201,12 +202,12 @@ class Brownian(NamedTuple):
     h : float
         Length of the coarsest step, unit time.
     finest : int
-        Index of the finest level; level j has 2^j steps inside a coarsest one.
+        Index of the finest level; level j has 2^j steps in each coarsest step.
     fields : frozenset of str
-        What is drawn: ``dW``, with H or with H and K beside it, which are three ways of drawing that give different
-        paths; and ``A``, which changes nothing of them, where H is drawn.
+        Kinds of noise to draw: ``dW``, dW and H, or dW, H and K, which are three ways of drawing that give different
+        paths; and ``A``, which leaves the others unchanged and requires H.
     records : tuple of NoiseRecord
-        Further noise, each with streams of its own.
+        Other noise, each record with its own random streams.
     """
 
     source: Source
@@ -217,12 +218,12 @@ class Brownian(NamedTuple):
     records: tuple[NoiseRecord, ...] = ()
 
     def pieces(self) -> Iterator[Iterator[Piece]]:
-        """Yield, for one coarsest step after the other, its pieces at all levels.
+        """Yield, for each coarsest step in turn, an iterator over its pieces at all levels.
 
-        Each level's pieces come in time order, a coarse one before the finer ones inside it, and each is at most
-        `LONGEST` steps long: memory does not depend on how fine the finest level is, unless areas are asked for,
-        which need a coarsest step as a whole. The pieces of a coarsest step must be used up before the next one is
-        asked for.
+        The pieces of each level come in time order, a coarse one before the finer ones inside it, and each is at most
+        `LONGEST` steps long. So memory does not depend on the finest level, unless areas are drawn, which need all
+        pieces of a coarsest step at once. The pieces of a coarsest step must be consumed before the next iterator is
+        requested.
         """
         purposes = ("brownian", *(record.name for record in self.records))
         streams = [{name: self.source.stream(name, n) for name in purposes} for n in range(self.finest + 1)]
@@ -236,7 +237,7 @@ class Brownian(NamedTuple):
             yield self._with_areas(descent, rest) if "A" in self.fields else descent
 
     def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
-        # Records are refined as they are drawn, on all paths of a full block; those that are used are shown.
+        # Records are refined on all paths of a full block; only the used paths are yielded.
         yield Piece(piece.level, piece.noise.first_paths(self.source.used)) if self.records else piece
         level, steps = piece.level + 1, len(piece.noise.dW)
         if level > self.finest:
@@ -266,7 +267,7 @@ class Brownian(NamedTuple):
         return draw_areas(noise, self.h / 2**self.finest, normals)
 
     def _normals(self, stream: np.random.Generator, steps: int) -> Array:
-        # Drawn in time order, so that pieces of any length give the same numbers.
+        # Drawn in time order, so that pieces of any length contain the same numbers.
         fields = 1 + len(self.fields & {"H", "K"})
         xi = stream.standard_normal((steps, fields, self.dimension, self.source.paths))
         return np.moveaxis(xi[..., : self.source.used], 1, 0)
@@ -280,31 +281,31 @@ def brownian_steps(
     fields: frozenset[str] = USUAL,
     records: tuple[NoiseRecord, ...] = (),
 ) -> Iterator[tuple[LevelNoise, ...]]:
-    """Yield the noise of one coarsest step after the other, each level in one array.
+    """Yield the noise of each coarsest step in turn, one array per level.
 
-    For studies of a few steps, whose memory does not matter; see `Brownian` for the parameters.
+    For studies of a few steps, since all levels of a coarsest step are held in memory; see `Brownian`.
 
     Parameters
     ----------
     source : Source
-        Seed, name and paths.
+        Address of the random numbers, and number of paths.
     dimension : int
         Number l of Brownian motions.
     h : float
         Coarsest step size.
     finest : int
-        Finest level: its steps are h/2^finest long.
+        Index of the finest level, whose steps have length h/2^finest.
     fields : frozenset of str
-        What is drawn, of "dW", "H", "K", "A".
+        Kinds of noise to draw, of "dW", "H", "K", "A".
     records : tuple of NoiseRecord
-        What is drawn beside the Brownian motions, such as jumps.
+        Noise other than Brownian motions, such as jumps.
     """
     for pieces in Brownian(source, dimension, h, finest, fields, records).pieces():
         yield _levels(pieces, finest)
 
 
 def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
-    """Return the noise of a coarsest step, each level in one array."""
+    """Return the noise of a coarsest step, one array per level."""
     levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
     for piece in pieces:
         levels[piece.level].append(piece.noise)
@@ -312,18 +313,18 @@ def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
 
 
 def complete(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
-    """Return an increment of dW and H with K and A beside them, drawn as far as they are among the fields.
+    """Return an increment of dW and H completed by random K and A, if these are among `fields`.
 
     Parameters
     ----------
     noise : Increment
-        With dW and H, shape (l, P).
+        Has dW and H, shape (l, P).
     h : ndarray or float
-        Length of the step; an array where it differs by path.
+        Length of the step; an array if it differs by path.
     fields : frozenset of str
-        What the increment is to hold, of "dW", "H", "K", "A".
+        Kinds of noise of the result, of "dW", "H", "K", "A".
     rng : numpy.random.Generator
-        Draws what is missing.
+        Draws the missing ones.
     """
     K = np.sqrt(h / PARTS["K"]) * rng.standard_normal(noise.dW.shape) if "K" in fields else None
     if "A" not in fields:
@@ -333,16 +334,16 @@ def complete(noise: Increment, h: Array | float, fields: frozenset[str], rng: np
 
 
 def draw_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Array]) -> Array:
-    """Draw areas given the rest of the noise of steps of length h; normals(rows) are so many a step and path.
+    """Draw areas given the other noise of steps of length h.
 
     Parameters
     ----------
     noise : LevelNoise
-        dW and H, and K where it is known.
+        dW and H, and K if it is known; otherwise K is drawn.
     h : ndarray or float
         Length of the steps.
     normals : callable, rows -> ndarray of shape (..., rows, P)
-        Draws independent standard normals.
+        Draws `rows` independent standard normals for each step and path.
     """
     l = noise.dW.shape[-2]
     if noise.H is None:
@@ -353,13 +354,13 @@ def draw_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Arr
 
 
 def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
-    """Halve every step of length h, given its dW and, if there is one, its H.
+    """Halve every step of length h, conditionally on its dW and, if given, its H and K.
 
     With D = dW_1 - dW_2 and S = H_1 + H_2, E = H_1 - H_2 of the two halves,
 
         D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1;
 
-    and where there is K, with T = K_1 + K_2, U = K_1 - K_2,
+    and with K, for T = K_1 + K_2, U = K_1 - K_2,
 
         E = (15/2) K + sqrt(h/192) xi_2,   T = 4 K - E/2,   U = sqrt(h/720) xi_3.
 
@@ -368,9 +369,9 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
     coarse : LevelNoise
         Arrays of shape (n, l, P).
     h : float
-        Length of the steps that are halved, unit time.
+        Length of the steps to halve, unit time.
     xi : ndarray, shape (k, n, l, P)
-        Independent standard normals: one for each of dW, H and K that there is.
+        Independent standard normals, one row for each given one of dW, H and K.
 
     Returns
     -------
@@ -390,7 +391,7 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
 
 
 def fingerprint(seed: int) -> str:
-    """Return a hash of the first raw words and normals of a seed, to tell whether two builds draw alike."""
+    """Return a hash of the first raw words and normals of a seed, equal for builds that draw the same numbers."""
     source = Source(seed, "fingerprint", 0, 1)
     words = source.stream("words", 0).bit_generator.random_raw(16)
     normals = source.stream("normals", 0).standard_normal(16)
@@ -406,7 +407,8 @@ def _halves(total: Array, difference: Array) -> Array:
 
 
 def _freeze(noise: LevelNoise) -> LevelNoise:
-    # A scheme that writes into its noise would change what the next scheme sees: let it fail instead.
+    # A scheme that writes into its noise would change the noise of the next scheme; read-only arrays raise an error
+    # instead.
     for part in arrays(noise):
         part.flags.writeable = False
     return noise

@@ -1,12 +1,13 @@
-"""Laws of a scheme's increments: Gaussian, Gaussian without its far tails, or atoms that share its first moments.
+"""Laws of a scheme's increments: Gaussian, Gaussian with clipped tails, or discrete with the same first moments.
 
-Atoms are coupled to the Brownian increment by its quantiles, so that a scheme that uses them runs on the same paths
-as every other. Sums of such variables are not the variables of a longer step: these schemes have a weak order only.
-With them H is +-sqrt(h/12), a sign for each Brownian motion that is independent of dW: what schemes of weak order 2
-need in place of the double integrals of noises that do not commute.
+A discrete variable is coupled to the Brownian increment by quantiles, so that a scheme that uses it runs on the same
+paths as every other. A sum of such variables is not the variable of a longer step: these schemes have a weak order
+only. H is then +-sqrt(h/12), with a sign for each Brownian motion independent of dW: schemes of weak order 2 need it
+in place of the double integrals of noncommutative noise.
 
-A normal variable clipped at A_h = sqrt(2 p |ln h|), Milstein & Tretyakov (2004), section 1.3, is bounded, too, and so
-close to the one it is coupled to that it counts as normal: their mean square distance is exp(-A_h^2/2) = h^p at most.
+A normal variable clipped at A_h = sqrt(2 p |ln h|), Milstein & Tretyakov (2004), section 1.3, is bounded, too. It
+counts as normal, because its mean square distance from the normal variable it is coupled to is at most exp(-A_h^2/2)
+= h^p.
 """
 
 from collections.abc import Callable
@@ -20,23 +21,23 @@ from .brownian import Increment
 
 # P(|N| <= QUANTILE) = 2/3 for a standard normal N.
 QUANTILE = 0.967421566101701
-# Quantiles of the normal law at which a coupling is looked at, ends of intervals on which it is constant at most, and
+# Number of quantiles of the normal law at which a coupling is checked; most intervals on which it may be constant;
 # rounding of moments that are sums of decimal numbers.
 QUANTILES, EDGES, SUMMED = 20_000, 64, 1e-9
 
 
 class Law(NamedTuple):
-    """The law of each component of the increments that a scheme is given.
+    """Law of each component of the increments of a scheme.
 
     Attributes
     ----------
     name : str
     couple : callable, ndarray -> ndarray
-        The variable of unit variance as a function of a standard normal.
+        Maps a standard normal to the variable of unit variance.
     values, weights : tuple of float
-        Atoms of unit variance and their probabilities; empty for the normal law.
+        Atoms of the variable of unit variance, and their probabilities; empty for a normal law.
     clip : float
-        p of a normal variable that is clipped at A_h; 0 for none. The unit of h is the problem's unit of time.
+        Parameter p of a normal variable clipped at A_h; 0 if not clipped. h is in the problem's unit of time.
     """
 
     name: str
@@ -47,7 +48,7 @@ class Law(NamedTuple):
 
     @property
     def bounded(self) -> bool:
-        """Whether it takes finitely many values, its atoms."""
+        """Whether the law is discrete, with finitely many atoms."""
         return bool(self.values)
 
     def atoms(self, motions: int, *, areas: bool) -> list[tuple[Array, Array]]:
@@ -56,19 +57,19 @@ class Law(NamedTuple):
         return [of_dW] * motions + [of_H] * (motions if areas else 0)
 
     def most(self, *, paths: bool) -> float:
-        """Return the largest order that a clipped variable allows, along paths or in law; infinite for all others.
+        """Return the largest order that a clipped variable allows, on paths or in law; infinite for other laws.
 
-        Its mean square distance from a normal one is about h^p, and so is what its variance lacks. The former adds up
-        to an error of size h^(p/2) on a path, the latter to one of size h^p in law.
+        Its mean square distance from a normal variable is about h^p, and so is the loss of variance. The former adds
+        up to an error of size h^(p/2) on a path, the latter to one of size h^p in law.
         """
         return (0.5 * self.clip if paths else self.clip) if self.clip else np.inf
 
     def bound(self, h: float) -> float:
-        """Return A_h for a clipped variable, but no less than at h = 1/e: long steps, too, have noise."""
+        """Return A_h of a clipped variable, at least its value at h = 1/e, so that long steps have noise, too."""
         return float(np.sqrt(2.0 * self.clip * max(1.0, -np.log(h)))) if self.clip else np.inf
 
     def increment(self, noise: Increment, h: float) -> Increment:
-        """Return the increment of a step of size h with this law, coupled to a Brownian one."""
+        """Return the increment of a step of size h with this law, coupled to a Brownian increment."""
         if self.clip:
             reach = np.sqrt(h) * self.bound(h)
             return noise._replace(dW=np.clip(noise.dW, -reach, reach))
@@ -79,10 +80,10 @@ class Law(NamedTuple):
 
 
 def why_unusable(law: Law) -> str:
-    """Return why a law cannot be given to a scheme, or an empty string.
+    """Return why a scheme cannot use a law, or an empty string.
 
-    Atoms are the law: their mean is 0 and their variance 1, and `couple` takes each of them with its probability. A
-    variable without atoms is the normal one, clipped or not: rules for other means are not known.
+    A discrete law must have mean 0 and variance 1, and `couple` must take each atom with its probability. A law
+    without atoms must be the normal one, clipped or not, because quadrature rules for other laws are not known.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def why_unusable(law: Law) -> str:
 
 
 def _why_unlike(law: Law, coupled: Array) -> str:
-    """Return that atoms are no standard variable, or that coupled quantiles of the normal law are not these atoms."""
+    """Return why atoms have wrong moments or differ from `couple` at normal quantiles, or an empty string."""
     values, weights = np.array(law.values), np.array(law.weights)
     if values.shape != weights.shape or not (weights > 0.0).all() or abs(weights.sum() - 1.0) > SUMMED:
         return "weights expects a positive number for each atom, of sum 1"
@@ -134,7 +135,7 @@ def _two_point(x: Array) -> Array:
 
 
 def clipped_gaussian(p: float) -> Law:
-    """Return the law of normal variables that are clipped at A_h = sqrt(2 p |ln h|)."""
+    """Return the law of normal variables clipped at A_h = sqrt(2 p |ln h|)."""
     return Law("clipped-gaussian", _normal, clip=p)
 
 

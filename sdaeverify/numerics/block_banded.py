@@ -1,4 +1,4 @@
-"""Block-banded matrices on every path at once: what couples nodes in a row with their neighbours only."""
+"""Block-banded matrices on every path at once, for nodes that couple with near neighbours only."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .linalg import solve
 
 @dataclass(frozen=True, eq=False)
 class BlockBanded:
-    """A matrix A of N x N blocks of shape (a, b), of which only those near the diagonal are not zero.
+    """A matrix A of N x N blocks of shape (a, b), zero except on the block diagonals near the main one.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class BlockBanded:
     blocks: Array
     lower: int = 0
 
-    # Numbers times a matrix come here, too.
+    # Without this, NumPy would evaluate number * matrix elementwise instead of calling `__rmul__`.
     __array_ufunc__ = None
 
     @property
@@ -54,7 +54,7 @@ class BlockBanded:
         return BlockBanded(factor * self.blocks, self.lower)
 
     def __matmul__(self, other: "BlockBanded") -> "BlockBanded":
-        """Return the product; its bands are as wide as both together, and no wider than there are nodes."""
+        """Return the matrix product; its bandwidth is the sum of both, and at most the number of nodes."""
         A, B = self.blocks, other.blocks
         if len(A) == len(B) == 1:
             return BlockBanded(np.einsum("knabp,knbcp->knacp", A, B))
@@ -92,46 +92,46 @@ class BlockBanded:
         return BlockBanded(flipped, self.upper)
 
     def size(self) -> Array:
-        """Return the norm for largest components: the largest sum of absolute values over a row, (P,) or (1,)."""
+        """Return the norm induced by the maximum norm: the largest absolute row sum, shape (P,) or (1,)."""
         sizes = np.abs(self.blocks)
         rows: Array = sizes[0].sum(axis=2) if len(sizes) == 1 else sizes.sum(axis=(0, 3))
         return np.asarray(np.maximum.reduce(rows, axis=(0, 1)))
 
 
 def identity(nodes: int, size: int) -> BlockBanded:
-    """Return the identity with blocks of shape (size, size), one for all paths."""
+    """Return the identity with blocks of shape (size, size), shared by all paths."""
     return BlockBanded(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))
 
 
 def overlap(nodes: int, offset: int) -> tuple[slice, slice]:
-    """Return the rows i of blocks that have a node i + offset, and these nodes."""
+    """Return the block rows i for which node i + offset exists, and these columns i + offset."""
     rows, columns = (slice(max(0, -o), max(0, min(nodes, nodes - o))) for o in (offset, -offset))
     return rows, columns
 
 
-# Linear systems of block-banded matrices on every path at once, at a cost that grows like the number of nodes.
+# Linear systems of block-banded matrices on every path at once, at a cost proportional to the number of nodes.
 
 
-# Numbers in the largest band matrix that is eliminated at once: 8 MiB, as more would not be faster.
+# Entries of the largest band matrix that is eliminated in one call: 8 MiB; larger ones are not faster.
 LARGEST = 2**20
 
 
 class Part(NamedTuple):
-    """A matrix whose entries are rows `top`, ... and columns `left`, ... of every node."""
+    """A matrix that fills the rows from `top` and the columns from `left` of every node's block."""
 
     top: int
     left: int
     matrix: BlockBanded
 
     def of(self, paths: Mask) -> "Part":
-        """Return that of some paths."""
+        """Return the part restricted to some paths."""
         blocks = self.matrix.blocks
         taken = blocks[..., paths] if blocks.shape[-1] > 1 else blocks
         return self._replace(matrix=BlockBanded(taken, self.matrix.lower))
 
     @property
     def place(self) -> tuple[int, ...]:
-        """Where its entries are: what the layout of a system depends on."""
+        """Position and shape of its entries, on which the layout of a system depends."""
         K, _, a, b, _ = self.matrix.blocks.shape
         return (self.top, self.left, K, self.matrix.lower, a, b)
 
@@ -139,13 +139,14 @@ class Part(NamedTuple):
 def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[Array]) -> list[Array]:
     """Solve sum_j A_ij y_j = x_i; a singular system gives non-finite numbers on its path only.
 
-    The unknowns of a node stand side by side, so that the system is banded in nodes; it is solved by elimination with
-    exchange of rows. Its band is narrowest where matrices with many diagonals are near each other in `rows`.
+    The unknowns of a node are stored next to each other, so that the system is banded in nodes. It is solved by
+    elimination with row exchanges. The band is narrowest if matrices with many diagonals are near each other in
+    `rows`.
 
     Parameters
     ----------
     rows : sequence of sequences of BlockBanded or None
-        A_ij, of the same number of nodes; None stands for zero.
+        A_ij, all with the same number of nodes; None for zero.
     right : sequence of ndarrays, shape (N, a_i, P)
         x_i.
 
@@ -164,7 +165,7 @@ def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[A
 
 def _solve_parts(parts: list[Part], x: Array) -> Array:
     y, usable = _eliminate(parts, x)
-    # An overflow in one path may have reached others, so that these are done again, each for itself.
+    # An overflow on one path may have spread to others, so non-finite paths are solved again, each by itself.
     broken = usable & ~np.isfinite(y.sum(axis=(0, 1)))
     if broken.any():
         some = x[..., broken]
@@ -174,9 +175,9 @@ def _solve_parts(parts: list[Part], x: Array) -> Array:
 
 
 def _dense(parts: list[Part], x: Array) -> Array:
-    # The matrix of each path.
+    # Return the dense matrix of each path, shape (N b, N b, P).
     N, b, P = x.shape
-    # In the order of LAPACK's memory.
+    # Memory order that LAPACK needs.
     dense = np.zeros((P, N, b, N, b)).transpose(1, 2, 3, 4, 0)
     for top, left, A in parts:
         height, width = A.blocks.shape[2:4]
@@ -187,8 +188,8 @@ def _dense(parts: list[Part], x: Array) -> Array:
 
 
 class _Layout(NamedTuple):
-    # LAPACK's storage of the band of one path, column after column: the number of columns, how many diagonals of
-    # entries there are below and above the main one, and for each part which of its entries go where.
+    # LAPACK's band storage of one path, column by column: the number of columns, the numbers of diagonals below and
+    # above the main one, and for each part the indices of its entries and their targets.
     size: int
     below: int
     above: int
@@ -221,7 +222,7 @@ def _layout(places: tuple[tuple[int, ...], ...], N: int, b: int) -> _Layout:
 
 
 def _eliminate(parts: list[Part], x: Array) -> tuple[Array, Mask]:
-    # The solution, and on which paths all that is given is finite.
+    # Return the solution, and a mask of the paths on which all given numbers are finite.
     N, b, P = x.shape
     layout = _layout(tuple(part.place for part in parts), N, b)
     entries, right, y = _entries(layout, parts, P), x.reshape(-1, P), np.empty((P, N * b))
@@ -233,11 +234,11 @@ def _eliminate(parts: list[Part], x: Array) -> tuple[Array, Mask]:
 
 
 def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
-    # One band matrix of many paths. A pivot is never another path's row, which is zero in the column; but a row that
-    # is not finite would spoil the paths beside it.
+    # Solve one band matrix of many paths. Rows of other paths are zero in a column, so they are never its pivot; but
+    # a row that is not finite would spoil neighbouring paths.
     right = x if usable.all() else np.where(usable[:, None], x, 0.0)
-    # Unit rows before the first and after the last path, so that all paths see the same surroundings: vector
-    # instructions round otherwise at the edge of a matrix.
+    # Unit rows before the first and after the last path give all paths the same neighbours: vector instructions round
+    # differently at the edge of a matrix.
     ends = np.zeros(layout.below + layout.above)
     while True:
         matrix = _store_columns(layout, entries, usable, len(ends))
@@ -263,7 +264,7 @@ def _entries(layout: _Layout, parts: list[Part], P: int) -> Array:
 
 
 def _store_columns(layout: _Layout, entries: Array, usable: Mask, ends: int) -> Array:
-    # The columns of all paths, with unit columns for those that are not usable.
+    # Store the columns of all paths, with unit columns for unusable paths.
     columns = len(usable) * layout.size
     matrix = np.zeros((columns + 2 * ends, layout.rows))
     matrix[:ends, layout.diagonal] = matrix[ends + columns :, layout.diagonal] = 1.0

@@ -1,7 +1,7 @@
-"""Derivatives of analytic functions by complex steps: exact to rounding, no step size to choose.
+"""Derivatives of analytic functions by complex steps: exact to rounding, without a step size to choose.
 
 Functions take and return arrays with paths last, ``(n, P) -> (..., P)``, and must be analytic: abs, conj,
-comparisons and assignment into real arrays break them (`is_analytic` tells).
+comparisons and assignment into real arrays break them (`is_analytic` checks this).
 """
 
 import warnings
@@ -15,18 +15,18 @@ from .digits import ORDINARY, unit_of
 Function = Callable[[Array], Array]
 
 EPS = float(np.finfo(float).eps)
-# f(x + i s y) has its derivative in the imaginary part, without subtraction: s may be as small as one likes.
+# The imaginary part of f(x + i s y) gives the derivative without a subtraction, so that s may be arbitrarily small.
 TINY = 1e-100
-# Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3.
-# The step is s in units of x, whatever the size of the direction, and in parts of x where x is far from order one.
+# Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3. The step s is
+# in units of x, for any size of the direction, and relative to the size of x if that is far from one.
 SECOND = 1e-3
-# Another step size, which tells an error; a relative error that is small enough.
+# Factor of a second step size, which estimates the error; a relative error that is small enough.
 OTHER, CLOSE = 1.25, 1e-6
-# Part of a change that rounding may be where a difference tells a derivative.
+# Largest part of a change that may be rounding if a difference is to estimate a derivative.
 SEEN = 1e-3
-# Lengths over which a function may change where its argument says nothing of them.
+# Lengths over which a function may change at x = 0, where the argument gives no scale.
 SHORTER = (1e-3, 1e-6, 1e-9)
-# Complex numbers that are differentiated side by side: with more of them, what is saved in calls is lost in memory.
+# Complex numbers that are differentiated in one call: with more, memory traffic costs what fewer calls save.
 TOGETHER = 2**13
 DIAGONAL = SECOND * np.exp(0.25j * np.pi)
 
@@ -39,7 +39,7 @@ def directional(f: Function, x: Array, y: Array) -> Array:
     f : callable, (n, P) -> (..., P)
         Analytic: it is evaluated at complex x.
     x : ndarray, shape (n, P)
-        Where.
+        Point of evaluation.
     y : ndarray, shape (n, P)
         Direction.
 
@@ -53,8 +53,8 @@ def directional(f: Function, x: Array, y: Array) -> Array:
 def jacobian(f: Function, x: Array) -> Array:
     """Return Df(x), shape (m, n, P), for f : (n, P) -> (m, P).
 
-    An infinitesimal imaginary part y of x is a complex step of the caller's: the result is then
-    Df(x) + i D^2 f(x)(y, .), so that a Jacobian taken here can be differentiated once more.
+    A tiny imaginary part y of x is the complex step of a caller: the result is then Df(x) + i D^2 f(x)(y, .), so that
+    a Jacobian taken here can be differentiated once more.
     """
     point = np.real(x)
     columns = [_partial(f, point, i) for i in range(len(x))]
@@ -70,7 +70,7 @@ def jacobian(f: Function, x: Array) -> Array:
 
 
 def jacobian_at_once(f: Function, x: Array) -> Array:
-    """Return Df(x) like `jacobian`, for f that takes any number of paths: as one call where paths are few.
+    """Return Df(x) like `jacobian`, in one call of f if there are few paths; f must accept any number of paths.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def jacobian_at_once(f: Function, x: Array) -> Array:
     ndarray, shape (m, n, P) or (m, n, 1)
     """
     n, P = x.shape
-    # A path alone may be summed in another order than one of many.
+    # A single path may be summed in another order than one of many.
     if n == 1 or P == 1 or n * n * P > TOGETHER or np.iscomplexobj(x):
         return jacobian(f, x)
     z = np.zeros((n, n, P), dtype=complex)
@@ -100,8 +100,8 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     With s = 1e-3 e^{i pi/4}, directions y and z scaled to size 1, and w = y + z or y - z,
     Im[f(x + s w) + f(x - s w)] = 1e-6 D^2 f(x)(w, w) + O(1e-18), and (y, z) follows by polarisation.
 
-    Of x far from order one it is not known whether f changes over lengths of size 1 or of the size of x. So both
-    steps are made, and the longer one counts where its error is small, or smaller than that of the other.
+    If the size of x is far from one, f may change over lengths of size 1 or of the size of x. So both steps are
+    tried, and the longer one is used if its error is small, or smaller than that of the shorter one.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     if np.all(unit == 1.0):
         return _second(f, x, y, z, 1.0)
     short, long = np.minimum(unit, 1.0), np.maximum(unit, 1.0)
-    # A step that is far too long may lead beyond the numbers.
+    # A step that is far too long may overflow.
     with np.errstate(all="ignore"):
         (near, off_near), (far, off_far) = (_with_error(f, x, y, z, unit) for unit in (short, long))
     largest = np.abs(far).reshape(-1, far.shape[-1]).max(axis=0)
@@ -124,14 +124,14 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
 
 
 def _with_error(f: Function, x: Array, y: Array, z: Array, unit: Array) -> tuple[Array, Array]:
-    """Return D^2 f(x)(y, z), and what another step size and rounding say of its error."""
+    """Return D^2 f(x)(y, z), and its error estimated from another step size and rounding."""
     found, other = (_second(f, x, y, z, part * unit) for part in (1.0, OTHER))
     rounding = EPS * np.abs(f(np.real(x))) * _size(y) * _size(z) / (SECOND * unit) ** 2
     return found, np.abs(other - found) + rounding
 
 
 def _second(f: Function, x: Array, y: Array, z: Array, unit: Array | float) -> Array:
-    """Return D^2 f(x)(y, z) by steps of 1e-3 in some units, one of each path."""
+    """Return D^2 f(x)(y, z) by steps of 1e-3 times `unit`, which may differ by path."""
 
     def square(w: Array) -> Array:
         step = DIAGONAL * unit * w
@@ -143,13 +143,13 @@ def _second(f: Function, x: Array, y: Array, z: Array, unit: Array | float) -> A
 
 
 def is_analytic(f: Function, x: Array) -> bool:
-    """Tell whether complex steps of f agree with central differences at x and at a point nearby.
+    """Return whether complex steps of f agree with central differences at x and at a nearby point.
 
-    The second point is for kinks: an even function like abs has both derivatives zero on its kink.
+    The nearby point detects kinks: at its kink, an even function like abs has both derivatives zero.
     """
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1)).reshape(-1, *(1,) * (x.ndim - 1)), x.shape)
     size = max(1.0, float(np.abs(x).max()))
-    # In other units f may be far beyond the numbers at a length of 1.
+    # At a length of 1, f may overflow if x has other units.
     with np.errstate(all="ignore"):
         return any(
             all(_steps_agree(f, point, size * length * y) for point in (x, x + 1e-3 * size * length * y))
@@ -158,7 +158,7 @@ def is_analytic(f: Function, x: Array) -> bool:
 
 
 def lengths(x: Array) -> tuple[float, ...]:
-    """Return over which lengths a function of x may change: 1, the unit of x where far smaller, shorter ones if 0."""
+    """Return the lengths over which f may change: 1, and the unit of x if far smaller, or `SHORTER` if x = 0."""
     size = float(np.abs(x).max(initial=0.0))
     if size == 0.0:
         return (1.0, *SHORTER)
@@ -167,20 +167,20 @@ def lengths(x: Array) -> tuple[float, ...]:
 
 
 def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> bool:
-    """Tell whether a derivative Df(x) y agrees with the central difference of f.
+    """Return whether a derivative Df(x) y agrees with the central difference of f.
 
-    The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f; a wrong
-    derivative is off by as much as the derivative itself. Along a short direction the third derivative has the size
-    by which f changes, which has to be more than rounding; along others at least the size 1.
+    The difference of step s = eps^(1/3) has an error of s^2/6 of the third derivative and of eps/s of f; a wrong
+    derivative has an error of its own size. Along a short direction the third derivative is taken to have the size by
+    which f changes, which must exceed rounding; along other directions it is taken to have at least size 1.
 
     Parameters
     ----------
     f : callable, ndarray of shape (d, P) -> ndarray of shape (..., P)
     derivative : ndarray, shape (..., P)
-        Df(x) y as it is given.
+        Df(x) y to be checked.
     x : ndarray, shape (d, P)
     y : ndarray, shape (d, P)
-        The direction.
+        Direction.
     """
     step = EPS ** (1 / 3)
     central = (f(x + step * y) - f(x - step * y)) / (2 * step)
@@ -202,7 +202,7 @@ def _steps_agree(f: Function, x: Array, y: Array) -> bool:
 
 
 def _moved(x: Array, y: Array) -> Array:
-    # x + i TINY y, without the products of complex numbers where both are real arrays, and of NumPy.
+    # Return x + i TINY y; for real NumPy arrays without complex products.
     if not all(isinstance(part, np.ndarray) and not np.iscomplexobj(part) for part in (x, y)):
         moved: Array = x + 1j * TINY * y
         return moved
@@ -212,13 +212,13 @@ def _moved(x: Array, y: Array) -> Array:
 
 
 def _partial(f: Function, x: Array, i: int) -> Array:
-    # What `directional` returns along a unit vector, without the products with zeros.
+    # Return `directional` along the i-th unit vector, without multiplying by zeros.
     z = x.astype(complex)
     z.imag[i] = TINY
     return np.imag(f(z)) / TINY
 
 
 def _size(y: Array) -> Array:
-    # Largest component of each path's direction, 1 where all of them vanish; shape (P,).
+    # Return the largest component of each path's direction, 1 if all vanish; shape (P,).
     largest = np.abs(y).max(axis=0)
     return np.where(largest > 0.0, largest, 1.0)

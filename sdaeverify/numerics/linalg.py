@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 
-# Systems of up to so many equations are solved by Cramer's rule.
+# Systems of up to this many equations are solved by Cramer's rule.
 EXPLICIT = 2
 
 
@@ -25,7 +25,7 @@ def apply(A: Array, x: Array) -> Array:
     ndarray, shape (m, P) or (m, k, P)
     """
     if A.shape[1] == 1 and x.ndim == 2:
-        # One column is one product: a third of the time of the general sum.
+        # With one column, a product takes a third of the time of the general sum.
         return np.asarray(A[:, 0] * x[0])
     product: Array = np.einsum("mnp,n...p->m...p", A, x)
     return product
@@ -84,8 +84,8 @@ def norm(x: Array) -> Array:
 
 
 def all_finite(x: Array) -> Mask:
-    """Tell which paths are finite in every component; shape (n, P) -> (P,)."""
-    # A path's sum is finite only if all of its components are (or if it overflows, which is as bad).
+    """Return the paths that are finite in every component; shape (n, P) -> (P,)."""
+    # The sum of a path is finite only if all of its components are; an overflow of the sum counts as not finite.
     finite: Mask = np.isfinite(x.sum(axis=0))
     return finite
 
@@ -93,7 +93,7 @@ def all_finite(x: Array) -> Mask:
 def _adjugate_times(A: Array, b: Array) -> Array:
     ((p, q), (r, s)), (x, y) = A, b
     first = s * x - q * y
-    # A fifth of the time of `numpy.stack`.
+    # Filled in place, because `numpy.stack` takes five times as long.
     both = np.empty((2, *first.shape), dtype=first.dtype)
     both[0] = first
     np.subtract(p * y, r * x, out=both[1])
@@ -101,7 +101,8 @@ def _adjugate_times(A: Array, b: Array) -> Array:
 
 
 def _solve_with_one(A: Array, b: Array) -> Array:
-    # A matrix that all paths share is inverted once; with its factors a path would depend on how many there are.
+    # A matrix shared by all paths is inverted once; with a factorisation, the bits of a path would depend on the
+    # number of paths.
     try:
         return np.asarray(np.einsum("mn,n...->m...", np.linalg.inv(A), b))
     except np.linalg.LinAlgError:
@@ -114,8 +115,8 @@ def _lapack_solve(A: Array, b: Array) -> Array:
     try:
         x = np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:
-        # The sign is 0 where elimination met a zero pivot, which is what made `solve` raise; a determinant
-        # may also underflow, or be 0 * inf.
+        # The sign is 0 where elimination met a zero pivot, which made `solve` raise. A determinant is no substitute:
+        # it may underflow, or be 0 * inf.
         with np.errstate(invalid="ignore"):
             singular = np.linalg.slogdet(matrices).sign == 0.0
         x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), right)
@@ -128,9 +129,9 @@ def _lapack_solve(A: Array, b: Array) -> Array:
 class Tridiagonal(NamedTuple):
     """A tridiagonal matrix A on every path.
 
-    Elimination goes without exchanging rows (Thomas' algorithm): it is backward stable for matrices that are
-    symmetric and positive definite, or diagonally dominant, or near one of these. A vanishing pivot gives
-    non-finite numbers on its path only.
+    Elimination without row exchanges (Thomas' algorithm): backward stable for matrices that are symmetric and
+    positive definite, or diagonally dominant, or near one of these. A vanishing pivot gives non-finite numbers on its
+    path only.
 
     Attributes
     ----------
@@ -155,14 +156,14 @@ class Tridiagonal(NamedTuple):
         return np.stack(x)
 
     def positive(self) -> Mask:
-        """Tell on which paths det A > 0, the product of the pivots; shape (P,)."""
+        """Return the paths on which det A > 0, the product of the pivots; shape (P,)."""
         pivots = np.stack(self._eliminate()[1])
-        # Signs, because the product itself may overflow or underflow; that of NaN is NaN.
+        # Product of signs, because the product itself may overflow or underflow; the sign of NaN is NaN.
         positive: Mask = np.sign(pivots).prod(axis=0) > 0.0
         return positive
 
     def _eliminate(self) -> tuple[list[Array], list[Array]]:
-        # Factors of the elimination, and the pivots.
+        # Return the factors of the elimination, and the pivots.
         factors, pivots = [], [self.diagonal[0]]
         for i in range(len(self.lower)):
             factors.append(self.lower[i] / pivots[i])
@@ -170,18 +171,18 @@ class Tridiagonal(NamedTuple):
         return factors, pivots
 
 
-# Gauss's elimination of small systems on every path at once, paths last, to be used for many right sides.
+# Gaussian elimination of small systems on every path at once, paths last, reused for many right-hand sides.
 
 
-# Rounding errors are some eps |L| |U|: where that is so many times |A|, three digits are lost, and pivoting pays.
+# Rounding errors are some eps |L| |U|; from this multiple of |A| on, three digits are lost, and pivoting pays off.
 GROWTH = 1e3
 
 
 class Elimination(NamedTuple):
-    """A = L U with the unit lower triangle L and the upper triangle U, without exchange of rows.
+    """Factorisation A = L U, without row exchanges, into a unit lower triangle L and an upper triangle U.
 
-    For matrices that are nearly symmetric and positive definite, whose pivots are large enough; paths on which they
-    are not are solved with pivoting.
+    For matrices that are nearly symmetric and positive definite, whose pivots are large enough. Systems of other
+    paths are solved with pivoting.
 
     Attributes
     ----------
@@ -189,7 +190,7 @@ class Elimination(NamedTuple):
     factors : ndarray, shape (m, m, P)
         U on and above the diagonal, L below it.
     poor : ndarray of bool, shape (P,)
-        Where |L| |U| is much larger than |A|, or not finite.
+        Whether |L| |U| is much larger than |A|, or not finite.
     """
 
     A: Array
@@ -204,14 +205,14 @@ class Elimination(NamedTuple):
         return x
 
     def positive(self) -> Mask:
-        """Tell on which paths det A > 0, shape (P,): an even number of negative pivots, and none that vanishes."""
+        """Return the paths with det A > 0, shape (P,): an even number of negative pivots and no zero pivot."""
         pivots = np.einsum("kkp->kp", self.factors)
         odd = np.count_nonzero(pivots < 0.0, axis=0) % 2 == 1
         return np.asarray(np.isfinite(pivots).all(axis=0) & (pivots != 0.0).all(axis=0) & ~odd)
 
 
 def eliminated(A: Array) -> Elimination:
-    """Return the factors of A, shape (m, m, P), in m - 1 steps that each take all paths at once."""
+    """Return the factorisation of A, shape (m, m, P), in m - 1 steps vectorised over paths."""
     F = A.copy()
     with np.errstate(all="ignore"):
         for k in range(len(A) - 1):
@@ -238,7 +239,7 @@ def _substitute(F: Array, b: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Dense:
-    """A matrix without structure, factorised once for all right sides.
+    """A dense matrix, factorised once for all right-hand sides.
 
     Attributes
     ----------
@@ -253,7 +254,7 @@ class Dense:
         return solve(self.matrix, b) if direct else self._factors.solve(b)
 
     def positive(self) -> Mask:
-        """Tell on which paths det A > 0, shape (P,)."""
+        """Return the paths on which det A > 0, shape (P,)."""
         positive = determinant(self.matrix) > 0.0 if len(self.matrix) <= EXPLICIT else self._factors.positive()
         return np.asarray(positive)
 
@@ -263,7 +264,7 @@ class Dense:
 
 
 def antisymmetric(A: Array, l: int) -> Array:
-    """Return the areas of pairs, shape (l (l - 1)/2, P), as matrices, shape (l, l, P)."""
+    """Return the areas of pairs, shape (l (l - 1)/2, P), as antisymmetric matrices, shape (l, l, P)."""
     i, j = np.triu_indices(l, k=1)
     matrix = np.zeros((l, l, *A.shape[1:]))
     matrix[i, j], matrix[j, i] = A, -A

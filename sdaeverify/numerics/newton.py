@@ -1,4 +1,4 @@
-"""Newton's method for small systems on every path at once: failure is a value, not an exception."""
+"""Newton's method for small systems on every path at once; failure is reported in the result, not raised."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -12,14 +12,15 @@ Linearisation = Callable[[Array], tuple[Array, Any]]
 Solver = Callable[[Any, Array], Array]
 
 
-# Newton's last update is below this part of the solution, so that its error is rounding: about the square.
+# Largest accepted last update relative to the solution; the error after it is about the square, below rounding.
 RELATIVE = 1e-9
-# Where F has fallen to this part of what it was, the derivative before may do for the last update.
+# If F has fallen to this part of its value at the last factorised matrix, that matrix may be used for the last
+# update.
 FALLEN = 1e-6
 
 
 class Root(NamedTuple):
-    """What Newton's method reached.
+    """Result of Newton's method.
 
     Attributes
     ----------
@@ -28,7 +29,7 @@ class Root(NamedTuple):
     converged : ndarray of bool, shape (P,)
         Whether the last update of the path was below its tolerance.
     iterations : ndarray of int, shape (P,)
-        Updates made on the path.
+        Number of updates of the path.
     """
 
     x: Array
@@ -46,28 +47,28 @@ def newton(
 ) -> Root:
     """Solve F(x) = 0 from a starting point on every path.
 
-    A path stops when an update is of at most `tolerance` in size, and stays as it is while
-    the others go on, so that no path depends on its neighbours. The accepted iterate includes that last
-    update: Newton converges quadratically, its error is then far below the tolerance.
+    A path stops when the size of an update is at most `tolerance`, and is not changed while other paths go on, so
+    that no path depends on its neighbours. The last update is included: Newton's method converges quadratically, so
+    that the error after it is far below the tolerance.
 
-    The last update needs no derivative of its own where that before gives the same: an update u after one of u_0
-    tells that DF has changed by about the part |u|/|u_0| of itself, so that u is off by |u|^2/|u_0|, which is to be
-    rounding. Where F is affine that is so from the second update on.
+    The last update may reuse the matrix of the previous one. If an update u by that matrix follows one of u_0, DF has
+    changed by a relative amount of about |u|/|u_0|, so that u has an error of |u|^2/|u_0|, which has to be below
+    rounding. If F is affine, this holds from the second update on.
 
     Parameters
     ----------
     f : callable
-        Gives F(x), shape (m, P), and DF(x): shape (m, m, P), or what `solver` takes in its place; or a function of
-        nothing that gives it, which is asked only where it is needed.
+        Returns F(x), shape (m, P), and DF(x): shape (m, m, P), or another object that `solver` accepts, or a function
+        without arguments that returns it, called only if needed.
     x : ndarray, shape (m, P)
         Starting point.
     tolerance : float or ndarray, shape (P,)
-        Size of the largest accepted update.
+        Largest size of an update after which a path stops.
     max_iterations : int, optional
     solver : callable, (DF(x), F(x)) -> ndarray, shape (m, P), optional
         Solves the linear systems.
     size : callable, ndarray of shape (m, P) -> ndarray of shape (P,), optional
-        Size of an update; its largest component if left out.
+        Size of an update; by default its largest absolute component.
 
     Returns
     -------
@@ -86,11 +87,11 @@ def newton(
             update = solver(fresh, value) if again is None else again.completed(active, solver(fresh, value))
             length = size(update)
             made = _Made(fresh, FALLEN * largest(value), length, solver, size) if callable(matrix) else None
-        # Most often all paths stop together: what masks cost is then saved.
+        # Usually all paths stop together: the cost of masks is saved then.
         together = left == paths
         x = x - update if together else np.where(active, x - update, x)
         iterations += 1 if together else active
-        # Written so that a NaN stays active and ends as a failure.
+        # Written so that a NaN stays active and is reported as a failure.
         active &= ~(length <= tolerance)
         left = np.count_nonzero(active)
         if not left:
@@ -99,19 +100,19 @@ def newton(
 
 
 class _Again(NamedTuple):
-    """An update by the matrix of the one before, its size, and the paths that need no other or none at all."""
+    """An update by the previous matrix, its size, and the paths that need no update by a fresh matrix."""
 
     update: Array
     length: Array
     done: Mask
 
     def completed(self, active: Mask, fresh: Array) -> Array:
-        """Return it where it is enough, and a fresh update elsewhere."""
+        """Return this update where it is accurate enough or not needed, and a fresh one elsewhere."""
         return np.where(active & self.done, self.update, fresh)
 
 
 class _Made(NamedTuple):
-    """An update that was made: by a matrix, so long; `small` is where F is so much smaller than it was there."""
+    """The last update: its matrix, its size, and the size of F below which the matrix may be reused."""
 
     matrix: Any
     small: Array
@@ -120,7 +121,7 @@ class _Made(NamedTuple):
     size: Callable[[Array], Array]
 
     def once_more(self, value: Array, active: Mask, tolerance: float | Array) -> _Again | None:
-        """Return the update of another value by the same matrix, or None where no path has come near enough."""
+        """Return the update by the same matrix for a new value of F, or None if F is not small enough on any path."""
         fallen = active & (largest(value) <= self.small)
         if not np.count_nonzero(fallen):
             return None
@@ -131,17 +132,17 @@ class _Made(NamedTuple):
 
 
 def update_tolerance(*sizes: Array) -> Array:
-    """Return the size of an update that leaves rounding alone, for solutions as large as the largest of these.
+    """Return the tolerance of updates below which only rounding remains, relative to the largest of some sizes.
 
     Parameters
     ----------
     *sizes : ndarray, shape (P,)
-        Not negative; where all are 0, the tolerance is that of a solution of size 1.
+        Not negative; where all are 0, the tolerance is for a solution of size 1.
 
     Returns
     -------
     ndarray, shape (P,)
     """
     size = sizes[0] if len(sizes) == 1 else np.fmax.reduce(sizes)
-    # As a rule none is 0: to look costs a third of `numpy.where`.
+    # Usually no size is 0: checking `all` first saves a third of the time of `numpy.where`.
     return np.asarray(RELATIVE * (size if size.all() else np.where(size > 0.0, size, 1.0)))

@@ -1,4 +1,4 @@
-"""One test of sizes: whether the size of an expectation exceeds the sum of the sizes of others."""
+"""Test of whether the size of an expectation exceeds the sum of the sizes of other expectations."""
 
 from itertools import product
 
@@ -11,8 +11,8 @@ from ..arrays import Array
 def outweighs(a: Array, *others: Array) -> Array:
     """Return the p-value of the hypothesis |E a| <= sum_j |E b_j|.
 
-    |E a| > sum_j |E b_j| means that s E a + sum_j s_j E b_j is positive for a sign s and all signs s_j: the largest
-    p-value of these t-tests, and twice that because s is taken from the sample.
+    |E a| > sum_j |E b_j| means that s E a + sum_j s_j E b_j > 0 for a sign s and all signs s_j. The p-value is the
+    largest of these t-tests, doubled because s is chosen from the sample.
 
     Parameters
     ----------
@@ -33,22 +33,22 @@ def outweighs(a: Array, *others: Array) -> Array:
 
 
 def sample_growth(p: float, needed: float, groups: int) -> float:
-    """Return by which factor a sample must grow until a p-value falls to what is needed, if its figures stay.
+    """Return the factor by which a sample must grow to reach a p-value, if effect and variance stay the same.
 
     Parameters
     ----------
     p, needed : float
-        Both of two-sided t-tests.
+        Present and required p-value of two-sided t-tests.
     groups : int
-        Number of group means that are tested.
+        Number of group means in the test.
     """
     now, then = (float(scipy.special.stdtrit(groups - 1, 1.0 - 0.5 * value)) for value in (p, needed))
-    # From less than one standard error nothing can be foretold.
+    # An effect of less than one standard error does not allow a prediction.
     return max(1.0, (then / now) ** 2) if now > 1.0 else np.inf
 
 
 def t_values(values: Array) -> Array:
-    """Return means of groups (K, ...) in units of their standard errors; 0 where all are 0."""
+    """Return the group means (K, ...) divided by their standard error; 0 if all groups are 0."""
     mean, se = values.mean(axis=0), values.std(axis=0, ddof=1) / np.sqrt(len(values))
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.where(se > 0.0, mean / se, np.where(mean == 0.0, 0.0, np.sign(mean) * np.inf)))

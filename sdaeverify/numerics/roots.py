@@ -1,4 +1,4 @@
-"""Roots between two positive numbers of any size, found in their logarithms."""
+"""Root finding on an interval of positive numbers, in the logarithm of the argument."""
 
 from collections.abc import Callable
 
@@ -7,15 +7,15 @@ import scipy
 
 
 def log_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function changes its sign, to rounding.
+    """Return the point where a function changes sign, to rounding.
 
     Parameters
     ----------
     function : callable, float -> float
-        Of opposite signs at the ends, or 0. It is asked at the ends themselves: e^(log x) need not be x, and where a
-        root or a jump is there, its sign beside it may be another.
+        Of opposite signs at the ends, or 0. At the ends it is evaluated at `low` and `high` exactly: e^(log x) may
+        differ from x, and if there is a root or a jump at an end, the sign next to it may differ.
     low, high : float
-        Positive.
+        Ends of the interval, positive.
 
     Returns
     -------

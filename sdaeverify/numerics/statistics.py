@@ -1,7 +1,7 @@
-"""Order estimates with honest intervals: the delete-a-group jackknife on sums over groups of paths.
+"""Order estimates with confidence intervals, by the delete-a-group jackknife on sums over groups of paths.
 
-Every statistic here is a smooth function of mean values that were taken on the same paths at all levels, so
-one jackknife over groups of paths carries the correlation between levels by itself.
+Every statistic here is a smooth function of mean values on the same paths at all levels, so that one jackknife over
+groups of paths accounts for the correlation between levels.
 """
 
 from collections.abc import Callable
@@ -16,12 +16,12 @@ from ..arrays import Array
 GROUPS = 20
 ROOT = np.sqrt(GROUPS)
 EPS = float(np.finfo(float).eps)
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+# Steps that are too coarse for the problem show as local orders that increase by more than this per level.
 RISING = 0.05
 
 
 class Estimate(NamedTuple):
-    """A number with its standard error.
+    """An estimated value with its standard error.
 
     Attributes
     ----------
@@ -32,12 +32,12 @@ class Estimate(NamedTuple):
     se: float
 
     def interval(self, confidence: float, bias: float = 0.0) -> tuple[float, float]:
-        """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
+        """Return the two-sided interval value +- t_{G-1} se, widened by a bound of the bias on both sides."""
         half = _quantile(0.5 + 0.5 * confidence) * self.se + bias
         return self.value - half, self.value + half
 
     def upper_bound(self, confidence: float, bias: float = 0.0) -> float:
-        """Return the upper end of the one-sided interval: values above it are rejected at level 1 - confidence."""
+        """Return the upper end of the one-sided interval: larger values are rejected at level 1 - confidence."""
         return self.value + _quantile(confidence) * self.se + bias
 
     def p_above(self, bound: float, bias: float = 0.0) -> float:
@@ -49,18 +49,18 @@ class Estimate(NamedTuple):
         return _p_value(bound - bias - self.value, self.se)
 
     def growth_to_decide(self, bound: float, level: float, bias: float = 0.0) -> float:
-        """Return by which factor the sample must grow until the value is told from `bound`; infinite if never.
+        """Return the factor by which the sample must grow to distinguish the value from `bound`; infinite if never.
 
-        The distance stays and the standard error falls like 1/sqrt(paths).
+        The distance is taken to stay the same, and the standard error to fall like 1/sqrt(paths).
 
         Parameters
         ----------
         bound : float
-            What the value is told from.
+            Value to be distinguished from.
         level : float
             Level of the one-sided test.
         bias : float
-            What is taken off the distance, in the value's unit: a systematic error that more paths leave as it is.
+            Subtracted from the distance, in the unit of the value: a systematic error that more paths do not reduce.
         """
         distance = abs(self.value - bound) - bias
         if not (distance > 0.0 and isfinite(self.se)):
@@ -69,18 +69,18 @@ class Estimate(NamedTuple):
         return max(1.0, needed**2)
 
     def growth_to_see(self, size: float, confidence: float, bias: float = 0.0) -> float:
-        """Return by which factor the sample must grow until a deviation of a size shows; infinite if it never does.
+        """Return the factor by which the sample must grow to detect a deviation of a given size; infinite if never.
 
-        It shows if a test of level 1 - confidence finds it with a probability of `confidence`.
+        It is detected if a test of level 1 - confidence rejects with a probability of `confidence`.
 
         Parameters
         ----------
         size : float
-            Of the deviation, in the value's unit.
+            Deviation, in the unit of the value.
         confidence : float
             Between 0 and 1.
         bias : float
-            A systematic error, which hides as much of the deviation.
+            Systematic error, which may hide this much of the deviation.
         """
         if not (size > bias and isfinite(self.se)):
             return float("inf")
@@ -100,28 +100,29 @@ def _p_value(distance: float, se: float) -> float:
 
 
 def correct_for_skewness(p: float, skewness: float, count: float) -> float:
-    """Return the p-value of a one-sided test of a mean, corrected for the skewness of what is averaged.
+    """Return the p-value of a one-sided test of a mean, corrected for the skewness of the terms.
 
     For the mean of n independent variables over its own standard error, with the skewness g,
 
         P(T <= -z) = Phi(-z) exp(g z^3 / (3 sqrt(n))) (1 + O((1 + z)/sqrt(n)))
 
-    (self-normalised large deviations: Shao 1999, Wang 2005). A sample that lacks large values has a mean that is too
-    small and a standard error that is too small as well. The right side falls until z = sqrt(n)/g; it is kept beyond.
+    (self-normalised large deviations: Shao 1999, Wang 2005). A sample without large values has a mean that is too
+    small, and a standard error that is too small as well. The right side decreases until z = sqrt(n)/g; z is not
+    taken beyond.
 
     Parameters
     ----------
     p : float
-        As if there were no skewness, of the hypothesis that the mean is no less than it is found.
+        p-value without the correction, for the hypothesis that the mean is at least its observed value.
     skewness : float
-        g, with the other sign for the hypothesis that the mean is no larger. A negative one changes nothing.
+        g, or -g for the hypothesis that the mean is at most its observed value. A negative one changes nothing.
     count : float
         n.
 
     Returns
     -------
     float
-        No less than `p`.
+        At least `p`.
     """
     if not (skewness > 0.0 and 0.0 <= p < 0.5):
         return p
@@ -131,7 +132,7 @@ def correct_for_skewness(p: float, skewness: float, count: float) -> float:
 
 
 def group_sums(values: Array) -> Array:
-    """Sum over groups of paths, path i being in group i mod G.
+    """Sum values over groups of paths; path i is in group i mod G.
 
     Parameters
     ----------
@@ -150,17 +151,17 @@ def group_sums(values: Array) -> Array:
 
 
 def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -> Estimate:
-    """Estimate a function of means, bias-corrected, with its standard error.
+    """Estimate a function of means by the jackknife, bias-corrected, with its standard error.
 
     With the value b_n on all paths and b_(g) without group g, the pseudo-values are
-    G b_n - (G - 1) b_(g); the estimate is their mean, its error their standard deviation over sqrt(G).
+    G b_n - (G - 1) b_(g). The estimate is their mean, its standard error their standard deviation over sqrt(G).
 
     Parameters
     ----------
     sums : ndarray, shape (G, ...)
         Sums over each group.
     counts : ndarray, shape (G,)
-        Paths of each group.
+        Number of paths of each group.
     statistic : callable, ndarray of shape (...) -> float
         Function of the means.
 
@@ -172,7 +173,7 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
 
 
 def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array]) -> tuple[Estimate, ...]:
-    """Estimate some functions of means, of all groups at once; see `jackknife`.
+    """Estimate several functions of means by the jackknife, vectorised over the left-out groups; see `jackknife`.
 
     Parameters
     ----------
@@ -181,19 +182,19 @@ def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array])
     counts : ndarray, shape (G,)
         Paths of each group.
     statistics : callable, ndarray of shape (n, ...) -> ndarray of shape (n, k) or (n,)
-        One or k functions of n times the means.
+        One or k functions of n sets of means.
     """
     return estimates(statistics(leave_out(sums, counts)))
 
 
 def estimates(values: Array) -> tuple[Estimate, ...]:
-    """Estimate one or k statistics from their values on what `leave_out` returns, shape (1 + G,) or (1 + G, k)."""
+    """Estimate one or k statistics from their values, shape (1 + G,) or (1 + G, k), on the output of `leave_out`."""
     found = np.ascontiguousarray(np.atleast_2d(values.T))
     return _estimates(GROUPS * found[:, :1] - (GROUPS - 1) * found[:, 1:])
 
 
 def _estimates(pseudo: Array) -> tuple[Estimate, ...]:
-    # As mean() and std() do it, which take longer to find out what they are asked.
+    # As `mean` and `std` do, without the time that these take to check their arguments.
     mean = np.add.reduce(pseudo, axis=1) / GROUPS
     centred = pseudo - mean[:, np.newaxis]
     square = np.add.reduce(centred * centred, axis=1) / (GROUPS - 1)
@@ -201,25 +202,25 @@ def _estimates(pseudo: Array) -> tuple[Estimate, ...]:
 
 
 def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:
-    """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`.
+    """Return the jackknife pseudo-values of one or many statistics, shape (G, ...); see `jackknife`.
 
     Parameters
     ----------
     sums : ndarray, shape (G, ...)
         Sum of each group of paths.
     counts : ndarray, shape (G,)
-        Paths of each group.
+        Number of paths of each group.
     statistic : callable, means -> float or ndarray
-        What is computed from the means over paths.
+        Function of the means over paths.
     """
     found = np.array([statistic(each) for each in leave_out(sums, counts)])
     return np.asarray(GROUPS * found[0] - (GROUPS - 1) * found[1:])
 
 
 def leave_out(sums: Array, counts: Array) -> Array:
-    """Return the means over all paths and those outside each group, shape (1 + G, ...), from sums over groups.
+    """Return the means over all paths, and over all paths without each group, shape (1 + G, ...).
 
-    In C order, a sum over some columns has the bits of one row.
+    The result is in C order, so that a sum over some columns has the same bits as for a single row.
     """
     if len(counts) != GROUPS:
         raise ValueError(f"expected sums over {GROUPS} groups of paths, got {len(counts)}")
@@ -243,7 +244,7 @@ def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
 
 
 def lower_term_weights(x: Array, power: float = 1.0) -> Array:
-    """Return the weights of the share s of a term of half an order less, in y - p x, x = log2 h.
+    """Return the weights that estimate the share s of an error term of half an order less, from y - p x, x = log2 h.
 
     With u = 2^(x - min x), an error b h^p (1 - s + s u^(-1/2)) has y = p x + a + (s/ln 2) (u^(-1/2) - 1) for small s.
     The fit has the next term of the expansion as well: y = p x + a' + (s/ln 2) u^(-1/2) + c u^power.
@@ -251,9 +252,9 @@ def lower_term_weights(x: Array, power: float = 1.0) -> Array:
     Parameters
     ----------
     x : ndarray, shape (L,)
-        log2 of step sizes, three at least.
+        log2 of at least three step sizes.
     power : float, optional
-        By how much the order of the next term is higher.
+        Difference between the order of the next term and the leading order.
 
     Returns
     -------
@@ -265,7 +266,7 @@ def lower_term_weights(x: Array, power: float = 1.0) -> Array:
 
 
 def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:
-    """Return the order in h of (E e^p)^(1/p): the least-squares slope of its logarithm, by the jackknife.
+    """Return the order in h of (E e^p)^(1/p): the least-squares slope of log2, by the jackknife.
 
     Parameters
     ----------
@@ -274,7 +275,7 @@ def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:
     sums : ndarray, shape (G, L)
         Sums of e^p over each group.
     counts : ndarray, shape (G,)
-        Paths of each group.
+        Number of paths of each group.
     p : float, optional
 
     Returns
@@ -292,11 +293,11 @@ def log_functional(sums: Array, counts: Array, weights: Array, p: float = 1.0) -
     sums : ndarray, shape (G, L)
         Sums of e_l^p over each group.
     counts : ndarray, shape (G,)
-        Paths of each group.
+        Number of paths of each group.
     weights : ndarray, shape (L,)
-        w, one for each level.
+        w, one per level.
     p : float, optional
-        Of the norm.
+        Exponent of the norm.
     """
     return jackknives(sums, counts, lambda means: weighted_sum(weights, log_norms(means, p)))[0]
 
@@ -309,26 +310,26 @@ def weighted_sum(weights: Array, values: Array) -> Array:
     weights : ndarray, shape (L,)
     values : ndarray, shape (..., L)
     """
-    # einsum, not a BLAS product: the same bits on every number of threads.
+    # einsum instead of a BLAS product: its bits do not depend on the number of threads.
     return np.asarray(np.einsum("l,...l->...", weights, values))
 
 
 def log_norms(means: Array, p: float | Array) -> Array:
-    """Return log2 (E e^p)^(1/p), p being one of all or one a column."""
+    """Return log2 (E e^p)^(1/p), with p common to all columns or one per column."""
     return np.asarray(np.log2(means) / p)
 
 
 class Tail(NamedTuple):
-    """How much of a mean rests on few paths.
+    """Concentration of a mean on few paths.
 
     Attributes
     ----------
     effective : float
-        (sum e)^2 / (M sum e^2), 1 for equal errors.
+        (sum e)^2 / (M sum e^2), effective share of the paths; 1 for equal errors.
     share : float
-        Share of the largest path in the sum.
+        Share of the largest error in the sum.
     hill : float
-        Index of the tail from the largest sqrt(M) values.
+        Hill's index of the tail from the sqrt(M) largest values.
     """
 
     effective: float
@@ -337,7 +338,7 @@ class Tail(NamedTuple):
 
     @property
     def heavy(self) -> bool:
-        """Whether intervals of the mean cannot be trusted."""
+        """Whether the tail is so heavy that intervals of the mean cannot be trusted."""
         return self.effective < 0.2 or self.share > 0.05 or self.hill < 1.8
 
 
@@ -364,10 +365,10 @@ def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> T
 
 
 def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, float]:
-    """Return the interval of the rates p under which the count is in neither tail of Binomial(n, p).
+    """Return the Clopper-Pearson interval of a rate: the p for which the count is in neither tail of Binomial(n, p).
 
-    With tails of alpha/2 on either side it covers the true rate at least at its nominal level, for every n and p:
-    low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
+    With tails of alpha/2 on both sides it covers the true rate with at least the nominal probability, for every n and
+    p: low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
 
     Parameters
     ----------
@@ -383,7 +384,7 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
 
 
 def chernoff(mean: Array, bound: float, count: Array | float) -> Array:
-    """Return a bound of the probability that a mean of independent shares is so far from an expectation.
+    """Return Hoeffding's bound of the probability that a mean of shares is this far from its expectation.
 
     exp(-n KL(m | q)), KL(m | q) = m ln(m/q) + (1 - m) ln((1 - m)/(1 - q)), for shares between 0 and 1 of any law
     (Hoeffding 1963, Theorem 1, (2.1)).
@@ -403,14 +404,14 @@ def chernoff(mean: Array, bound: float, count: Array | float) -> Array:
 
 
 def chernoff_interval(mean: float, count: float, confidence: float) -> tuple[float, float]:
-    """Return the expectations of shares under which their mean is not too far away, by `chernoff`.
+    """Return the interval of expectations that `chernoff` does not reject for an observed mean of shares.
 
     Parameters
     ----------
     mean, count : float
         m of n independent shares.
     confidence : float
-        1 - alpha; alpha/2 is left out on either side.
+        1 - alpha; alpha/2 on each side.
     """
     outside = 0.5 * (1.0 - confidence)
 

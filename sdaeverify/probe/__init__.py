@@ -1,1 +1,1 @@
-"""Probing: the one-step map of a scheme evaluated at cubature nodes, so that no verdict rests on sampling."""
+"""Probing: evaluation of a scheme's one-step map at cubature nodes, so that verdicts need no sampling."""

@@ -1,13 +1,14 @@
 """Detailed balance of a step that accepts or rejects a proposal, without sampling.
 
-Let rho be the invariant density of dx = -grad V dt + sigma dW. A step proposes y = g(x, dW) and takes it with the
-probability a(x, y), else the state stays at x. With the density q of the proposal,
+Let rho be the invariant density of dx = -grad V dt + sigma dW. A step proposes y = g(x, dW) and accepts it with
+probability a(x, y); otherwise the state stays at x. With the density q of the proposal,
 
     rho(x) q(x, y) a(x, y) = rho(y) q(y, x) a(y, x)    for all x and y
 
-makes rho invariant under the step (Hastings 1970). Each factor is found from the step alone, at states that solutions
-reach: a(x, y) by bisection of the uniform variable from which the step decides, q(x, y) = n(dW)/|det dg/dW| with the
-normal density n of dW, and the increment that proposes x from y by Newton's method.
+makes rho invariant under the step (Hastings 1970). Each factor is computed from the step alone, at states that
+solutions reach: a(x, y) by bisection of the uniform variable that the step uses to decide,
+q(x, y) = n(dW)/|det dg/dW| with the normal density n of dW, and the increment that proposes x from y by Newton's
+method.
 """
 
 from typing import Any, NamedTuple
@@ -23,34 +24,37 @@ from .step.nodes import SEED
 from .step.one_step import OneStep
 from .step.states import WHEN, reached_states
 
-# Pairs of x and y at each step size.
+# Number of pairs of x and y at each step size.
 # Size: pairs that are compared.
 PAIRS = 64
-# Uniform variables at which the step is seen to take the proposal or not; where it begins or ceases to is bisected.
-# The extremes stand for 0 and 1.
+# Uniform variables at which acceptance is evaluated; an interval in which it changes is bisected. The extremes stand
+# for 0 and 1.
 GRID = np.array([1e-300, 1e-12, 1e-6, 1e-3, *np.linspace(0.05, 0.95, 10), 1.0 - 1e-3, 1.0 - 1e-6, 1.0 - 1e-12])
-# Bisections of an interval of the grid, down to rounding of numbers near 1.
+# Bisections of an interval of the grid, down to rounding errors of numbers near 1.
 BISECTIONS = 52
-# Gauss-Legendre nodes of the integral of the drift from x to y; the difference to fewer of them is its error.
+# Gauss-Legendre nodes of the integral of the drift from x to y; the difference between the two rules estimates its
+# error.
 NODES = (32, 24)
-# Newton's method for an increment, and the half width of differences of the proposal, in units of sqrt(h). Central
-# differences of half width d are off by d^2 of a third derivative.
+# Newton iterations for an increment; half width d of central differences of the proposal in units of sqrt(h), whose
+# error is d^2 times a third derivative; accepted relative residual.
 NEWTON, WIDTH, REACHED = 12, 1e-4, 1e-10
-# A pair counts if either acceptance is at least this: a proposal that is hardly ever taken is seen with few digits.
+# A pair counts if either acceptance is at least this large: smaller ones are known with few digits.
 LEAST = 1e-6
-# Logarithms of both sides may differ by so much, from the differences of the proposal, beside the integral's error.
+# Accepted difference of the logarithms of both sides, due to differences of the proposal, in addition to the
+# integral's error.
 ALIKE = 1e-6
 
-# Acceptances between these determine what their logarithm is made of.
+# Acceptances between these bounds determine the weights of their logarithm.
 FEW, SURE = 1e-6, 1.0 - 1e-9
-# Logarithms of acceptances are known to this, by the differences of the proposal; coefficients are recognised to it.
+# Error of the logarithms of acceptances, due to differences of the proposal; also the tolerance for recognised
+# weights.
 KNOWN = 1e-5
-# Coefficients have to be determined by so many times as many acceptances.
+# Smallest number of acceptances per weight for a fit.
 TIMES = 4
 
 
 class Balance(NamedTuple):
-    """Both directions between pairs of states at some step sizes, all of shape (H, N); NaN where a pair is not seen.
+    """Detailed balance for pairs of states at some step sizes, shape (H, N); NaN for pairs that are not usable.
 
     Attributes
     ----------
@@ -61,7 +65,7 @@ class Balance(NamedTuple):
     forth, back : ndarray
         a(x, y) and a(y, x).
     off : ndarray
-        By how much the difference of both sides may be off, as logarithms.
+        Bound of the error of the difference of both sides, as logarithms.
     shift, square : ndarray
         (y - x) . (m(x) + m(y)) and (|m(x)|^2 - |m(y)|^2)/2 over the variance of the proposal, m(x) = g(x, 0) - x. For
         a normal proposal log q(y, x) - log q(x, y) = square - shift.
@@ -77,30 +81,30 @@ class Balance(NamedTuple):
 
     @property
     def defect(self) -> Array:
-        """log[rho(x) q(x, y) a(x, y)] - log[rho(y) q(y, x) a(y, x)], shape (H, N)."""
+        """Value of log[rho(x) q(x, y) a(x, y)] - log[rho(y) q(y, x) a(y, x)], shape (H, N)."""
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(self.forth) - np.log(self.back) - self.density - self.proposals)
 
     @property
     def seen(self) -> Mask:
-        """Which pairs are seen, shape (H, N)."""
+        """Mask of the usable pairs, shape (H, N)."""
         return np.asarray(np.isfinite(self.density + self.proposals))
 
     @property
     def holds(self) -> bool:
-        """Whether detailed balance holds at all pairs, and most pairs at each step size are seen."""
+        """Whether detailed balance holds at all usable pairs, and most pairs at each step size are usable."""
         most = self.seen.mean(axis=1).min() > 0.5
         return bool(most and (np.abs(self.defect[self.seen]) <= self.off[self.seen]).all())
 
 
 def why_not_balanced(scheme: Scheme, view: Any) -> str:
-    """Return why detailed balance of a step is not probed, or an empty string.
+    """Return why detailed balance of a step cannot be probed, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     if view.equation() is None or not _has_density(view):
         return "no invariant density is known from the drift"
@@ -120,18 +124,18 @@ def _has_density(view: Any) -> bool:
 
 
 def balance(scheme: Scheme, view: Problem, sizes: list[float]) -> Balance | None:
-    """Return both directions between pairs of states, or None where the step does not accept or reject.
+    """Return densities and acceptances for pairs of states, or None if the step does not accept or reject.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; `why_not_balanced` has nothing against the pair.
+        Problem in the scheme's form; `why_not_balanced` is empty for the pair.
     sizes : list of float
         Step sizes.
     """
     step = OneStep(scheme, view)
-    # A step may look at the time: each size has its own.
+    # A step may depend on time: each size is probed at another time.
     when = view.horizon * (WHEN * np.arange(1.0, 1.0 + len(sizes)) % 1.0)
     with np.errstate(all="ignore"):
         found = [_Metropolis(step, t, h).between() for t, h in zip(when.tolist(), sizes, strict=True)]
@@ -140,23 +144,23 @@ def balance(scheme: Scheme, view: Problem, sizes: list[float]) -> Balance | None
 
 
 class _Metropolis:
-    """A step of one size, as a proposal and its acceptance.
+    """A step of one size, as a proposal and its acceptance probability.
 
     Parameters
     ----------
     step : OneStep
     t, h : float
-        Begin and size of the step.
+        Start and size of the step.
     """
 
     def __init__(self, step: OneStep, t: float, h: float) -> None:
         self.step, self.t, self.h = step, t, h
         self.decides = "H" in step.scheme.noise
-        # The uniform variable with which a proposal is taken if it ever is.
+        # Value of the uniform variable at which a proposal is accepted if it can be accepted.
         self.least = GRID[0]
 
     def between(self) -> Balance | None:
-        """Return both directions between N pairs, or None where the step does not accept or reject."""
+        """Return the quantities of `Balance` for N pairs, or None if the step does not accept or reject."""
         equation, rng = self.step.equation, np.random.Generator(np.random.Philox(key=SEED + 16))
         points = reached_states(self.step.view, equation).points
         x = points[:, rng.integers(points.shape[1], size=PAIRS)]
@@ -176,12 +180,12 @@ class _Metropolis:
         return Balance(density, proposals, forth, back, ALIKE + off, *self._regressors(x, y))
 
     def _end(self, x: Array, dW: Array, u: Array | float) -> Array:
-        """Return where the step leads with a uniform variable u."""
+        """Return the result of the step for a uniform variable u."""
         uniform = np.broadcast_to(scipy.special.ndtri(u), dW.shape)
         return self.step(x, self.t, self.h, Increment(dW, np.sqrt(self.h / 12.0) * uniform))
 
     def _acceptance(self, x: Array, dW: Array) -> Array | None:
-        """Return a(x, g(x, dW)), shape (N,), or None where the end depends on u in another way."""
+        """Return a(x, g(x, dW)), shape (N,), or None if the result depends on u other than by acceptance."""
         if not self.decides:
             return np.ones(x.shape[1])
         ends = np.stack([self._end(x, dW, u) for u in GRID])
@@ -198,19 +202,19 @@ class _Metropolis:
         return np.asarray(share if self.least == GRID[0] else 1.0 - share)
 
     def _bisect(self, x: Array, dW: Array, taken: Mask) -> Array:
-        """Return the uniform variable at which the step turns, or 1 or 0 where it takes or leaves all from below."""
+        """Return the uniform variable at which acceptance changes; 1 or 0 if it is the same for all."""
         turn = np.argmax(np.diff(taken, axis=0), axis=0)
         low, high, begin = GRID[turn], GRID[np.minimum(turn + 1, len(GRID) - 1)], taken[0]
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             same = (self._end(x, dW, middle) != x).any(axis=0) == begin
             low, high = np.where(same, middle, low), np.where(same, high, middle)
-        # Where nothing turns, all or nothing is taken.
+        # Without a change, the proposal is always or never accepted.
         always = np.where(begin == (self.least == GRID[0]), 1.0, 0.0)
         return np.where((taken == taken[:1]).all(axis=0), always, high)
 
     def _increment(self, y: Array, x: Array, guess: Array) -> tuple[Array, Mask]:
-        """Return dW with g(y, dW) = x, and whether it was found."""
+        """Return dW with g(y, dW) = x, and a mask of the paths on which it was found."""
         dW, scale = guess, 1.0 + np.abs(x).max(axis=0)
         for _ in range(NEWTON):
             off = self._end(y, dW, self.least) - x
@@ -219,7 +223,7 @@ class _Metropolis:
         return dW, found
 
     def _slope(self, x: Array, dW: Array) -> Array:
-        """Return the derivative of the proposal by dW, shape (d, d, N)."""
+        """Return the derivative of the proposal with respect to dW, shape (d, d, N)."""
         width = WIDTH * np.sqrt(self.h)
         units = width * np.eye(len(dW))[..., None]
         columns = [self._end(x, dW + e, self.least) - self._end(x, dW - e, self.least) for e in units]
@@ -228,11 +232,11 @@ class _Metropolis:
         return np.where(singular, np.eye(len(dW))[..., None], found)
 
     def _log_proposal(self, x: Array, dW: Array) -> Array:
-        """Return log q(x, g(x, dW)) but for a constant."""
+        """Return log q(x, g(x, dW)) up to a constant."""
         return np.asarray(-0.5 * (dW**2).sum(axis=0) / self.h - np.log(self._volume(x, dW)))
 
     def _volume(self, x: Array, dW: Array) -> Array:
-        """Return |det dg/dW|, shape (N,)."""
+        """Return |det dg/dW| of the proposal at x, shape (N,)."""
         return np.asarray(np.abs(np.linalg.det(self._slope(x, dW).transpose(2, 0, 1))))
 
     def _regressors(self, x: Array, y: Array) -> tuple[Array, Array]:
@@ -245,7 +249,7 @@ class _Metropolis:
 
 
 def _log_density_ratio(step: OneStep, t: float, x: Array, y: Array) -> tuple[Array, Array]:
-    """Return log rho(y) - log rho(x) = (2/sigma^2) int_x^y f, and its error, each of shape (N,)."""
+    """Return log rho(y) - log rho(x) = (2/sigma^2) int_x^y f, and its error estimate, each of shape (N,)."""
     variance, found = step.equation.diffusion(t, x)[0, 0] ** 2, []
     for count in NODES:
         nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -256,13 +260,13 @@ def _log_density_ratio(step: OneStep, t: float, x: Array, y: Array) -> tuple[Arr
     return found[0], np.abs(found[0] - found[1])
 
 
-# What a wrong acceptance is made of.
+# Terms of a wrong acceptance probability.
 
 
 class Weights(NamedTuple):
-    """The logarithm of an acceptance, density (log rho(y) - log rho(x)) - shift S + square Q, where it is negative.
+    """Weights of an acceptance: its log is density (log rho(y) - log rho(x)) - shift S + square Q, if negative.
 
-    S and Q are those of `Balance`. All three are 1 for the acceptance of Metropolis and Hastings.
+    S and Q are those of `Balance`. All three weights are 1 for the acceptance probability of Metropolis and Hastings.
 
     Attributes
     ----------
@@ -274,7 +278,7 @@ class Weights(NamedTuple):
     square: float
 
 
-# What an acceptance is made of by mistake, and how it is said.
+# Known mistakes in the acceptance probability, with their descriptions.
 MISTAKES = {
     Weights(1.0, 0.0, 0.0): "lacks the densities of the proposals",
     Weights(0.0, 1.0, 1.0): "lacks the invariant density",
@@ -288,7 +292,7 @@ OTHER = "has the density of another proposal, of {drift:.3g} times its drift and
 
 
 def say_imbalance(found: Balance) -> str:
-    """Return in words why detailed balance fails: the mistake that explains all acceptances, or how large it is.
+    """Describe the failure of detailed balance: the mistake that explains all acceptances, or the size of the defect.
 
     Parameters
     ----------
@@ -303,7 +307,7 @@ def say_imbalance(found: Balance) -> str:
 
 
 def _mistake(found: Balance) -> str:
-    """Return in words what explains all acceptances, or an empty string."""
+    """Describe the mistake that explains all acceptances, or return an empty string."""
     if named := [words for weights, words in MISTAKES.items() if explains(weights, found)]:
         return " or ".join(named)
     weights = fitted_weights(found)
@@ -318,7 +322,7 @@ def _mistake(found: Balance) -> str:
 
 
 def explains(weights: Weights, found: Balance) -> bool:
-    """Tell whether acceptances in both directions are all made of these weights.
+    """Return whether acceptances in both directions follow from given weights.
 
     Parameters
     ----------
@@ -332,7 +336,7 @@ def explains(weights: Weights, found: Balance) -> bool:
 
 
 def fitted_weights(found: Balance) -> Weights | None:
-    """Return of which weights the acceptances are made at best, or None where they do not determine all three.
+    """Return the least-squares weights of the acceptances, or None if these do not determine all three.
 
     Parameters
     ----------
@@ -345,7 +349,7 @@ def fitted_weights(found: Balance) -> Weights | None:
 
 
 def _equations(found: Balance) -> tuple[Array, Array]:
-    """Return what each weight stands with, shape (M, 3), and the acceptances, shape (M,)."""
+    """Return the factors of the weights, shape (M, 3), and the acceptances, shape (M,)."""
     seen = found.seen
     terms = np.stack([found.density[seen], -found.shift[seen], found.square[seen]], axis=1)
     return np.concatenate([terms, -terms]), np.concatenate([found.forth[seen], found.back[seen]])

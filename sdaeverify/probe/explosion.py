@@ -1,14 +1,14 @@
-"""Growth of a run far out: whether rare noise lets a state run away doubly exponentially.
+"""Detection of moment explosion: rare noise after which the state grows doubly exponentially.
 
-A path whose state grows with the power m > 1 from step to step, |x_{n+1}| >= c |x_n|^m beyond a radius R(h), is at
-R^(m^n) after n steps. If noise takes it beyond R(h) with probability exp(-R(h)^q) at least, and R(h) grows like a
-power of 1/h, the moments E|x_N|^p tend to infinity as h falls, because the size grows doubly exponentially in 1/h and
-the probability falls exponentially in a power of 1/h (Hutzenthaler, Jentzen & Kloeden 2011, Theorem 1). No order in
-mean square exists then, although no sample shows the growth.
+If the size of a state grows with a power m > 1 per step, |x_{n+1}| >= c |x_n|^m beyond a radius R(h), it is about
+R^(m^n) after n steps. If noise leads beyond R(h) with a probability of at least exp(-R(h)^q), and R(h) grows like a
+power of 1/h, the moments E|x_N|^p tend to infinity as h tends to 0: the size grows doubly exponentially in 1/h, and
+the probability decreases exponentially in a power of 1/h (Hutzenthaler, Jentzen & Kloeden 2011, Theorem 1). Then
+there is no order in mean square, although no sample shows the growth.
 
-A run of the scheme is measured, so that noise has to reach where the state grows, constraints are kept as the scheme
-keeps them, and growth that is not fed back into itself (y = int W^3 dt) does not count. Sizes are compared with each
-other on a ladder of eight decades, so that units do not matter.
+A run of the scheme is measured. So the noise must lead to states that grow, constraints are satisfied as the scheme
+does, and growth without feedback (y = int W^3 dt) does not count. Sizes are compared with each other over a range of
+eight decades, so that units do not matter.
 """
 
 from collections.abc import Iterator
@@ -24,40 +24,41 @@ from ..forms import Problem
 from .local.delay_links import remove_delay
 from .step.nodes import SEED
 
-# By which factors the noise of one step is larger than by law, and how many paths each of them has. The first factors
-# are close, as states of steep coefficients overflow at once beyond them.
+# Factors by which the noise of one step is enlarged, and number of paths for each of them. The first factors are
+# close to each other, because states of steep coefficients overflow beyond them at once.
 FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
 # Size: paths of a run.
 PATHS = 6
-# Ordinary steps before the large one, so that no start is special; largest and least number of steps after it.
+# Ordinary steps before the large one, to forget the special start; largest and smallest number of steps after it.
 # Size: steps of a run.
 BEFORE, MOST, FEWEST = 2, 12, 5
-# Step sizes as a part of the unit of time: what runs away at the first is confirmed at the second.
+# Step sizes, as divisors of the unit of time: growth at the first is confirmed at the second.
 PARTS = 2.0**8, 2.0**10
-# Exponents are compared over three steps, as feedback may take a step for each of position, velocity and noise.
-# Growth with the power 1.17 a step is 1.6 there. Exponents that grow by a constant a step, as those of v^2/r do, are
-# 9/6 after nine steps, which numbers of this size survive; their moments stay bounded.
+# Exponents are compared over three steps, as feedback may take a step for each of position, velocity and noise:
+# growth with the power 1.17 per step is a factor 1.6. Exponents that increase by a constant per step, as for v^2/r,
+# increase by 9/6 in the three steps up to the ninth, until which numbers of this size do not overflow; their moments
+# stay bounded.
 WINDOW, RISE = 3, 1.6
 NAME = "explosion"
-# A run begins at the start of the horizon, and again after this part of it.
+# Runs begin at time 0, and again after this part of the horizon.
 LATE = 0.7
-# The reason shows the first step that takes a state this number of decades outwards.
+# The reported step is the first that increases the size by more than this number of decades.
 SHOWN = 2.0
-# Share of the paths that must run away: one alone may owe its powers to the noise of the steps that follow.
+# Share of the paths that must explode: a single one may owe its growth to the noise of later steps.
 SHARE = 0.5
 
 
 class Explosion(NamedTuple):
-    """How the size of a state grows in the steps after rare noise.
+    """Growth of the size of a state in the steps after rare noise.
 
     Attributes
     ----------
     power : ndarray, shape ()
-        Power with which it grows a step in the mean of the last three that are finite; 1 where it does not explode.
+        Power of the growth per step, averaged over the last three finite steps; 1 if it does not explode.
     h : ndarray, shape ()
         Step size.
     before, after : ndarray, shape ()
-        Size of a state far out, and after the step from there; NaN where it does not run away.
+        Size of a state far out, and after the next step; NaN if it does not explode.
     """
 
     power: Array
@@ -67,19 +68,19 @@ class Explosion(NamedTuple):
 
     @property
     def explodes(self) -> bool:
-        """Whether sizes grow doubly exponentially."""
+        """Whether the size grows with a power above 1 per step, that is, doubly exponentially."""
         return float(self.power) > 1.0
 
 
 @lru_cache(maxsize=8)
 def explosion(scheme: Scheme, view: Problem) -> Explosion:
-    """Return how runs of a scheme grow after rare noise; not at all where steps far out raise or are not finite.
+    """Return the growth of a scheme's runs after rare noise; none if steps far out raise or are not finite.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     pair = remove_delay(scheme, view)
     unit = pair[1].time_unit
@@ -89,7 +90,7 @@ def explosion(scheme: Scheme, view: Problem) -> Explosion:
 
 
 def _confirmed(scheme: Scheme, view: Problem, unit: float, begin: float) -> Explosion:
-    """Return what both step sizes show."""
+    """Return the weaker growth of those at both step sizes."""
     found = _exploded(scheme, view, unit / PARTS[0], begin)
     if not found.explodes:
         return found
@@ -105,7 +106,7 @@ def _exploded(scheme: Scheme, view: Problem, h: float, begin: float) -> Explosio
     steady = Explosion(*map(np.array, (1.0, h, np.nan, np.nan)))
     if len(sizes) < 2:
         return steady
-    # Exponents of the size in the noise, of each step, path and part of the ladder.
+    # Exponents of the size as a function of the noise, for each step, path and interval of factors.
     slopes = np.diff(sizes.reshape(len(sizes), PATHS, len(FAR))) / np.diff(np.log10(FAR))
     lasting = np.isfinite(slopes).sum(axis=0)
     power = np.ones(lasting.shape)
@@ -113,7 +114,7 @@ def _exploded(scheme: Scheme, view: Problem, h: float, begin: float) -> Explosio
         window = min(WINDOW, n - 1)
         rise = slopes[n - 1] / np.maximum(slopes[n - 1 - window], 1.0)
         power = np.where((lasting == n) & (rise > RISE), rise ** (1.0 / window), power)
-    # What runs away does so from some size of the noise on: a threshold that is crossed once does not count.
+    # Growth must occur from some factor on for all larger ones: a threshold crossed once does not count.
     above = np.logical_and.accumulate((power > 1.0)[:, ::-1] | (lasting[:, ::-1] < 2), axis=1)[:, ::-1]
     power = np.where(above, power, 1.0)
     if (power > 1.0).any(axis=1).mean() < SHARE:
@@ -125,12 +126,12 @@ def _exploded(scheme: Scheme, view: Problem, h: float, begin: float) -> Explosio
 
 
 def _first(power: Array) -> int:
-    """Return the index of the path and place that run away at the smallest noise."""
+    """Return the flat index of the path and interval that explode at the smallest noise."""
     return int(np.where(power > 1.0, np.arange(power.shape[1]), power.shape[1]).argmin())
 
 
 def _sizes(scheme: Scheme, view: Any, h: float, begin: float) -> Iterator[Array]:
-    """Yield the sizes of all paths after the large noise and each step from there; NaN after they were not finite."""
+    """Yield the sizes of all paths after the large noise and each later step; NaN once they are not finite."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 17))
     far = np.tile(FAR, PATHS)
     alive, noted = np.arange(len(far)), []
@@ -157,13 +158,13 @@ def _sizes(scheme: Scheme, view: Any, h: float, begin: float) -> Iterator[Array]
 
 
 def _size(scheme: Scheme, view: Problem, state: State) -> Array:
-    """Return the norm of the components that can be compared, without overflow of the squares, shape (P,)."""
+    """Return the norm of the comparable components, shape (P,), the largest one, to avoid overflow of squares."""
     parts = np.concatenate([np.atleast_2d(part) for part in scheme.parts(view, state).values()])
     return np.asarray(np.abs(parts).max(axis=0))
 
 
 def _is_flat(noted: list[Array]) -> bool:
-    """Return whether the sizes depend on the noise by no higher power than after the first step."""
+    """Return whether the sizes grow with the noise no faster than after the first step."""
     first, last = (
         np.diff(np.log10(size).reshape(PATHS, len(FAR))) / np.diff(np.log10(FAR)) for size in (noted[0], noted[-1])
     )

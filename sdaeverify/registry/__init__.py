@@ -1,1 +1,1 @@
-"""The registry: what plugins register, where they come from, and which of it a request means."""
+"""The registry: objects that plugins register, their origins, and selection by name or pattern."""

@@ -1,7 +1,7 @@
-"""What one plugin registers, read through its hooks and checked.
+"""Objects that one plugin registers, read through its hooks and checked.
 
-Each plugin gets a plugin manager of its own. So its hooks are called alone, what fails names its culprit, and
-a broken plugin leaves nothing behind.
+Each plugin has its own plugin manager. So its hooks are called separately, errors name the plugin, and
+a broken plugin leaves no trace in the registry.
 """
 
 import pickle
@@ -40,14 +40,14 @@ SCHEMES, PROBLEMS, MEASURES, REPORT = HOOKS = (
 
 @dataclass(frozen=True)
 class Registered:
-    """What a plugin registers under one name.
+    """Objects registered by a plugin under one name.
 
     Attributes
     ----------
     name : str
     things : tuple
-        Default variants of a scheme, in the order their author gave them; of all else one: the function of a problem,
-        a measure, or what the hook of a plugin brings, such as an experiment.
+        The default variants of a scheme, in the order given by their author; otherwise a single object: the function
+        of a problem, a measure, or an object of a plugin's hook, such as an experiment.
     origin : Origin
     """
 
@@ -57,49 +57,49 @@ class Registered:
 
     @property
     def thing(self) -> Any:
-        """The only thing, or the first variant of a scheme."""
+        """The single object, or the first variant of a scheme."""
         return self.things[0]
 
     @property
     def subject(self) -> Any:
-        """What carries the docstring: the class of a scheme or measure, the function of a problem."""
+        """The object that carries the docstring: the class of a scheme or measure, the function of a problem."""
         return self.thing if isfunction(self.thing) else type(self.thing)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters of a scheme or problem; nothing else has any."""
+        """The parameters of a scheme or problem; empty for other objects."""
         if isfunction(self.thing):
             return function_parameters(self.thing)
         return dataclass_parameters(self.subject) if isinstance(self.thing, Scheme) else ()
 
     @property
     def in_matrix(self) -> tuple[Any, ...]:
-        """What a run of everything takes: recipes of a problem, all variants of a scheme, a measure."""
+        """Objects of a run of everything: specifications of a problem, all variants of a scheme, a measure."""
         if isfunction(self.thing):
             return matrix_specs(self.thing)
         return () if all(getattr(thing, "on_request", False) for thing in self.things) else self.things
 
     @property
     def on_request(self) -> bool:
-        """Whether a run of everything leaves it out."""
+        """Whether a run of everything omits it."""
         return not self.in_matrix
 
     @property
     def variants(self) -> tuple[Any, ...]:
-        """What a glob means: all variants of a scheme; the recipes of a problem in the matrix, or its defaults."""
+        """Objects that a glob selects: all variants of a scheme; the specifications of a problem, or its defaults."""
         if not isfunction(self.thing):
             return self.things
         return tuple(replace(spec, schemes=(), measures=()) for spec in self.in_matrix) or (self.make(),)
 
     def make(self, texts: Mapping[str, str] | None = None) -> Any:
-        """Return a scheme, or the recipe of a problem, with parameters given as the texts of a label.
+        """Return a scheme, or the specification of a problem, with parameters given as the texts of a label.
 
         Raises
         ------
         ParameterError
             If a parameter is unknown or its value is not accepted.
         UsageError
-            If there can be none.
+            If the object is a measure, which has no parameters.
         """
         if isfunction(self.thing):
             return problem_spec(self.thing, texts)
@@ -115,12 +115,12 @@ class Registered:
             raise ParameterError(f"{owner}: {one_line(error)}") from error
 
 
-# What is registered by each hook, by name.
+# Registered objects by hook and name.
 Entries = Mapping[str, Mapping[str, Registered]]
 
 
 def collect(plugin: object, origin: Origin) -> Entries:
-    """Return what a plugin registers; nothing by no hook where it has none.
+    """Return the objects that a plugin registers, by hook; only hooks that it implements are included.
 
     Parameters
     ----------
@@ -141,18 +141,18 @@ def collect(plugin: object, origin: Origin) -> Entries:
 
 
 def word_of(hook: str) -> str:
-    """Return the word for one of what a hook registers."""
+    """Return the noun for an object that a hook registers, such as ``scheme``."""
     return hook.partition("_")[2].removesuffix("s")
 
 
 @cache
 def further_hooks() -> Mapping[str, EntryPoint]:
-    """Return the hooks that plugins bring, each with the entry point of the class of what it returns."""
+    """Return the hooks that plugins define, each with the entry point of the class of its objects."""
     return {entry.name: entry for entry in entry_points(FURTHER)}
 
 
 def known_hooks() -> list[str]:
-    """Return the names of all hooks."""
+    """Return the sorted names of all hooks."""
     return sorted({*HOOKS, *further_hooks()})
 
 
@@ -200,7 +200,7 @@ def _scheme_name(scheme: Scheme) -> str:
 
 def _problem_name(function: Callable[..., object]) -> str:
     check_problem_function(function)
-    return problem_name(function)  # type: ignore[arg-type] # what it returns is seen when it is called
+    return problem_name(function)  # type: ignore[arg-type] # its return type is checked when it is called
 
 
 def _measure_name(measure: Any) -> str:
@@ -211,7 +211,7 @@ def _measure_name(measure: Any) -> str:
 
 
 def _naming(hook: str) -> Callable[[Any], str]:
-    """Return what checks and names the things that the hook of a plugin brings."""
+    """Return a function that checks and names the objects of a hook that a plugin defines."""
     kind = further_hooks()[hook].load()
 
     def name_of(thing: Any) -> str:
@@ -222,7 +222,7 @@ def _naming(hook: str) -> Callable[[Any], str]:
     return name_of
 
 
-# What checks that something can be registered, and returns its name.
+# Functions that check that an object can be registered, and return its name.
 NAMING: Mapping[str, Callable[[Any], str]] = {
     SCHEMES: _scheme_name,
     PROBLEMS: _problem_name,

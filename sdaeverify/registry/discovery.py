@@ -1,4 +1,4 @@
-"""Where plugins come from: entry points of distributions, files named by the user, the environment."""
+"""Sources of plugins: entry points of distributions, files named by the user, the environment."""
 
 import hashlib
 import os
@@ -15,13 +15,13 @@ from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, PluginError, UsageError, one_line
 
 GROUP = "sdaeverify"
-# Plugins that only some commands ask for: planted bugs, calibration cases and experiments.
+# Plugins for some commands only: planted bugs, calibration cases and experiments.
 LAB = "sdaeverify.lab"
-# Hooks that plugins bring, and their commands.
+# Entry-point groups for hooks and commands that plugins define.
 FURTHER, COMMANDS = "sdaeverify.hooks", "sdaeverify.commands"
 OWN_DISTRIBUTION = "sdaeverify"
 PREFIX = "SDAEVERIFY_"
-# Of the names of modules that are plugin files.
+# Prefix of the module names of plugin files.
 FILE_PREFIX = "sdaeverify_file_"
 DISABLED = "SDAEVERIFY_DISABLED_PLUGINS"
 STRICT = "SDAEVERIFY_STRICT_PLUGINS"
@@ -29,7 +29,7 @@ YES, NO = frozenset({"1", "true", "yes"}), frozenset({"", "0", "false", "no"})
 
 
 class Origin(NamedTuple):
-    """Who brings a plugin.
+    """Origin of a plugin.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Origin(NamedTuple):
 
     @property
     def author(self) -> str:
-        """What all plugins of one author share: the distribution, or the path of a file."""
+        """Identifier shared by all plugins of one author: the distribution, or the path of a file."""
         return normalise(self.distribution) or self.module
 
     def __str__(self) -> str:
@@ -56,7 +56,7 @@ class Origin(NamedTuple):
 
 
 def disabled_plugins(environ: Mapping[str, str]) -> frozenset[str]:
-    """Return the names of plugins, entry points or distributions that the environment leaves out."""
+    """Return the names of plugins, entry points or distributions that the environment disables."""
     return frozenset(name.strip() for name in environ.get(DISABLED, "").split(",") if name.strip())
 
 
@@ -66,7 +66,7 @@ def is_strict(environ: Mapping[str, str]) -> bool:
     Raises
     ------
     UsageError
-        If its value is no word for yes or no.
+        If its value is not a word for yes or no.
     """
     given = environ.get(STRICT, "").strip().lower()
     if given not in YES | NO:
@@ -75,15 +75,15 @@ def is_strict(environ: Mapping[str, str]) -> bool:
 
 
 def warn_unknown(environ: Mapping[str, str]) -> tuple[str, ...]:
-    """Return a warning for each variable ``SDAEVERIFY_*`` that means nothing."""
+    """Return a warning for each unknown environment variable ``SDAEVERIFY_*``."""
     unknown = sorted(name for name in environ if name.startswith(PREFIX) and name not in {DISABLED, STRICT})
     return tuple(f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
 
 
 def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
-    """Return the entry points of a group, those of this distribution first, then by name.
+    """Return the entry points of a group: those of this distribution first, then by name.
 
-    The order decides who keeps a name that two plugins register.
+    If two plugins register the same name, the first one in this order keeps it.
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
@@ -94,26 +94,26 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
 
 
 def origin_of(entry: metadata.EntryPoint) -> Origin:
-    """Return who declares an entry point."""
+    """Return the origin of an entry point."""
     name, version = (entry.dist.name, entry.dist.version) if entry.dist else ("", "")
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
 
 
 def normalise(distribution: str) -> str:
-    """Return the name of a distribution as package indexes compare it."""
+    """Return the normalised name of a distribution, as package indexes compare names."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
 
 def is_disabled(origin: Origin, disabled: Iterable[str]) -> bool:
-    """Tell whether a plugin is among the disabled ones, by its own name or its distribution's."""
+    """Return whether a plugin is disabled, by its own name or its distribution's."""
     names = set(disabled)
     return origin.plugin in names or normalise(origin.distribution) in set(map(normalise, names))
 
 
 def submodules(package: object, origin: Origin) -> list[Origin]:
-    """Return the modules of a package, each as a plugin of its own; none if it is no package.
+    """Return the modules of a package, each as a separate plugin; empty if `package` is not a package.
 
-    Names with a leading underscore are left out.
+    Names with a leading underscore are skipped.
     """
     if not (isinstance(package, ModuleType) and hasattr(package, "__path__")):
         return []
@@ -123,12 +123,12 @@ def submodules(package: object, origin: Origin) -> list[Origin]:
 
 
 def absolute(path: str | Path) -> Path:
-    """Return the absolute path of a plugin file, which need not be there.
+    """Return the absolute path of a plugin file, which need not exist.
 
     Raises
     ------
     PluginError
-        If there can be no such file: its name is too long, holds NUL, or is a loop of links.
+        If the path is invalid: its name is too long, contains NUL, or is a loop of links.
     """
     try:
         return Path(path).expanduser().resolve()
@@ -137,15 +137,16 @@ def absolute(path: str | Path) -> Path:
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Import a file as a module of its own; modules beside it are found where it imports them, and hide no others.
+    """Import a file as a module, with its folder appended to `sys.path`.
 
-    The module's name is made of the path and the content: another process that loads the same file can
-    unpickle what the file defines, and one that finds it changed cannot mistake it for the old one.
+    So it can import modules of its folder, and these hide no others. The module's name is a hash of the path and the
+    content: another process that loads the same file can unpickle its objects, and one that finds it changed cannot
+    mistake it for the old one.
 
     Raises
     ------
     PluginError
-        If there is no such Python file, or it fails as it is imported.
+        If there is no such Python file, or it fails when it is imported.
     """
     file = absolute(path)
     if os.path.isdir(file):
@@ -161,16 +162,16 @@ def load_file(path: str | Path) -> ModuleType:
 
 
 def load_source(file: Path, source: bytes) -> ModuleType:
-    """Import what a file holds, or held on another machine, as `load_file` does; it need not be there."""
+    """Import the content of a file, possibly from another machine, as `load_file` does; the file need not exist."""
     digest = hashlib.blake2b(str(file).encode() + b"\0" + source, digest_size=8).hexdigest()
     name = f"{FILE_PREFIX}{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{digest}"
     if name in sys.modules:
         return sys.modules[name]
-    # Compiled here and not by the import system, whose bytecode cache overlooks two edits within a second.
+    # Compile here, because the bytecode cache of the import system misses two edits within a second.
     code = compile(source, str(file), "exec", dont_inherit=True)
     module = ModuleType(name)
     module.__file__ = str(file)
-    # It is what runs, whatever is saved there later.
+    # The source that runs, even if the file changes later.
     vars(module)["__source__"] = source
     sys.modules[name] = module
     try:
@@ -182,7 +183,7 @@ def load_source(file: Path, source: bytes) -> ModuleType:
 
 
 def warn_unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
-    """Return a warning for each disabled name that names nothing."""
+    """Return a warning for each disabled name that matches no plugin."""
     names = set(known)
     missing = sorted(name for name in disabled if not {name, normalise(name)} & names)
     return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)

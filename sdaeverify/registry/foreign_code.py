@@ -1,4 +1,4 @@
-"""What the code of plugins may change of a process that loads it: neither its folder nor all of its log."""
+"""Protection of the process from plugin code: its working directory, and the size of its log."""
 
 import os
 import sys
@@ -6,15 +6,15 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
-# Letters that plugins may print at a time.
+# Maximum number of characters that plugins may print at a time.
 MOST_PRINTED = 2**20
 CUT = "\n[what plugins print is cut here, after a megabyte]\n"
 
 
 class BoundedText:
-    """A stream that writes no more than so many letters to another one, and leaves out the rest.
+    """A text stream that writes at most `most` characters to another stream and discards the rest.
 
-    In all else it is the other one.
+    Other attributes are those of the underlying stream.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class BoundedText:
         self.stream, self._left = stream, most
 
     def write(self, text: str) -> int:
-        """Write what there is room for, and say once that it was not all."""
+        """Write text up to the limit, followed once by a note that the rest is cut."""
         if self._left > 0:
             self.stream.write(text[: self._left])
             if len(text) > self._left:
@@ -39,7 +39,7 @@ class BoundedText:
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
-        """Write lines, which end as they are."""
+        """Write lines, without adding line separators."""
         for line in lines:
             self.write(line)
 
@@ -48,13 +48,13 @@ class BoundedText:
 
 
 def unbounded(stream: TextIO) -> TextIO:
-    """Return the stream that is written to in the end: what the program itself says has no bound."""
+    """Return the underlying stream, to which the framework's own messages are written without limit."""
     return unbounded(stream.stream) if isinstance(stream, BoundedText) else stream
 
 
 @contextmanager
 def printed_to_stderr() -> Iterator[None]:
-    """Send to stderr what is printed, up to a megabyte; nowhere where the program was started without it."""
+    """Redirect printed text to stderr, up to a megabyte; discard it if the process has no stderr."""
     stream: Any = None if sys.stderr is None else BoundedText(sys.stderr)
     with redirect_stdout(stream), redirect_stderr(stream):
         yield
@@ -62,11 +62,11 @@ def printed_to_stderr() -> Iterator[None]:
 
 @contextmanager
 def same_folder() -> Iterator[None]:
-    """Come back to the folder that the process is in: paths that the user has named are relative to it."""
+    """Restore the working directory on exit, because paths given by the user are relative to it."""
     try:
         here = os.getcwd()
     except OSError:
-        # It was removed: there is none to come back to.
+        # The working directory was removed, so it cannot be restored.
         yield
         return
     try:

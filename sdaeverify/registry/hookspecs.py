@@ -1,4 +1,4 @@
-"""The hooks: everything a plugin can do.
+"""The hooks: all extension points for plugins.
 
 A plugin is a module, named by an entry point of its distribution or given as a file, with functions of these
 names marked `hookimpl`::
@@ -8,10 +8,10 @@ names marked `hookimpl`::
     my-schemes = "my_schemes"           # a module, or a package whose modules are one plugin each
 
     [project.entry-points."sdaeverify.lab"]
-    my-bugs = "my_planted_bugs"         # what only some commands need: imported when they ask for it
+    my-bugs = "my_planted_bugs"         # plugins for some commands only: imported when one of these needs them
 
     [project.entry-points."sdaeverify.hooks"]
-    sdaeverify_tables = "my_tables:Table"   # a hook of your own, and the class of what it returns
+    sdaeverify_tables = "my_tables:Table"   # a hook of your own, and the class of the objects it returns
 
     # my_schemes.py, or: sdaeverify matrix --plugin my_schemes.py
     from sdaeverify import hookimpl
@@ -21,7 +21,7 @@ names marked `hookimpl`::
         return [MyScheme()]
 
 No hook is called inside the time loop. A plugin that fails in any way, or registers a name that is taken, is
-left out as a whole and shown with the reason.
+left out as a whole and listed with the reason.
 """
 
 from collections.abc import Callable, Iterable
@@ -44,13 +44,13 @@ def sdaeverify_schemes() -> Iterable[Scheme]:  # type: ignore[empty-body]
     """Return schemes.
 
     When: once, as the registry is loaded.
-    Given: nothing.
+    Given: no arguments.
 
     Returns
     -------
     iterable of Scheme
         Instances of frozen dataclasses. Several instances of one class are the default variants of its name.
-        A parameter has a default that is a bool, an int, a float or a str; wrong values are refused in
+        Each parameter has a default that is a bool, an int, a float or a str. A scheme rejects invalid values in
         ``__post_init__`` by raising `ParameterError`.
     """
 
@@ -60,12 +60,12 @@ def sdaeverify_problems() -> Iterable[Callable[..., Problem]]:  # type: ignore[e
     """Return problem functions, without calling them.
 
     When: once, as the registry is loaded; a function is called when its problem is run, in any process.
-    Given: nothing.
+    Given: no arguments.
 
     Returns
     -------
     iterable of callable, keyword parameters -> Problem
-        Functions at the top level of a module. Every parameter has a default that is a bool, an int, a float
+        Functions at the top level of a module. Each parameter has a default that is a bool, an int, a float
         or a str. ``pendulum_tangential`` is registered as ``pendulum-tangential``.
     """
 
@@ -75,7 +75,7 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
     """Return measures.
 
     When: once, as the registry is loaded.
-    Given: nothing.
+    Given: no arguments.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
 
 @hookspec
 def sdaeverify_report(folder: Path, result: Any) -> None:
-    """Write further files beside the report.
+    """Write further files to the folder of a report.
 
     When: at the end of a run, after all tables are written.
 
@@ -95,8 +95,8 @@ def sdaeverify_report(folder: Path, result: Any) -> None:
     folder : Path
         Folder of the report; it exists, and its own files must not be changed.
     result : Result
-        What the run came to, as `sdaeverify.verify` returns it: its tables are `verdicts` and `levels`, its cells
-        with their findings `results`. An implementation may leave this argument out, as any of a hook.
+        The result of the run, as `sdaeverify.verify` returns it: its tables are `verdicts` and `levels`, its cells
+        with their findings `results`. As for any hook, an implementation may omit this argument.
 
     Returns
     -------

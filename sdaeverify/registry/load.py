@@ -1,6 +1,6 @@
-"""The registry: entry points and files in, immutable sorted maps out.
+"""Loading of the registry from entry points and files into immutable sorted maps.
 
-A plugin that fails in any way is left out as a whole; its row says why.
+A plugin that fails in any way is left out as a whole; its row gives the reason.
 """
 
 import os
@@ -53,21 +53,21 @@ ON_REQUEST, WHO_ASKS = "on request", "loaded by the commands that need it"
 
 
 class PluginRow(NamedTuple):
-    """What became of a plugin.
+    """Status of a plugin.
 
     Attributes
     ----------
     name, distribution, version, module : str
         As in `Origin`.
     status : str
-        ``loaded``, ``disabled``, ``broken``, ``absent`` where the library it is made for is not installed, or
-        ``on request`` where nobody has asked for it.
+        ``loaded``, ``disabled``, ``broken``, ``absent`` if the library it is made for is not installed, or
+        ``on request`` if no command has requested it.
     reason : str
         Why it is not loaded, in one line.
     schemes, problems, measures : int
-        How many names it registers.
+        Number of names it registers.
     further : tuple of (str, int)
-        Hooks that plugins bring, and how many names it registers by each.
+        Hooks that plugins define, and the number of names it registers for each.
     """
 
     name: str
@@ -83,7 +83,7 @@ class PluginRow(NamedTuple):
 
 
 class LoadedPlugin(NamedTuple):
-    """A plugin's row and what it registers: nothing if it is disabled or broken."""
+    """A plugin's row and its registered objects, which are empty if it is not loaded."""
 
     row: PluginRow
     entries: Entries = MappingProxyType({})
@@ -91,7 +91,7 @@ class LoadedPlugin(NamedTuple):
 
 @dataclass(frozen=True)
 class Registry:
-    """All that is registered, by hook and by name, sorted by name.
+    """All registered objects, by hook and by name, sorted by name.
 
     Attributes
     ----------
@@ -99,9 +99,9 @@ class Registry:
     plugins : tuple of PluginRow
         In the order they were loaded.
     warnings : tuple of str
-        What is odd about the environment, one line each.
+        Warnings about environment variables and claims, one line each.
     files : tuple of str
-        Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
+        Absolute paths of plugin files: a worker process loads them by `load_file` before it unpickles anything.
     """
 
     entries: Entries
@@ -111,11 +111,11 @@ class Registry:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """The warnings, and a line for each plugin that is broken and left out."""
+        """The warnings, and a line for each broken plugin."""
         broken = (row for row in self.plugins if row.status == "broken")
         places = ((row, f"{row.distribution} {row.version}".strip() or row.module) for row in broken)
-        told = (f"plugin {row.name} ({place}) is broken and left out: {row.reason}" for row, place in places)
-        return (*self.warnings, *told)
+        lines = (f"plugin {row.name} ({place}) is broken and left out: {row.reason}" for row, place in places)
+        return (*self.warnings, *lines)
 
     @property
     def schemes(self) -> Mapping[str, Registered]:
@@ -134,7 +134,7 @@ class Registry:
 
     @property
     def followed(self) -> Followed:
-        """Names of the measures whose claims say that steps follow the equation."""
+        """Names of the measures whose claims imply that steps follow the equation."""
         return Followed.by(entry.thing for entry in self.measures.values())
 
     @property
@@ -146,18 +146,18 @@ class Registry:
         return tuple(dict.fromkeys(named))
 
     def names(self, given: Scheme | ProblemSpec) -> bool:
-        """Tell whether a scheme or problem is the registered one of its name, so that a command can name it."""
+        """Return whether a scheme or problem is the one registered under its name, so that commands can name it."""
         known = self.schemes if isinstance(given, Scheme) else self.problems
         subject: object = type(given) if isinstance(given, Scheme) else given.function
         entry = known.get(given.name)
         return entry is not None and entry.subject is subject
 
     def things(self, hook: str) -> dict[str, Any]:
-        """Return what the hook of a plugin registers, by name."""
+        """Return the objects registered by a plugin's hook, by name."""
         return {name: entry.thing for name, entry in self.entries.get(hook, {}).items()}
 
     def report(self, folder: Path, result: object) -> tuple[str, ...]:
-        """Let each plugin write beside the report of a result; return one line for each that failed."""
+        """Call the report hook of each plugin; return one line for each failure."""
         failures = []
         for entry in self.entries.get(REPORT, {}).values():
             try:
@@ -175,22 +175,22 @@ def load_registry(
     Parameters
     ----------
     paths : sequence of str or Path
-        Plugin files; as they were asked for, they may not fail.
+        Plugin files; an error in one of them is raised, because the user has requested it.
     environ : mapping of str to str
         By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
-        distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` no plugin may be broken.
+        distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` a broken plugin is an error.
     lab : bool
-        Whether the plugins of the group ``sdaeverify.lab`` are loaded, too, of which a run needs none.
+        Whether to load the plugins of the group ``sdaeverify.lab``, too; runs do not need them.
 
     Raises
     ------
     PluginError
-        If a file cannot be used or claims about a measure that is not registered, or if a plugin is broken and that
-        is not allowed.
+        If a file cannot be used or makes a claim about an unregistered measure, or if a plugin is broken and broken
+        plugins are forbidden.
     UsageError
-        If an environment variable has a value that it cannot have.
+        If an environment variable has an invalid value.
     """
-    # What a plugin prints as it loads is no result.
+    # Standard output is for results; text printed by plugins during import goes to stderr.
     with printed_to_stderr(), same_folder():
         return _load(paths, os.environ if environ is None else environ, lab=lab)
 
@@ -198,7 +198,7 @@ def load_registry(
 def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool) -> Registry:
     if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
-    # Before any plugin is loaded, which might change the folder that they are relative to.
+    # Resolve paths before loading plugins, which might change the working directory.
     files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
     disabled = disabled_plugins(environ)
     entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
@@ -226,9 +226,9 @@ def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files
 
 
 def _refuse_unknown_measures(outcomes: Sequence[LoadedPlugin], *, strict: bool) -> None:
-    """Raise if a plugin file, or any plugin if that is asked for, claims about a measure that is not registered.
+    """Raise if a plugin makes a claim about an unregistered measure: any plugin if `strict`, else plugin files only.
 
-    Nothing is refused where a plugin is left out, because it may be the one that registers the measure.
+    If a plugin is left out, no error is raised, because that plugin may register the measure.
     """
     left_out = (each.row for each in outcomes if each.row.status in {"disabled", "broken", "absent"})
     if any(row.status != "absent" or normalise(row.distribution) != OWN_DISTRIBUTION for row in left_out):
@@ -240,7 +240,7 @@ def _refuse_unknown_measures(outcomes: Sequence[LoadedPlugin], *, strict: bool) 
 
 
 def _idle_claims(schemes: Mapping[str, Registered], measures: Collection[str]) -> Iterator[str]:
-    """Yield a line for each measure that a claim names and that is not registered."""
+    """Yield a line for each unregistered measure that a claim names."""
     for name, entry in schemes.items():
         claimed = {claim.measure for variant in entry.variants for claim in variant.promises}
         for measure in sorted(claimed - set(measures)):
@@ -282,7 +282,7 @@ def _from_entry_point(
 def _load_plugins(
     load: Callable[[], Any], origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]
 ) -> list[LoadedPlugin]:
-    """Load a plugin, or all plugins of a package; none where nothing in it is a hook."""
+    """Load a plugin, or all plugins of a package; return an empty list if there are no hooks."""
     if is_disabled(origin, disabled):
         return [_skip(origin)]
     try:
@@ -292,7 +292,7 @@ def _load_plugins(
         modules = submodules(plugin, origin)
     except FAULTS as error:
         return [_reject(origin, error)]
-    # A module without hooks is a helper of its neighbours, a package without hooks a family of plugins.
+    # A module without hooks is a helper of other modules; a package without hooks is a collection of plugins.
     outcomes: list[LoadedPlugin] = []
     for module in modules:
         outcomes += _load_plugins(partial(import_module, module.module), module, disabled, [*before, *outcomes])

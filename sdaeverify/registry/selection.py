@@ -1,4 +1,4 @@
-"""Selections: which schemes, problems and measures a request means.
+"""Selection of schemes, problems and measures by name, pattern or object.
 
 ::
 
@@ -6,7 +6,7 @@
     half-explicit-euler[truncation=none]   the scheme with these parameters
     half-*                                 all default variants of all names that match; ? is one character
     half-*[truncation=none]                each name that matches, with these parameters
-    euler-maruyama,milstein                several; brackets keep their commas
+    euler-maruyama,milstein                several; commas inside brackets do not separate
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,25 +27,25 @@ Thing = TypeVar("Thing")
 
 
 def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Scheme] = ()) -> list[Scheme]:
-    """Return the schemes that are meant, without repetition, in the order of the registry.
+    """Return the selected schemes, without repetition, in the order of the registry.
 
     Parameters
     ----------
     registry : Registry
     wanted : sequence of str or Scheme
-        Patterns and schemes, mixed; empty for all variants of everything that is not marked as run on request.
+        Patterns and schemes, mixed; if empty, all variants of all schemes not marked as run on request.
 
     Raises
     ------
     UsageError
-        If a name is unknown, a pattern matches nothing, or two different schemes have one label.
+        If a name is unknown, a pattern matches no scheme, or two different schemes have one label.
     ParameterError
         If a parameter is unknown or its value is not accepted.
     """
 
     def given(scheme: Any) -> Any:
         check_scheme(scheme)
-        # No other scheme is registered under its name: controls are found by their names.
+        # A given scheme must not share the name of another registered one, because controls are found by name.
         entry = registry.schemes.get(scheme.name)
         if entry is not None and not registry.names(scheme):
             raise UsageError(
@@ -61,47 +61,47 @@ def select_problems(
     registry: Registry,
     wanted: str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]] = (),
 ) -> list[ProblemSpec]:
-    """Return the recipes of the problems that are meant, without repetition, in the order of the registry.
+    """Return the specifications of the selected problems, without repetition, in the order of the registry.
 
     Parameters
     ----------
     registry : Registry
     wanted : sequence of str, ProblemSpec or callable
-        Patterns, recipes and problem functions, mixed; empty for everything with its parameters in the matrix, which
-        are the defaults where a problem function is not marked with others or as run on request.
+        Patterns, specifications and problem functions, mixed; if empty, all problems with their parameters in the
+        matrix. These are the defaults unless the problem function is marked with others or as run on request.
 
     Raises
     ------
     UsageError
-        If a name is unknown, a pattern matches nothing, or two different problems have one label.
+        If a name is unknown, a pattern matches no problem, or two different problems have one label.
     ParameterError
-        If a parameter is unknown or its text is no value of its type.
+        If a parameter is unknown or its text cannot be converted to its type.
     """
     found = _select("problem", registry, wanted, _recipe)
     return [replace(spec, bound=_known_schemes(registry, spec)) if spec.schemes else spec for spec in found]
 
 
 def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
-    """Return the measures that are meant, without repetition, sorted by name.
+    """Return the selected measures, without repetition, sorted by name.
 
     Parameters
     ----------
     registry : Registry
     wanted : sequence of str or measure
-        Patterns and measures, mixed; empty for everything.
+        Patterns and measures, mixed; if empty, all measures.
 
     Raises
     ------
     UsageError
-        If a name is unknown, a pattern matches nothing or has parameters, or two measures have one name.
+        If a name is unknown, a pattern matches no measure or has parameters, or two measures have one name.
     """
     return _select("measure", registry, wanted, _measure)
 
 
 def _known_schemes(registry: Registry, spec: ProblemSpec) -> frozenset[str] | None:
-    """Return the names of the schemes that the author of a problem could name; None if the problem has no plugin.
+    """Return the names of the schemes that a problem's author could name; None if the problem has no plugin.
 
-    They come with the framework, or with the distribution or file that the problem comes with.
+    These schemes belong to the framework, or to the distribution or file of the problem.
     """
     if spec.name not in registry.problems:
         return None
@@ -110,19 +110,19 @@ def _known_schemes(registry: Registry, spec: ProblemSpec) -> frozenset[str] | No
 
 
 def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:
-    """Return the one thing that a label means.
+    """Return the only object that a label selects.
 
     Parameters
     ----------
     kind, wanted : str
-        What kind of thing is wanted, and the label.
+        The kind of object, and the label.
     found : sequence
-        What it means.
+        The objects selected by the label.
 
     Raises
     ------
     UsageError
-        If it means none or several.
+        If there is not exactly one object.
     """
     if len(found) != 1:
         raise UsageError(f"expected the label of one {kind}, got {wanted!r}, which means {len(found)}")
@@ -130,7 +130,7 @@ def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:
 
 
 def _select(kind: str, registry: Registry, wanted: Any, given: Callable[[Any], Any]) -> list[Any]:
-    """Return what is meant, each once; `given` checks what is no pattern."""
+    """Return the selected objects, each once; `given` checks items that are not patterns."""
     entries = _kinds(registry)[kind]
     if not wanted and not isinstance(wanted, str):
         found: Iterable[Any] = (thing for entry in entries.values() for thing in entry.in_matrix)
@@ -157,7 +157,7 @@ def _label(thing: Any) -> str:
 
 
 def _identity(thing: Any) -> object:
-    """Return what makes two things of one label the same."""
+    """Return the object by which two selected objects with the same label are compared."""
     if isinstance(thing, ProblemSpec):
         return thing.function
     return type(thing) if isinstance(thing, Scheme) else thing
@@ -184,7 +184,7 @@ def _chosen(kind: str, registry: Registry, wanted: Any, given: Callable[[Any], A
         name, texts = parse_label(item)
         is_glob = "*" in name or "?" in name
         names = [known for known in entries if fnmatchcase(known, name)] if is_glob else [name]
-        # "*" alone asks for everything there is, which may be nothing.
+        # "*" alone selects all objects, of which there may be none.
         if (not names and name != "*") or (not is_glob and name not in entries):
             raise _unknown(kind, name, registry)
         for entry in (entries[known] for known in names):
@@ -192,7 +192,7 @@ def _chosen(kind: str, registry: Registry, wanted: Any, given: Callable[[Any], A
 
 
 def _items(kind: str, wanted: Any) -> Iterator[Any]:
-    # A single thing may be given; whoever asked for it checks what it is.
+    # A single object may be given; the caller's `given` checks its type.
     several = isinstance(wanted, Iterable) and not isinstance(wanted, bytes | str)
     for item in wanted if several else [wanted]:
         patterns = split_list(item) if isinstance(item, str) else [item]

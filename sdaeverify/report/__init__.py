@@ -1,1 +1,1 @@
-"""Reports: tables and files made of results, nothing computed anew."""
+"""Reports: tables, pages and files made from results, without further computation."""

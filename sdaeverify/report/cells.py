@@ -1,4 +1,4 @@
-"""The cells of a table: what their column means, and how they are read, be they values or the texts of a file."""
+"""Columns of tables with their meanings, and parsing of cells that are values or texts of a file."""
 
 from collections.abc import Callable, Iterable, Mapping
 from math import nan
@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
 
-# How pandas writes a cell that holds nothing, of a floating and of a nullable type.
+# Text of an empty cell in pandas, for a floating and for a nullable type.
 EMPTY = frozenset({"nan", "<NA>"})
 Row = Mapping[str, object]
 Key = TypeVar("Key")
@@ -14,7 +14,7 @@ Item = TypeVar("Item")
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """Return items by their key, in the order of the first of each."""
+    """Group items by key, in the order of the first item of each group."""
     groups: dict[Key, list[Item]] = {}
     for item in items:
         groups.setdefault(key(item), []).append(item)
@@ -22,19 +22,19 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
 
 
 class Column(NamedTuple):
-    """A column.
+    """Description of a table column.
 
     Attributes
     ----------
     name, meaning : str
     kind : str
-        Text, number, whole number or truth value; an empty cell says that there is none.
+        Text, number, whole number or truth value; an empty cell means a missing value.
     unit : str
-        Empty for what has none.
+        Empty for a dimensionless column.
     label : str
-        Before its value where all that is known of a quantity is told; empty for what has words of its own there.
+        Label of the value in the full report of a quantity; empty if the report has a special phrase for it.
     on_page : bool
-        Whether the page of a run has it.
+        Whether the page of a run shows the column.
     """
 
     name: str
@@ -51,7 +51,7 @@ def number_column(name: str, meaning: str, unit: str = "") -> Column:
     Parameters
     ----------
     name, meaning, unit : str
-        As in `Column`.
+        See `Column`.
     """
     return Column(name, meaning, NUMBER, unit)
 
@@ -62,19 +62,19 @@ def names(columns: Iterable[Column]) -> tuple[str, ...]:
 
 
 def text(row: Row, name: str) -> str:
-    """Return a text of a row; empty where it has none."""
+    """Return the text of a cell; empty if it is missing."""
     found = row.get(name)
     told = "" if found is None else str(found)
     return "" if told in EMPTY else told
 
 
 def number(row: Row, name: str) -> float:
-    """Return a number of a row; NaN where it has none."""
+    """Return the number of a cell; NaN if it is missing or not a number."""
     return parse(text(row, name))
 
 
 def parse(told: str) -> float:
-    """Return a number; NaN where a text is none."""
+    """Convert a text to a number; NaN if it is not one."""
     try:
         return float(told or nan)
     except ValueError:

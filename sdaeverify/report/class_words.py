@@ -1,4 +1,4 @@
-"""Verdicts on claims about classes in words, from the table of classes of a run."""
+"""Verdicts on claims about classes of equations in words, from the table of classes of a run."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,16 +10,8 @@ from .cells import Row, grouped, number, text
 from .plain import visible
 from .sentences import lines_of
 
-# How a verdict on a class looks: as that of a quantity which has it, or which stays open.
-LOOKS = {
-    "refuted": "refuted",
-    "error": "error",
-    "premise fails": "inconclusive",
-    "verified": "verified",
-    "not claimed": "out_of_scope",
-}
-CLAIMED = ("refuted", "error", "premise fails", "verified")
-NOTED = {"premise fails": "without a verdict", "error": "in error"}
+CLAIMED = ("refuted", "error", "inconclusive", "verified")
+NOTED = {"inconclusive": "without a verdict", "error": "in error"}
 HOLD = (
     "the claim holds for every class that it is about: look at stability, smoothness, step sizes, states, "
     "and the problem's truth (sdaeverify check PROBLEM)"
@@ -27,24 +19,24 @@ HOLD = (
 
 
 def class_lines(rows: Sequence[Row], width: int) -> Iterator[Text]:
-    """Yield what is said of the claims of a scheme, classes with the same verdict for the same reason together.
+    """Yield the verdicts on claims of a scheme, with classes of the same verdict and reason on one line.
 
     Parameters
     ----------
     rows : sequence of mapping
-        Of the table of classes.
+        Rows of the table of classes.
     width : int
-        Columns of the screen.
+        Width of the screen in characters.
     """
     groups = grouped((row for row in rows if text(row, "verdict") in CLAIMED), _alike)
     for (verdict, claim, why), same in sorted(groups.items(), key=lambda item: CLAIMED.index(item[0][0])):
         names = ", ".join(map(_class_name, same))
         told = f"{claim} {verdict} for smooth equations of the class {names}{why and f': {why}'}"
-        yield from lines_of(visible(f"  {told}"), width, "    ", LOOKS[verdict])
+        yield from lines_of(visible(f"  {told}"), width, "    ", verdict)
 
 
 def _class_name(row: Row) -> str:
-    """Return the name of a class, with the number of motions where the class itself does not tell it."""
+    """Return the name of a class, with the number of Brownian motions if it exceeds 1."""
     motions = text(row, "motions")
     return text(row, "class") + (f" (up to {motions} motions)" if motions > "1" else "")
 
@@ -53,20 +45,20 @@ def _alike(row: Row) -> tuple[str, str, str]:
     verdict = text(row, "verdict")
     return (
         verdict,
-        text(row, "measure") + ("" if isnan(order := number(row, "claim")) else f" order {order:g}"),
+        text(row, "measure") + ("" if isnan(order := number(row, "claimed_order")) else f" order {order:g}"),
         "" if verdict == "verified" else why(row),
     )
 
 
 def why(row: Row) -> str:
-    """Return which condition fails, or why none decides."""
+    """Return which condition fails, or why no condition decides."""
     if text(row, "verdict") == "refuted" and text(row, "first"):
         return f"{text(row, 'first')}: found {text(row, 'found')}, wanted {text(row, 'wanted')}"
     return text(row, "premise")
 
 
 def class_notes(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield how many claims have which verdict for a class, and what refutes the first of them."""
+    """Yield the number of claims with each verdict for a class, and the condition that refutes the first."""
     found = Counter(text(row, "verdict") for row in rows)
     if claimed := [f"{found[verdict]} {NOTED.get(verdict, verdict)}" for verdict in CLAIMED[::-1] if found[verdict]]:
         yield f"claims for classes of equations: {', '.join(claimed)}"
@@ -75,21 +67,21 @@ def class_notes(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def hint(rows: Iterable[Row], scheme: str, measure: str, verdict: str) -> str:
-    """Return the verdict for classes on a claim that is refuted on a problem, or refuted for a class alone.
+    """Return the verdict for classes on a claim, if it adds to the verdict on a problem.
 
     Parameters
     ----------
     rows : iterable of mapping
-        Of the table of classes.
+        Rows of the table of classes.
     scheme, measure : str
-        Of the claim.
+        Labels of the scheme and of the measure of the claim.
     verdict : str
-        On a problem.
+        Verdict on a problem.
 
     Returns
     -------
     str
-        Empty unless the two verdicts say more than one of them.
+        Empty unless the verdict for classes adds information.
     """
     if verdict not in {"refuted", "verified"}:
         return ""

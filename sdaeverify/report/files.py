@@ -1,4 +1,4 @@
-"""Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
+"""Files of a run: text files that are written atomically."""
 
 import csv
 import json
@@ -18,18 +18,18 @@ from .plain import visible
 
 PARQUET = ".parquet"
 UNFINISHED = ".unfinished-"
-# What a spreadsheet takes for the beginning of a formula, full-width signs included.
+# Characters that begin a formula in a spreadsheet, including full-width signs.
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 @contextmanager
 def write_whole(path: Path) -> Iterator[IO[bytes]]:
-    """Give a file to write to, beside its place, and move it there at the end: no reader ever finds half of it.
+    """Write a file atomically: yield a temporary file in the same folder, then rename it.
 
     Parameters
     ----------
     path : Path
-        In a folder that exists; what is there is replaced, or left as it is if writing fails.
+        File in an existing folder. An existing file is replaced, or kept if writing fails.
     """
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED)
     try:
@@ -43,18 +43,18 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
 
 
 def require_writable(folder: Path, option: str = "--out") -> None:
-    """Create a folder if there is none, and check that files can be written into it.
+    """Create a folder if it does not exist, and check that files can be written into it.
 
     Parameters
     ----------
     folder : Path
     option : str
-        That names it on the command line, for the message.
+        Command line option that gives the folder, for the message.
 
     Raises
     ------
     UsageError
-        If it cannot be created or written into.
+        If the folder cannot be created or written into.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -66,14 +66,14 @@ def require_writable(folder: Path, option: str = "--out") -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, and as Parquet beside it where pyarrow is installed.
+    """Write a table as CSV, and as Parquet if pyarrow is installed.
 
-    Numbers have all digits, nothing stands for None and NaN, and texts, headings too, are `harmless`.
+    Numbers have all digits, None and NaN become empty cells, and texts and headings pass through `harmless`.
 
     Raises
     ------
     UsageError
-        If it cannot be written.
+        If the table cannot be written.
     """
     texts = table.select_dtypes(exclude=["number", "bool"]).map(harmless)
     safe = table.assign(**{str(name): column for name, column in texts.items()}).rename(columns=harmless)
@@ -85,11 +85,11 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def harmless(value: object) -> object:
-    """Return the value of a cell such that neither a terminal nor a spreadsheet takes it for an order.
+    """Escape the value of a cell so that neither a terminal nor a spreadsheet interprets it as a command.
 
-    Numbers and other values that are no text stay as they are. In texts, control characters become escapes; a text
-    that a spreadsheet would evaluate, since ``=``, ``+``, ``-`` or ``@`` is the first thing in it, gets an apostrophe
-    in front, which a spreadsheet does not show. A text that is a number is none of these.
+    Numbers and other values that are not texts stay unchanged. In texts, control characters become escapes. A text
+    that begins with ``=``, ``+``, ``-`` or ``@``, which a spreadsheet would evaluate, gets a leading apostrophe,
+    which a spreadsheet does not show. A text that is a number gets none.
     """
     if not isinstance(value, str):
         return value
@@ -106,12 +106,12 @@ def _number(text: str) -> bool:
 
 
 def read_rows(file: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file that `write_table` has written.
+    """Return the rows of a CSV file written by `write_table`.
 
     Raises
     ------
     OSError, ValueError, csv.Error
-        If it cannot be read, is empty, ends within a line, or has a row of another number of cells than the heading.
+        If the file cannot be read, is empty, ends within a line, or has a row whose length differs from the heading.
     """
     with file.open(newline="", encoding="utf-8") as opened:
         text = opened.read()
@@ -135,7 +135,7 @@ def write_text(text: str, path: Path) -> None:
     Raises
     ------
     UsageError
-        If it cannot be written, for example because the disk is full.
+        If the file cannot be written, for example because the disk is full.
     """
     _write(lambda file: file.write(text.encode()), path)
 

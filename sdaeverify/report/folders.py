@@ -1,32 +1,37 @@
-"""The tables of a run in its folder: they are written whole, and read as texts, of which nothing is executed."""
+"""Tables in the folder of a run: written atomically and read as texts, without executing code."""
 
 import csv
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
+from ..contracts.labels import parse_label, text_of
 from ..errors import UsageError
+from ..trees.class_row import EVERY_EQUATION
 from .files import PARQUET, read_rows, require_writable, write_json, write_table
+from .tables.absent import AbsentGroup, group_absent, ungroup_absent
 
 if TYPE_CHECKING:
     from ..study import Cell
 
-# Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
-SCHEMA = 2
-# How there comes to be one.
+# Class of a label that names none.
+GENERAL = "general"
+# Version of the file format; version 1 had a single table for verdicts and for cells that do not apply.
+SCHEMA = 3
+# Advice of how to create a run.
 MAKE = "sdaeverify matrix --out FOLDER makes one"
 VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
-CLASSES = "classes.csv"
 DETAILS = "details"
+CLASSES = f"{DETAILS}/classes.csv"
 TextRow = Mapping[str, str]
 
 
 class Key(NamedTuple):
-    """What a row is about: labels of scheme and problem, names of measure and quantity."""
+    """Key of a row: labels of scheme and problem, names of measure and quantity."""
 
     scheme: str
     problem: str
@@ -38,23 +43,22 @@ class Key(NamedTuple):
 
 
 NAMES = Key._fields
-CLASS_NAMES = ("scheme", "class", "measure", "verdict")
 
 
 class SavedTables(NamedTuple):
-    """What a folder holds of a run.
+    """Tables of a run, read from its folder.
 
     Attributes
     ----------
     folder : Path
     verdicts, absent : sequence of mapping of str to str
-        What was claimed or measured, and what does not apply.
+        Rows of claimed or measured quantities on problems, and rows of cells that do not apply.
     run : dict
         The contents of ``run.json``.
     levels, details : sequence of mapping of str to str
-        Empty where they were not asked for.
+        Rows of levels and details; empty if they were not read.
     classes : sequence of mapping of str to str
-        What order conditions say; empty in a folder of an earlier version.
+        Rows of verdicts on classes of equations, with details; empty in a folder of an earlier version.
     """
 
     folder: Path
@@ -67,22 +71,28 @@ class SavedTables(NamedTuple):
 
 
 def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[str, object]) -> None:
-    """Write the tables of a run and ``run.json``; those of another run in the folder are replaced.
+    """Write the tables of a run and ``run.json``, replacing those of an earlier run.
 
     Parameters
     ----------
     folder : Path
     tables : mapping of str to DataFrame
-        By the name of the file.
+        Tables by file name.
     run : mapping
     """
     (folder / DETAILS).mkdir(exist_ok=True)
     for name, table in tables.items():
-        write_table(table, folder / name)
+        write_table(_grouped(table) if name == NOT_APPLICABLE else table, folder / name)
     for stale in (folder / DETAILS).iterdir():
         if f"{DETAILS}/{stale.stem}.csv" not in tables and stale.suffix in {".csv", PARQUET}:
             stale.unlink()
     write_json(run, folder / RUN)
+
+
+def _grouped(absent: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of cells that do not apply as it is saved: one row for each scheme and reason."""
+    groups = group_absent({str(name): value for name, value in row.items()} for row in absent.to_dict("records"))
+    return pd.DataFrame([group.row for group in groups], columns=[*AbsentGroup._fields])
 
 
 def read_tables(folder: Path) -> SavedTables:
@@ -91,41 +101,63 @@ def read_tables(folder: Path) -> SavedTables:
     Raises
     ------
     UsageError
-        If the folder holds none, or those of another version of this program.
+        If the folder holds no tables, or those of another version of this program.
     """
     details = [row for file in sorted((folder / DETAILS).glob("*.csv")) for row in read_table(file)]
     return read_verdicts(folder)._replace(levels=read_table(folder / LEVELS), details=details)
 
 
 def read_verdicts(folder: Path) -> SavedTables:
-    """Read what a run came to, without levels and details; raises as `read_tables`."""
-    verdicts, run = read_table(folder / VERDICTS), run_of(folder)
+    """Read the tables of a run without levels and details; raises the same errors as `read_tables`."""
+    rows, run = read_table(folder / VERDICTS), run_of(folder)
     found = run.get("schema_version")
     if found != SCHEMA:
         told = f"in format {found}" if isinstance(found, int) else "in no known format"
         raise UsageError(
             f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
         )
-    classes = read_table(folder / CLASSES, CLASS_NAMES) if (folder / CLASSES).is_file() else ()
-    return SavedTables(folder, verdicts, read_table(folder / NOT_APPLICABLE), run, classes=classes)
+    verdicts = [row for row in rows if class_in(row["problem"]) is None]
+    details = read_table(folder / CLASSES) if (folder / CLASSES).is_file() else ()
+    classes = joined_classes((row for row in rows if class_in(row["problem"]) is not None), details)
+    absent = ungroup_absent(read_table(folder / NOT_APPLICABLE, AbsentGroup._fields))
+    return SavedTables(folder, verdicts, absent, run, classes=classes)
+
+
+def class_in(problem: str) -> str | None:
+    """Return the class of equations that a label in the column of problems names; None for a problem."""
+    if problem.partition("[")[0] != EVERY_EQUATION:
+        return None
+    return text_of((parse_label(problem).parameters or {}).get("of", GENERAL))
+
+
+def joined_classes(rows: Iterable[Mapping[str, Any]], details: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return verdicts on classes as rows with the name of the class and the details.
+
+    Parameters
+    ----------
+    rows, details : iterable of mapping
+        Rows of verdicts on classes, and rows of details.
+    """
+    known = {key_of(row): row for row in details}
+    return [{**known.get(key_of(row), {}), **row, "class": class_in(row["problem"])} for row in rows]
 
 
 def require_run_folder(folder: Path, option: str = "--out") -> None:
-    """Create the folder of a run if there is none, and check that files can be written into it.
+    """Create the folder of a run if it does not exist, and check that files can be written into it.
 
-    A ``run.json`` of another program would be overwritten.
+    The check protects a ``run.json`` of another program from being overwritten.
 
     Parameters
     ----------
     folder : Path
-        Need not exist.
+        Folder of the run, which need not exist.
     option : str
-        Name of the command line option that gives it, for the message.
+        Command line option that gives the folder, for the message.
 
     Raises
     ------
     UsageError
-        If it cannot be written into, or has a file of this name without the keys that this program writes.
+        If the folder cannot be written into, or has a ``run.json`` without the keys that this program writes.
     """
     file = folder / RUN
     # Unlike Path.is_file, this does not raise for names that no file can have.
@@ -135,12 +167,12 @@ def require_run_folder(folder: Path, option: str = "--out") -> None:
 
 
 def key_of(row: Mapping[str, Any]) -> Key:
-    """Return what a row is about."""
+    """Return the key of a row."""
     return Key(*(str(row[name]) for name in NAMES))
 
 
 def key_in(cell: "Cell", quantity: str) -> Key:
-    """Return what is said of a quantity in a cell."""
+    """Return the key of a quantity in a cell."""
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, quantity)
 
 
@@ -151,12 +183,12 @@ def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
     ----------
     file : Path
     names : sequence of str
-        Columns that it has to have.
+        Required columns.
 
     Raises
     ------
     UsageError
-        If it cannot be read, or lacks one of them.
+        If the table cannot be read, or lacks a required column.
     """
     try:
         rows = read_rows(file)
@@ -169,7 +201,7 @@ def read_table(file: Path, names: Sequence[str] = NAMES) -> Sequence[TextRow]:
 
 
 def run_of(folder: Path) -> dict[str, Any]:
-    """Return what ``run.json`` tells of the run in a folder.
+    """Return the contents of ``run.json`` in the folder of a run.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A result at a prompt and in a notebook: a short table, not all there is."""
+"""Short representation of a result at a prompt and in a notebook."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from .sentences import ATTENTION, counts_of, ending, in_cells, overview
 from .verdict_row import VerdictRow
 
 WIDTH = 80
-# Rows of a table in a notebook.
+# Largest number of table rows in a notebook.
 MOST = 30
 MORE = "print it; .verdicts .levels .details(measure) .cell(scheme, problem) .plot"
 
 
 @dataclass(frozen=True)
 class CellView:
-    """What was found of a scheme on a problem.
+    """Findings on a scheme and a problem.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class CellView:
         Labels.
     rows : tuple of VerdictRow
     absent : tuple of mapping
-        Of what does not apply.
+        Rows of measures that do not apply.
     """
 
     scheme: str
@@ -41,14 +41,14 @@ class CellView:
 
     @classmethod
     def of(cls, rows: Sequence[VerdictRow], absent: Sequence[Row], scheme: str, problem: str) -> "CellView":
-        """Return the view of a cell.
+        """Select the rows of a cell.
 
         Parameters
         ----------
         rows : sequence of VerdictRow
-            Quantities that were claimed or measured.
+            Rows of claimed or measured quantities.
         absent : sequence of Row
-            Cells that were not applicable, with reasons.
+            Rows of cells that do not apply, with reasons.
         scheme, problem : str
             Labels, as in the tables.
 
@@ -75,12 +75,12 @@ class CellView:
 
 
 def result_text(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
-    """Return a result for a prompt: the counts, what needs attention, the schemes by measure."""
+    """Return a result for a prompt: counts, quantities that need attention, schemes by measure."""
     return "\n".join(line.plain for line in ending(counts_of(rows, absent), rows, [], WIDTH)).rstrip()
 
 
 def result_in_brief(rows: Sequence[VerdictRow], absent: Sequence[Row], settings: Settings) -> str:
-    """Return a result in a few lines: the counts, of what, with which numbers, and where more is.
+    """Return a short description of a result: counts, cells, settings, and where to find more.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def result_in_brief(rows: Sequence[VerdictRow], absent: Sequence[Row], settings:
     absent : sequence of mapping
         Cells that do not apply.
     settings : Settings
-        Of the run.
+        Settings of the run.
     """
     schemes, problems, measures = ({getattr(row, kind) for row in rows} for kind in ("scheme", "problem", "measure"))
     named = (
@@ -102,7 +102,7 @@ def result_in_brief(rows: Sequence[VerdictRow], absent: Sequence[Row], settings:
 
 
 def result_html(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
-    """Return a result for a notebook: the counts, and a table with what needs attention first."""
+    """Return a result for a notebook: counts, and a table with rows that need attention first."""
     sentence = escape(counts_of(rows, absent))
     worst = sorted(rows, key=lambda row: row.verdict not in ATTENTION)
     more = f"<p>and {len(worst) - MOST} more: .verdicts has all</p>" if len(worst) > MOST else ""

@@ -1,4 +1,4 @@
-"""Passports: what schemes, problems and measures say of themselves, as records of text for a page and for JSON."""
+"""Passports: descriptions of schemes, problems and measures as records of text for the page and for JSON."""
 
 import inspect
 from collections.abc import Callable
@@ -34,7 +34,7 @@ def passports(plan: "Plan") -> dict[str, dict[str, Passport]]:
 
 
 def _tell(label: str, tell: Callable[..., Passport], *things: Any) -> Passport:
-    """Return a passport; where the code of a plugin fails at that, what it failed with."""
+    """Return a passport, or a record with the error if the code of a plugin fails."""
     try:
         return tell(*things)
     except FAULTS as error:
@@ -42,7 +42,7 @@ def _tell(label: str, tell: Callable[..., Passport], *things: Any) -> Passport:
 
 
 def scheme_passport(scheme: Scheme) -> Passport:
-    """Return what a scheme says of itself: formula, parameters, form, claims, source."""
+    """Return the description of a scheme: formula, parameters, form, claims, source."""
     given = {parameter.name: str(getattr(scheme, parameter.name)) for parameter in dataclass_parameters(type(scheme))}
     return {
         "label": scheme.label,
@@ -56,13 +56,13 @@ def scheme_passport(scheme: Scheme) -> Passport:
 
 
 def noise_in_words(scheme: Scheme) -> str:
-    """Return what a scheme needs to be drawn, such as dW and areas A, and their law if it is not normal."""
+    """Return the random variables that a scheme needs, such as dW and areas A, and their law if not normal."""
     needed = ", ".join(sorted(scheme.noise, key=lambda name: (name != "dW", name))) or "none"
     return needed if scheme.law is GAUSSIAN else f"{needed} ({scheme.law.name})"
 
 
 def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:
-    """Return what a problem says of itself: equation, parameters, traits, truths, controls, source."""
+    """Return the description of a problem: equation, parameters, traits, truths, controls, source."""
     defaults = {p.name: str(p.default) for p in function_parameters(spec.function)}
     known = {
         "label": spec.label,
@@ -86,21 +86,21 @@ def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:
 
 
 def measure_passport(measure: Measure) -> Passport:
-    """Return what a measure asks and how it judges, which stands at the top of its file."""
+    """Return the description of a measure, from the docstrings of its class and of its module."""
     module = inspect.cleandoc(getattr(inspect.getmodule(type(measure)), "__doc__", None) or "")
     return {"label": measure.name, "text": "\n\n".join(filter(None, (docstring(type(measure)), module)))}
 
 
 def docstring(thing: object) -> str:
-    """Return the docstring of a class or function, empty if its author wrote none."""
+    """Return the docstring of a class or function, or an empty string."""
     own = vars(thing).get("__doc__") if isinstance(thing, type) else thing.__doc__
     text = inspect.cleandoc(own or "")
-    # dataclasses put the signature in the place of a missing docstring.
+    # dataclasses replaces a missing docstring by the signature.
     return "" if isinstance(thing, type) and text.startswith(f"{thing.__name__}(") else text
 
 
 def truth_in_words(truth: Truth) -> str:
-    """Return what a truth knows, and from where."""
+    """Return the kind of a truth and its source in words."""
     if isinstance(truth, Pathwise):
         kind = "exact" if truth.exact else f"by a reference of strong order {truth.order}"
         return f"the path, {kind} ({truth.source})"

@@ -1,4 +1,4 @@
-"""What the pictures of a run have in common: `result.plot` draws from it, and the page, to which it goes as JSON."""
+"""Common description of the pictures of a run, used by `result.plot` and, as JSON, by the page."""
 
 from collections.abc import Iterator
 from math import isfinite, isnan
@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 from .sentences import ATTENTION, SYMBOLS
 from .verdict_row import Interval, VerdictRow
 
-# Standard errors from which on an estimate differs from 0, where it is not recorded which levels are fitted.
+# Standard errors from which an estimate counts as nonzero, if fitted levels are not recorded.
 CLEAR = 3.0
-# The words of the page for verdicts, worst first, as the symbols.
+# Words for verdicts on the page, worst first, in the order of the symbols.
 WORDS = {
     "refuted": "refuted",
     "diverged": "failed",
@@ -24,19 +24,20 @@ WORDS = {
 
 
 class Axis(NamedTuple):
-    """The axis of what a measure estimates at each step size.
+    """Axis for the estimates of a measure at each step size.
 
     Attributes
     ----------
     label : str
     log : bool
-        Whether it is logarithmic.
+        Whether the axis is logarithmic.
     rule : float or None
-        Where a line crosses the picture.
+        Value of a reference line; None without one.
     told : str
-        The estimates in words.
+        Name of the estimates.
     paid_by_steps : bool
-        Whether they are errors along paths that more steps make smaller, so that work is compared with them.
+        Whether the estimates are errors along paths that decrease with more steps, so that work-precision plots
+        apply.
     """
 
     label: str = "error"
@@ -59,24 +60,24 @@ AXES = {
 
 
 def axis_of(measure: str) -> Axis:
-    """Return the axis of a measure."""
+    """Return the axis of a measure, or the default axis."""
     return AXES.get(measure, AXES[""])
 
 
 def reach(confidence: float) -> float:
-    """Return by how many standard errors an interval reaches."""
+    """Return the half-width of an interval in standard errors of the normal law."""
     return NormalDist().inv_cdf(0.5 * (1.0 + confidence))
 
 
 def claimed_slopes(row: VerdictRow) -> Iterator[tuple[str, str, float]]:
-    """Yield the order that a claim names, and the least that it allows, each behind its label and its style."""
+    """Yield the claimed and the least accepted order, each as label, style and order."""
     if not isnan(claim := row.claimed_order):
         yield "claim", "claim", claim
         yield "claim - margin", "least", claim - row.margin
 
 
 def known_order(row: VerdictRow) -> tuple[Interval, bool]:
-    """Return the order that a picture of orders shows, and whether it is of paths."""
+    """Return the order shown in a picture of orders, and whether it comes from paths."""
     if row.path.known:
         return row.path, True
     by_moments = "order" in row.value_of and isfinite(row.value)
@@ -84,7 +85,7 @@ def known_order(row: VerdictRow) -> tuple[Interval, bool]:
 
 
 def description() -> dict[str, Any]:
-    """Return the description for the page."""
+    """Return the constants that the script of the page needs: symbols, axes, thresholds."""
     return {
         "verdicts": {verdict: [SYMBOLS[verdict][0], word] for verdict, word in WORDS.items()},
         "attention": ATTENTION,

@@ -1,4 +1,4 @@
-"""Text and tables as every command shows them, whatever they are about, and the consoles that they go to."""
+"""Plain text and tables of all commands, and their consoles."""
 
 import os
 import sys
@@ -14,20 +14,20 @@ from rich.text import Text
 from ..registry.foreign_code import unbounded
 
 MORE, TOGETHER = "…", "\u00a0"
-# Wider than any table: a line that is piped into another program is not broken.
+# Width beyond that of any table, so that a line piped into another program is not broken.
 UNBROKEN = 10_000
 
 
 def visible(text: str) -> str:
-    """Return a text with everything that cannot be seen, control characters above all, as escapes."""
+    """Replace unprintable characters, such as control characters, by escapes."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def empty_table(*headings: str) -> Table:
-    """Return a table in the style of all, with a column under each heading that folds what is too wide."""
-    # One space of padding and one for the divider: GAP.
+    """Return a table in the common style, whose columns wrap long cells."""
+    # One space of padding, and one for the divider.
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for heading in headings:
         table.add_column(Text(heading), overflow="fold")
@@ -35,7 +35,7 @@ def empty_table(*headings: str) -> Table:
 
 
 def text_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:
-    """Return a table of texts, in which what cannot be shown is escaped; those with a style stay as they are."""
+    """Return a table of texts with unprintable characters escaped, except in styled texts."""
     table = empty_table(*headings)
     for row in rows:
         table.add_row(*(cell if isinstance(cell, Text) else Text(visible(str(cell))) for cell in row))
@@ -43,18 +43,19 @@ def text_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Tab
 
 
 def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[str]:
-    """Return the lines of a text, broken between words only.
+    """Wrap a text between words.
 
     Parameters
     ----------
     text : str
-        A blank that does not break, U+00A0, holds together what is beside it, and is an ordinary one in the end.
+        Text to wrap. A non-breaking space, U+00A0, is not a break point and becomes an ordinary space.
     width : int
-        Of a line, but for a word that is longer by itself.
+        Width of a line; a longer word is not broken.
     indent : str
-        Of all lines but the first.
+        Indent of all lines except the first.
     most : int
-        Number of lines; an ellipsis stands for the middle, so that the last clause, often a hint, is kept. 0 for all.
+        Largest number of lines, 0 for no limit. The middle is replaced by an ellipsis to keep the last clause, often
+        a hint.
     """
     wrapper = TextWrapper(width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
     lines = wrapper.wrap(text)
@@ -64,7 +65,7 @@ def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[st
 
 
 def _leave_out(lines: list[str], text: str, width: int, indent: str, most: int) -> list[str]:
-    """Return the first lines and the last clause; the first lines alone where the clause would take all of them."""
+    """Return the first lines and the last clause, or only the first lines if the clause is too long."""
     *_, clause = text.rpartition("; ")
     wrapper = TextWrapper(
         width, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
@@ -83,7 +84,7 @@ def _shorten_line(line: str, width: int) -> str:
 
 
 class _Output(Console):
-    """A console that ends quietly where nobody reads on."""
+    """Console that ends quietly if the reader closes the pipe."""
 
     def on_broken_pipe(self) -> None:
         self.quiet = True
@@ -91,12 +92,12 @@ class _Output(Console):
 
 
 def output(*, unbroken: bool = False) -> Console:
-    """Return the console on stdout: plain text where it is no terminal or ``NO_COLOR`` is set.
+    """Return the console on stdout: plain text if it is not a terminal or ``NO_COLOR`` is set.
 
     Parameters
     ----------
     unbroken : bool
-        Whether a table may be wider than 80 columns where it is no terminal and ``COLUMNS`` is not set.
+        Whether a table may exceed 80 columns if stdout is not a terminal and ``COLUMNS`` is not set.
     """
     console = _Output(highlight=False, markup=False, emoji=False)
     if unbroken and not console.is_terminal and not os.environ.get("COLUMNS", "").isdecimal():
@@ -111,11 +112,11 @@ def errors() -> Console:
 
 
 def silence(stream: IO[str]) -> None:
-    """Let whatever is still written to a stream vanish, at the end of the process too."""
+    """Redirect a stream to the null device, so that later writes, even at exit, raise no error."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def escape(text: str) -> str:
-    """Return a text that stays in its line and in its cell, and is neither HTML, nor code, nor a link or image."""
+    """Escape a text for a Markdown cell, so that it stays on its line and is not HTML, code, link or image."""
     safe = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace("`", "&#96;")
     return safe.replace("](", "]&#40;").replace("|", "\\|")

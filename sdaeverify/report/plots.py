@@ -1,4 +1,4 @@
-"""Pictures of a result for a paper: matplotlib axes, drawn from the numbers of the tables."""
+"""Figures of a result: matplotlib axes drawn from the tables."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 else:
     Axes = Any
 
-# Quantities of the levels, by the number of a coordinate.
+# Prefix of quantities that are densities, followed by the number of the coordinate.
 DENSITY = "density of coordinate"
-# Inches that a line of tick labels of size 7 takes, and those around the fields of the matrix.
+# Height in inches of a line of tick labels of size 7, and margin around the fields of the matrix.
 LINE, AROUND = 0.16, 2.2
 STYLES = {"line": "-C0", "claim": "--C2", "least": ":C1"}
 LabelOf = Callable[[VerdictRow], str]
@@ -40,7 +40,7 @@ COLOURS = {
 
 @dataclass(frozen=True, repr=False)
 class Plots:
-    """Pictures of the tables of a run; each returns the axes it has drawn on.
+    """Figures of the tables of a run; each method returns the axes it has drawn on.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Plots:
     levels, details : sequence of mapping
         Rows of the levels, and of the details of all measures.
     confidence : float
-        Of intervals.
+        Confidence of the intervals.
     """
 
     rows: Sequence[VerdictRow]
@@ -69,18 +69,18 @@ class Plots:
         ax: Axes | None = None,
         style: str = SCREEN,
     ) -> Axes:
-        """Draw errors against the step size: of one scheme with its fit, or of several with the slopes they claim.
+        """Draw errors against the step size, of one scheme with its fit or of several with claimed slopes.
 
-        Of one scheme fitted levels are filled, with their slope and that of the claim. Several schemes have a marker
-        and a colour each, their order along paths in the legend, and a triangle below the data for each order that
-        is claimed. Bars are intervals at the confidence of the run.
+        For one scheme, fitted levels are filled, and the fitted slope and that of the claim are drawn. Each of
+        several schemes has a marker and a colour, with its order along paths in the legend, and a triangle below the
+        data for each claimed order. Bars are intervals at the confidence of the run.
 
         Parameters
         ----------
         schemes : str or sequence of str, optional
-            Labels or globs. Left out: the first there is, in the style of a paper all.
+            Labels or globs. By default the first scheme, or in the style of a paper all schemes.
         problem, measure, quantity : str, optional
-            The first there is where left out.
+            By default the first of the result.
         ax : Axes, optional
         style : str, optional
             ``screen``, or ``paper``: the width of a column, its font sizes, no title; `save` writes PDF and PGF.
@@ -88,7 +88,7 @@ class Plots:
         Raises
         ------
         UsageError
-            If there is nothing to draw, or no matplotlib.
+            If there is no data to draw, or matplotlib is not installed.
         """
         wanted = {"problem": problem, "measure": measure, "quantity": quantity}
         with in_style(style):
@@ -107,14 +107,14 @@ class Plots:
         Parameters
         ----------
         ax : Axes
-            As the other methods return them.
+            Axes returned by another method.
         *files : str or Path
-            Their suffixes say what is written. PGF needs ``pdflatex``.
+            Files whose suffix determines the format. PGF needs ``pdflatex``.
 
         Raises
         ------
         UsageError
-            If a suffix is none of these, or a file cannot be written.
+            If a suffix is unknown, or a file cannot be written.
         """
         save_figure(ax, files)
 
@@ -139,7 +139,7 @@ class Plots:
         return ax
 
     def _rows_of(self, schemes: str | Sequence[str], wanted: dict[str, str]) -> list[VerdictRow]:
-        """Return the rows of schemes that concern the same quantity as the first of them, in their order."""
+        """Return the rows of the given schemes on the quantity of the first row, in the order of the schemes."""
         patterns = [
             each for text in ([schemes] if isinstance(schemes, str) else schemes) for each in split_list(text)
         ]
@@ -157,13 +157,13 @@ class Plots:
         return ErrorCurve(f"{row.scheme}{order}", row.claimed_order, h, error, half)
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
-        """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
+        """Draw schemes against problems: the worst verdict of each cell, with its symbol and count."""
         found = self._choose(measure=measure)
         if not found:
             what = f"measure {measure!r:.200}" if measure else "rows"
             raise UsageError(f"nothing to draw: the result has no {what}")
         schemes, problems = sorted({row.scheme for row in found}), sorted({row.problem for row in found})
-        # A field is as wide as a line of text is high, at least: labels of neighbours do not collide.
+        # Fields are at least as wide as the height of a text line, so that labels do not overlap.
         ax = axes_of(ax, (AROUND + 1.6 * LINE * len(problems), AROUND + LINE * len(schemes)))
         for y, scheme in enumerate(schemes):
             for x, problem in enumerate(problems):
@@ -182,16 +182,16 @@ class Plots:
         return ax
 
     def orders(self, measure: str = "strong", scheme: str = "", problem: str = "", ax: Axes | None = None) -> Axes:
-        """Draw orders with their intervals, a row each: filled along paths, hollow without sampling; and claims.
+        """Draw orders with intervals, one row each, and claims; hollow markers are without sampling.
 
         Parameters
         ----------
         measure : str
-            Whose orders are drawn.
+            Measure whose orders are drawn.
         scheme, problem : str
             Labels or globs; all if empty.
         ax : matplotlib.axes.Axes, optional
-            Where to; a new figure if left out.
+            Axes to draw on; by default a new figure.
         """
         chosen = self._choose(measure=measure, scheme=scheme, problem=problem)
         found = [(row, *known_order(row)) for row in chosen if isfinite(known_order(row)[0].value)]
@@ -203,7 +203,7 @@ class Plots:
                 ax.plot([known.low, known.high], [y, y], "-", color="C0")
             ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
             for label, style, order in claimed_slopes(row):
-                # Each kind of tick is explained once.
+                # One legend entry for each kind of tick.
                 new = label not in ax.get_legend_handles_labels()[1]
                 ax.plot([order], [y], "|", color=STYLES[style][-2:], ms=12, label=label if new else None)
         if ax.get_legend_handles_labels()[1]:
@@ -214,7 +214,7 @@ class Plots:
         return ax
 
     def drift(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw residuals of a constraint against the step size, a line for each scheme.
+        """Draw residuals of a constraint against the step size, one line for each scheme.
 
         Parameters
         ----------
@@ -223,12 +223,12 @@ class Plots:
         quantity : str
             Name of the constraint; may be empty if there is one.
         ax : matplotlib.axes.Axes, optional
-            Where to; a new figure if left out.
+            Axes to draw on; by default a new figure.
         """
         return self._draw_errors("drift", problem, quantity, ax)
 
     def invariant(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw errors of a stationary mean against the step size, a line for each scheme.
+        """Draw errors of a stationary mean against the step size, one line for each scheme.
 
         Parameters
         ----------
@@ -237,19 +237,19 @@ class Plots:
         quantity : str
             Name of the observable; may be empty if there is one.
         ax : matplotlib.axes.Axes, optional
-            Where to; a new figure if left out.
+            Axes to draw on; by default a new figure.
         """
         return self._draw_errors("invariant", problem, quantity, ax)
 
     def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw errors against the measured time of a path's steps, a line for each scheme beside what it claims.
+        """Draw errors against the measured time of the steps on a path, one line for each scheme.
 
         Parameters
         ----------
         problem, measure, quantity : str
-            Which errors: a label or glob, and names; those that are empty have to leave no choice.
+            Label or glob of the problem, and names; an empty one is allowed if there is only one candidate.
         ax : matplotlib.axes.Axes, optional
-            Where to; a new figure if left out.
+            Axes to draw on; by default a new figure.
         """
         times = {key_of(row): number(row, "step_seconds") for row in self.details}
 
@@ -265,16 +265,16 @@ class Plots:
         return ax
 
     def density(self, scheme: str = "", problem: str = "", coordinate: int = 1, ax: Axes | None = None) -> Axes:
-        """Draw the stationary density of a coordinate of the chart under a scheme beside that of the equation.
+        """Draw the stationary density of a chart coordinate under a scheme and under the equation.
 
         Parameters
         ----------
         scheme, problem : str
-            Labels or globs; the first density that fits is drawn.
+            Labels or globs; the first matching density is drawn.
         coordinate : int
-            Of the chart, counted from 1.
+            Number of the chart coordinate, counted from 1.
         ax : matplotlib.axes.Axes, optional
-            Where to; a new figure if left out.
+            Axes to draw on; by default a new figure.
         """
         wanted = {"scheme": scheme, "problem": problem, "quantity": f"{DENSITY} {coordinate}"}
         found = [row for row in self.levels if text(row, "at") and _fits(row, wanted)]
@@ -291,7 +291,7 @@ class Plots:
         return ax
 
     def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:
-        """Draw spectral radii of second-moment maps against the step size; below 1 a step size is stable."""
+        """Draw spectral radii of second-moment maps against the step size; stable below 1."""
         return self._draw_errors("stability", problem, "", ax)
 
     def _draw_errors(self, measure: str, problem: str, quantity: str, ax: Axes | None) -> Axes:
@@ -311,7 +311,7 @@ class Plots:
     def _draw_lines(
         self, row: VerdictRow, point: PointOf, ax: Axes | None, label: LabelOf = attrgetter("scheme")
     ) -> tuple[Axes, str]:
-        """Draw a line for each scheme, of what a row is about; return the axes and their title."""
+        """Draw a line for each scheme on the quantity of a row; return the axes and their title."""
         ax, names = axes_of(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
         for place, one in enumerate(self._choose(**names)):
             found = [point(one, level) for level in self._levels(one)]
@@ -345,7 +345,7 @@ FULL = {"refuted", "diverged", "error", "verified"}
 
 
 def _with_claim(row: VerdictRow) -> str:
-    """Return a scheme beside what it claims, and what was found of that."""
+    """Return the label of a scheme with its claim and the symbol of the verdict."""
     return f"{row.scheme}: {row.claim or 'no claim'} {SYMBOLS[row.verdict][0]}"
 
 

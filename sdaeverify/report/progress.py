@@ -1,4 +1,4 @@
-"""Progress on stderr: a bar on a terminal, one line for each finished cell elsewhere."""
+"""Progress on stderr: a bar on a terminal, otherwise one line for each finished cell."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ from ..contracts.finding import Verdict
 from ..study import Advanced, CellResult, Compared, Event, Finished
 from .plain import errors, visible
 
-# How progress is shown.
+# Kinds of progress display.
 KINDS = ("auto", "plain", "none")
 
 Show = Callable[[Event], None]
@@ -19,12 +19,12 @@ Show = Callable[[Event], None]
 
 @contextmanager
 def progress(kind: str) -> Iterator[Show]:
-    """Give a function that is to be called with every event of a study.
+    """Yield a function to be called with every event of a study.
 
     Parameters
     ----------
     kind : str
-        One of `KINDS`; ``auto`` is a bar where stderr is a terminal and plain lines elsewhere.
+        Element of `KINDS`; ``auto`` is a bar if stderr is a terminal, and plain lines otherwise.
     """
     if kind == "auto" and errors().is_terminal:
         yield from _bar()

@@ -1,10 +1,10 @@
-"""What a run was made with: versions, platform, arguments, stream fingerprint, plugins."""
+"""Provenance of a run: versions, platform, arguments, stream fingerprint, plugins."""
 
 import os
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -13,6 +13,7 @@ from ..noise.brownian import fingerprint
 from ..registry.load import Registry
 from ..study import Study
 from .folders import SCHEMA
+from .saved import SavedClaim
 
 GIT_SECONDS = 10.0
 PACKAGES = ("sdaeverify", "numpy", "scipy", "pandas", "pluggy")
@@ -40,21 +41,27 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
             "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
+        "claims": [asdict(each) for each in dict.fromkeys(_claims(study))],
         "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
     }
 
 
+def _claims(study: Study) -> Iterator[SavedClaim]:
+    for scheme in dict.fromkeys(cell.scheme for cell in study.plan.cells):
+        yield from (SavedClaim.of(scheme, claim) for claim in scheme.promises)
+
+
 def describe_making(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:
-    """Return what every kind of run is made with: versions, platform, arguments, seed, plugins.
+    """Return the provenance common to all kinds of runs: versions, platform, arguments, seed, plugins.
 
     Parameters
     ----------
     registry : Registry
-        Whose plugins took part.
+        Registry with the plugins of the run.
     seed : int
     arguments : sequence of str
-        Command line or call.
+        Words of the command line, or a description of the call.
     """
     return {
         "schema_version": SCHEMA,
@@ -76,7 +83,7 @@ def describe_making(registry: Registry, seed: int, arguments: Sequence[str]) -> 
 
 
 def commit() -> str:
-    """Return the commit that is checked out in the folder of the call; empty where there is none or no git."""
+    """Return the git commit of the current folder, or an empty string without a repository or git."""
     asked = ["git", "rev-parse", "--short=12", "HEAD"]
     try:
         done = subprocess.run(asked, capture_output=True, text=True, timeout=GIT_SECONDS, check=False)
@@ -86,7 +93,7 @@ def commit() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python, of sdaeverify and of the packages it computes with."""
+    """Return the versions of Python, sdaeverify and the packages it depends on."""
     return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 

@@ -1,4 +1,4 @@
-"""Paths of a scheme on a problem, to look at: `sample` makes them, on the same noise as a run."""
+"""Paths of a scheme on a problem for inspection, on the same noise as a run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,9 +42,9 @@ class Paths:
         Labels.
     times : ndarray, shape (steps + 1,)
     components : mapping of str to ndarray, shape (steps + 1, k, P)
-        The parts of the state, ``x`` of an SDE, ``r``, ``v`` and ``mu`` of constrained mechanics.
+        Parts of the state: ``x`` for an SDE; ``r``, ``v`` and ``mu`` for constrained mechanics.
     without_root, lost : ndarray of bool, shape (P,)
-        Paths on which a step found no root; and which are not finite or blew up.
+        Whether a step found no root on a path, and whether the path is not finite or blew up.
     """
 
     scheme: str
@@ -68,12 +68,12 @@ class Paths:
         return f"{made}\n{steps} steps to t = {self.times[-1]:g}; components {parts}"
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return a dataset: each component of dimensions time, its own index, and path.
+        """Return a dataset whose components have the dimensions time, component index and path.
 
         Raises
         ------
         UsageError
-            If there is no xarray.
+            If xarray is not installed.
         """
         variables = {name: (("time", f"{name}_index", "path"), part) for name, part in self.components.items()}
         noted = {"without_root": ("path", self.without_root), "lost": ("path", self.lost)}
@@ -81,7 +81,7 @@ class Paths:
         return dataset({**variables, **noted}, {"time": ("time", self.times)}, about)
 
     def frame(self) -> "pd.DataFrame":
-        """Return a table: a row for each time, columns (component, index, path)."""
+        """Return a table with a row for each time and columns (component, index, path)."""
         import pandas as pd  # noqa: PLC0415 - whoever wants no table need not wait for it
 
         columns = [
@@ -100,15 +100,15 @@ class Paths:
         Parameters
         ----------
         component : str, optional
-            The first one if left out.
+            Name of the component; by default the first.
         index : int
-            Which entry of it.
+            Index of an entry of the component.
         ax : matplotlib Axes, optional
 
         Raises
         ------
         UsageError
-            If there is no such entry, or no matplotlib.
+            If there is no such entry, or matplotlib is not installed.
         """
         name = next(iter(self.components)) if component is None else component
         values = self[name]
@@ -129,20 +129,21 @@ def sample(
     seed: int = DEFAULT.seed,
     plugins: Sequence[str | PathLike[str]] = (),
 ) -> Paths:
-    """Return paths of a scheme on a problem.
+    """Simulate paths of a scheme on a problem.
 
-    They are the first paths of a run with the same seed: with so many steps, a level of ``--levels 8..N``.
+    The paths are the first paths of a run with the same seed, at the level of ``--levels 8..N`` with this number of
+    steps.
 
     Parameters
     ----------
     scheme : str or Scheme
-        A label, or a scheme.
+        Label of a scheme, or a scheme.
     problem : str, recipe or function
-        A label, or a problem function.
+        Label of a problem, a specification, or a problem function.
     steps : int
-        Up to the final time, 8 times a power of 2.
+        Number of steps up to the final time, 8 times a power of 2.
     paths : int
-        From 1 to 256.
+        Number of paths, from 1 to 256.
     seed : int
     plugins : sequence of str or path
         Plugin files.
@@ -150,7 +151,7 @@ def sample(
     Raises
     ------
     UsageError
-        If an argument is wrong, or names more or less than one scheme or problem.
+        If an argument is invalid, or does not name exactly one scheme and one problem.
     SchemeError
         If the scheme cannot solve the problem.
     """
@@ -191,7 +192,7 @@ def _simulate(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> 
 
 
 class _Book:
-    """The observer that keeps everything."""
+    """Observer that stores the components after every step."""
 
     def __init__(self, track: Track, steps: int) -> None:
         self.track = track
@@ -199,12 +200,12 @@ class _Book:
         self.parts: list[Parts] = [track.parts()]
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:  # noqa: ARG002 - there is one level
-        """Keep the components."""
+        """Store the components."""
         self.parts.append(self.track.parts())
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note nothing: a track has one level."""
+        """Ignore the coarsest step, since a track has one level."""
 
     def tally(self) -> Tally:
-        """Return nothing."""
+        """Return an empty tally."""
         return Tally()

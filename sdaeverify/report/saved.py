@@ -1,5 +1,6 @@
-"""A run as its folder tells: which cells it was about, and with which settings. Text in, nothing is executed."""
+"""The cells, claims and settings of a run, read from its folder without executing code."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -7,17 +8,20 @@ from typing import Any
 
 import msgspec
 
+from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..errors import UsageError
 from .folders import RUN, run_of
 
-# What reading ends with where something lacks or is of another type.
+# File name of the report of a gate.
+GATE = "gate.json"
+# Exceptions raised by missing keys or values of another type.
 WRONG = (KeyError, TypeError, msgspec.ValidationError)
 
 
 @dataclass(frozen=True)
 class SavedRun:
-    """What ``run.json`` says.
+    """Selection and settings of a run, from ``run.json``.
 
     Attributes
     ----------
@@ -38,17 +42,63 @@ class SavedRun:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of its schemes, problems and measures, without parameters."""
+        """Names of the schemes, problems and measures of the run, without parameters."""
         return frozenset(label.partition("[")[0] for label in (*self.schemes, *self.problems, *self.measures))
 
 
+@dataclass(frozen=True)
+class SavedClaim:
+    """A claim of a scheme of a run, in the format of ``run.json``.
+
+    Attributes
+    ----------
+    scheme, measure, claim, source : str
+        Label of the scheme, name of the measure, claim in words, and source of the claim.
+    quantities, when : tuple of str
+        Quantities of the claim, all if empty; and traits that a problem must have.
+    """
+
+    scheme: str
+    measure: str
+    claim: str
+    source: str
+    quantities: tuple[str, ...] = ()
+    when: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scheme: Scheme, claim: Claim) -> "SavedClaim":
+        """Convert a claim of a scheme."""
+        return cls(scheme.label, claim.measure, str(claim), claim.source, claim.quantities, tuple(sorted(claim.when)))
+
+
+@dataclass(frozen=True)
+class SavedAttack:
+    """Result of a hunt of a gate for the claims about a measure, in the format of ``gate.json``.
+
+    Attributes
+    ----------
+    scheme, measure, form : str
+        Label of the scheme, name of the measure, form of the examples.
+    claims : dict of str to int
+        Number of examples to which each claim applies.
+    refuted : str
+        Claim that an example refutes and a run on the example confirms as refuted; empty if there is none.
+    """
+
+    scheme: str
+    measure: str
+    form: str
+    claims: dict[str, int]
+    refuted: str = ""
+
+
 def read_run(folder: Path) -> SavedRun:
-    """Read what a run was about.
+    """Read the selection and settings of a run.
 
     Raises
     ------
     UsageError
-        If the folder holds no run, or its ``run.json`` is not as this program writes it.
+        If the folder holds no run, or its ``run.json`` is not in the format of this program.
     """
     file, saved = folder / RUN, run_of(folder)
     try:
@@ -60,22 +110,47 @@ def read_run(folder: Path) -> SavedRun:
         raise _unlike(file, error) from error
 
 
+def claims_of(run: Mapping[str, Any], file: object = RUN) -> tuple[SavedClaim, ...]:
+    """Return the claims of the schemes of a run; empty for a run of an earlier version. See `settings_of`."""
+    try:
+        return msgspec.convert(run.get("claims", ()), tuple[SavedClaim, ...])
+    except WRONG as error:
+        raise _unlike(file, error) from error
+
+
+def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
+    """Return the results of the hunt of a gate; empty if the folder is not that of a gate with a hunt.
+
+    Raises
+    ------
+    UsageError
+        If ``gate.json`` is not in the format of this program.
+    """
+    file = folder / GATE
+    if not file.is_file():
+        return ()
+    try:
+        return msgspec.convert(json.loads(file.read_bytes()).get("attacks", ()), tuple[SavedAttack, ...])
+    except (OSError, ValueError, AttributeError, RecursionError) as error:
+        raise UsageError(f"{file} is not as this program writes it: {error}") from error
+
+
 def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
-    """Return the settings of what ``run.json`` tells of a run.
+    """Return the settings in the contents of ``run.json``.
 
     Parameters
     ----------
     run : mapping
     file : Path
-        The file, to be named where it is not as it should be.
+        File to name in the message.
 
     Raises
     ------
     UsageError
-        If it is not as this program writes it.
+        If the contents are not in the format of this program.
     """
     try:
-        # Earlier versions knew no guards: all paths were on all levels.
+        # Earlier versions had no guard levels: all paths were on all levels.
         numbers = {"first_levels": run["settings"]["levels"], **run["settings"]}
         return msgspec.convert({each.name: numbers[each.name] for each in fields(Settings)}, Settings)
     except WRONG as error:

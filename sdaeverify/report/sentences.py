@@ -1,4 +1,4 @@
-"""What a run came to in words, from the rows of its tables: at most 40 lines, the counts first."""
+"""Summary of a run in words, from the rows of its tables: at most 40 lines, counts first."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,7 +13,7 @@ from .plain import TOGETHER, empty_table, visible, wrap_text
 from .verdict_row import ORDER, Interval, VerdictRow
 
 WORDS = {"out_of_scope": "without a claim", "not_run": "not run", "error": "in error"}
-# Symbol, letter where only ASCII can be shown, style; worst first.
+# Symbol, ASCII substitute and style, worst first.
 SYMBOLS = {
     "refuted": ("✗", "X", "bold red"),
     "diverged": ("!", "!", "bold magenta"),
@@ -36,14 +36,14 @@ TIERS = {
     "T3": "along paths, which are sampled",
 }
 MOST_LINES = 40
-# Lines of what is undecided, and of what is wrong.
+# Largest number of lines for an undecided and for a failed group.
 FEW, MANY = 4, 5
-# Schemes, and quantities of a measure, that are named in one line.
+# Largest number of schemes, or quantities of a measure, named in one line.
 MOST_NAMED = 3
 
 
 def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: int = 0) -> list[Text]:
-    """Return the lines of a text in the style of a verdict.
+    """Wrap a text into lines in the style of a verdict.
 
     Parameters
     ----------
@@ -53,14 +53,14 @@ def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: i
     verdict : str
         Empty for no style.
     most : int
-        As the others, see `wrap_text`.
+        Largest number of lines; see `wrap_text`.
     """
     style = SYMBOLS[verdict][2] if verdict else ""
     return [Text(line, style=style) for line in wrap_text(text, width, indent, most)]
 
 
 def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
-    """Return a row as tables show it: its verdict, names, claim, orders, tier and reason."""
+    """Return the cells of a row as tables show them: verdict, names, claim, orders, tier and reason."""
     told = {
         "": mark(row.verdict, plain=plain),
         "scheme": row.scheme,
@@ -69,7 +69,7 @@ def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
         "claim": row.claim if isnan(row.claimed_order) else f"{at_least(plain=plain)} {row.claimed_order}",
         "one step": local_order(row),
         "along paths": interval(row.path) or other_value(row),
-        # One step has a tolerance of its own, which the reason names.
+        # The tolerance of one step differs, and is given in the reason.
         ACCEPTED: "" if isnan(row.claimed_order) else f"{row.claimed_order - row.margin:.3g}",
         "by": row.decided_by,
         "why": row.reason,
@@ -78,7 +78,7 @@ def in_cells(row: VerdictRow, *, plain: bool = False) -> dict[str, str]:
 
 
 def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
-    """Return the table of the quantities of a cell, each line in the style of its verdict."""
+    """Return the table of the quantities of a cell, with each row in the style of its verdict."""
     table = empty_table(*(_in_letters(heading) if plain else heading for heading in BRIEF))
     for row in rows:
         told = in_cells(row, plain=plain)
@@ -87,7 +87,7 @@ def quantity_table(rows: Iterable[VerdictRow], *, plain: bool = False) -> Table:
 
 
 def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Text | Table]:
-    """Yield what was found of each quantity, a table for each cell, and what their columns mean below the last."""
+    """Yield a table of the quantities for each cell, followed by an explanation of the columns."""
     every = list(rows)
     for (scheme, problem), found in grouped(every, lambda row: (row.scheme, row.problem)).items():
         yield Text(f"\n{visible(f'{scheme} on {problem}')}")
@@ -96,7 +96,7 @@ def overview(rows: Iterable[VerdictRow], *, plain: bool = False) -> Iterator[Tex
 
 
 def _tiers_in_words(rows: Sequence[VerdictRow], *, plain: bool) -> Iterator[Text]:
-    """Yield in a line what the tiers of tables mean, and from which order on paths verify a claim."""
+    """Yield a line that explains the tiers of the tables and the accepted order."""
     told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
     if not all(isnan(row.claimed_order) for row in rows):
         heading = _in_letters(ACCEPTED) if plain else ACCEPTED
@@ -106,7 +106,7 @@ def _tiers_in_words(rows: Sequence[VerdictRow], *, plain: bool) -> Iterator[Text
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:
-    """Return in one sentence how many quantities got which verdict."""
+    """Return a sentence with the number of quantities of each verdict."""
     found = Counter(str(verdict) for verdict in verdicts)
     absent = found.pop(ABSENT, 0)
     order = (*FIRST, *(verdict for verdict in SYMBOLS if verdict in found and verdict not in FIRST))
@@ -117,27 +117,27 @@ def counts_in_words(verdicts: Iterable[str]) -> str:
 
 
 def counts_of(rows: Iterable[VerdictRow], absent: Iterable[object]) -> str:
-    """Return in one sentence how many rows have which verdict, those of what does not apply included."""
+    """Return a sentence with the number of rows of each verdict, including those that do not apply."""
     return counts_in_words([*(row.verdict for row in rows), *(ABSENT for _ in absent)])
 
 
 def ending(
     sentence: str, rows: Sequence[VerdictRow], notes: Sequence[str], width: int, *, plain: bool = False
 ) -> list[Text]:
-    """Return the end of a run: counts, what needs attention, each scheme by measure, where to look further.
+    """Return the final lines of a run: counts, quantities that need attention, schemes by measure, notes.
 
     Parameters
     ----------
     sentence : str
-        The counts.
+        Sentence with the counts.
     rows : sequence of VerdictRow
-        Of all that applies.
+        Rows of all cells that apply.
     notes : sequence of str
-        What follows at the end, a paragraph each.
+        Final paragraphs.
     width : int
-        Of a line; names and numbers are never broken.
+        Width of a line; names and numbers are never broken.
     plain : bool
-        Whether only ASCII can be shown.
+        Whether the output is restricted to ASCII.
     """
     first = lines_of(sentence, width)
     last = [line for note in notes for line in lines_of(visible(note), width, "  ")]
@@ -150,7 +150,7 @@ def ending(
 
 
 def estimate_in_words(row: VerdictRow) -> str:
-    """Return what was found: the order along paths, else the local one, else what the measure estimates."""
+    """Return the order along paths, or else the local order, or else the estimate of the measure."""
     if row.path.known:
         return f"{interval(row.path)} along paths"
     if row.local_order == inf:
@@ -165,7 +165,7 @@ def estimate_in_words(row: VerdictRow) -> str:
 
 
 def interval(estimate: Interval, digits: int = 2) -> str:
-    """Return an order with its interval: what is not bounded above is at least its lower end."""
+    """Return an order with its interval; an interval without a finite upper end reads "at least" its lower end."""
     if not estimate.known:
         return ""
     if isfinite(estimate.low) and not isfinite(estimate.high):
@@ -175,12 +175,12 @@ def interval(estimate: Interval, digits: int = 2) -> str:
 
 
 def local_order(row: VerdictRow, digits: int = 2) -> str:
-    """Return the order of one step; empty where none is known."""
+    """Return the order of one step as text, or an empty string if it is unknown."""
     return "" if isnan(row.local_order) else f"{row.local_order:.{digits}f}"
 
 
 def claim_in_words(row: VerdictRow, *, plain: bool = False) -> str:
-    """Return a claim with the least order along paths that verifies it: reasons name the tolerance of one step."""
+    """Return a claim with the least order along paths that verifies it."""
     if not row.claim:
         return "no claim"
     if isnan(row.claimed_order) or isnan(row.margin):
@@ -190,7 +190,7 @@ def claim_in_words(row: VerdictRow, *, plain: bool = False) -> str:
 
 
 def at_least(*, plain: bool = False) -> str:
-    """Return the sign of a lower bound, in letters where only ASCII can be shown."""
+    """Return the sign of a lower bound, ``>=`` if the output is restricted to ASCII."""
     return _in_letters("≥") if plain else "≥"
 
 
@@ -199,31 +199,31 @@ def _in_letters(text: str) -> str:
 
 
 def resolution_in_words(row: VerdictRow) -> str:
-    """Return which errors of the limit the evidence would have shown; empty where nothing is said of a limit."""
+    """Return the least detectable error of the limit, or an empty string if no limit is tested."""
     if isnan(row.resolution):
         return ""
     return "no resolution" if isinf(row.resolution) else f"resolution {row.resolution:.2g}"
 
 
 def mark(verdict: str, *, plain: bool = False) -> str:
-    """Return the symbol of a verdict, or its letter."""
+    """Return the symbol of a verdict, or its ASCII substitute."""
     return SYMBOLS[verdict][plain]
 
 
 def other_value(row: VerdictRow) -> str:
-    """Return what the measure estimates where no order of one step is known."""
+    """Return the estimate of the measure if no order of one step is known."""
     return estimate_in_words(row) if row.estimate.known and isnan(row.local_order) else ""
 
 
 def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False) -> list[Text]:
-    """Return all that is known of a quantity: claim, orders, what decides and guards, why.
+    """Return all known about a quantity: claim, orders, deciding tier, guard, reason.
 
     Parameters
     ----------
     row : VerdictRow
     width : int
     plain : bool
-        Whether only ASCII can be shown.
+        Whether the output is restricted to ASCII.
     """
     local = local_order(row, 3)
     told = [
@@ -243,16 +243,16 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False) -> list[
 
 
 def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) -> list[Text]:
-    """Return a line or more for each scheme with the counts of its claims by measure, those in need first.
+    """Return the counts of claims by measure for each scheme, worst schemes first.
 
     Parameters
     ----------
     rows : iterable of VerdictRow
-        Of the table of verdicts.
+        Rows of the table of verdicts.
     width : int
-        Columns of the screen.
+        Width of the screen in characters.
     plain : bool
-        Without signs that need a terminal: words for verdicts.
+        Whether the output is restricted to ASCII.
     """
     schemes = grouped((row for row in rows if row.verdict != "out_of_scope"), lambda row: visible(row.scheme))
     order = list(SYMBOLS)
@@ -277,7 +277,7 @@ def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterat
 
 
 def _what_is_wrong(row: VerdictRow) -> tuple[str, ...]:
-    # What is wrong with a scheme as a whole is said once, of all its measures.
+    # An error of a scheme as a whole is reported once for all its measures.
     of = (row.measure, claim_in_words(row)) if estimate_in_words(row) else ()
     return (row.verdict, row.problem, row.reason_kind or row.reason, *of)
 
@@ -298,14 +298,14 @@ def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
 
 
 def _some_of(names: Iterable[str]) -> str:
-    """Return the first of different names, and how many more there are."""
+    """Return the first distinct names and the number of the others."""
     different = list(dict.fromkeys(names))
     others = len(different) - MOST_NAMED
     return ", ".join(different[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
 
 
 def _fit(blocks: Sequence[Sequence[Text]], room: int, rest: str) -> list[Text]:
-    """Return as many blocks as there is room for, and how many more there are."""
+    """Return as many blocks of lines as fit, followed by the number of omitted blocks."""
     lines: list[Text] = []
     for number, block in enumerate(blocks):
         left = len(blocks) - number

@@ -1,8 +1,8 @@
-"""A row of the verdicts: its columns with their meanings, how a finding becomes one, and how a file is read as one.
+"""Rows of the table of verdicts: columns with meanings, conversion from findings, and reading from a file.
 
-A finding is a row as people are told of it: one meaning a column in every measure, and no order of noise. A new
-column is a field here and what `VerdictRow.from_finding` gives it: tables, JSON, the page, `show`, notebooks and the
-dictionary of columns take theirs from the fields.
+A row is the public form of a finding: a column has the same meaning in all measures, and no order is estimated from
+noise. A new column is a field of `VerdictRow` that `VerdictRow.from_finding` fills: tables, JSON, the page, `show`,
+notebooks and the dictionary of columns are derived from the fields.
 """
 
 from collections.abc import Callable
@@ -14,18 +14,18 @@ from ..contracts.claimed import Order
 from ..contracts.finding import AT_ONCE, CONTRACT, ONE_STEP, SAMPLED, Finding, Kind, Verdict, tier_name
 from ..verdicts.path_tests import RESOLVED
 from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
-from .folders import Key, key_in
+from .folders import Key, class_in, key_in
 
 if TYPE_CHECKING:
     from ..study import CellResult
 
 ORDER, AT_END = "order", "weak order at T by moments"
-# Of verdicts that something decides.
+# Verdicts that are decisions.
 DECIDED = {"verified", "refuted"}
 
 
 class Interval(NamedTuple):
-    """An estimate with its interval at the run's confidence; NaN where there is none."""
+    """Estimate with its interval at the run's confidence; NaN if unknown."""
 
     value: float = nan
     low: float = nan
@@ -37,7 +37,7 @@ class Interval(NamedTuple):
         return not isnan(self.value)
 
 
-# Of columns that no page shows.
+# Metadata of columns that the page does not show.
 OFF_PAGE: dict[str, Any] = {"on_page": False}
 
 
@@ -55,10 +55,10 @@ def _whole(meaning: str, **told: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictRow:
-    """What is said of a quantity of a cell; the meanings of its fields are those of the columns."""
+    """Verdict on a quantity of a cell; the metadata of a field gives the meaning of its column."""
 
     scheme: str = _text("label of the scheme, with the parameters that are not the defaults")
-    problem: str = _text("label of the problem, with the parameters that are not the defaults")
+    problem: str = _text("label of the problem, with the parameters that are not the defaults; or every-equation")
     measure: str = _text("name of the measure")
     quantity: str = _text("what is measured: a component, an observable, a constraint; @T at the final time only")
     view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
@@ -74,7 +74,9 @@ class VerdictRow:
     value_low: float = _number("lower end of its interval, or of what can be proved", "see value_of")
     value_high: float = _number("upper end of its interval, or of what can be proved", "see value_of")
     value_of: str = _text("what the value is")
-    decided_by: str = _text("tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths")
+    decided_by: str = _text(
+        "tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths, TA whole classes"
+    )
     guarded_by: str = _text("what would have shown that the tier errs", label="guarded by")
     resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
     order_resolution: float = _number(
@@ -96,7 +98,7 @@ class VerdictRow:
 
     @classmethod
     def from_finding(cls, found: "Finding", result: "CellResult") -> "VerdictRow":
-        """Return the row of a finding of a cell."""
+        """Create the row of a finding."""
         cell = result.cell
         return cls(
             **key_in(cell, found.quantity)._asdict(),
@@ -107,42 +109,47 @@ class VerdictRow:
 
     @classmethod
     def from_row(cls, row: Row) -> "VerdictRow":
-        """Return the row that a table holds, as values or as texts."""
+        """Create the row from the values or texts of a table."""
         return cls(**{column.name: READERS[column.kind](row, column.name) for column in VERDICTS})
 
     @property
     def path(self) -> Interval:
-        """The order along paths."""
+        """Order along paths with its interval."""
         return Interval(self.path_order, self.path_low, self.path_high)
 
     @property
     def estimate(self) -> Interval:
-        """What the measure estimates beside or instead of it."""
+        """Estimate of the measure other than an order along paths."""
         return Interval(self.value, self.value_low, self.value_high)
 
     @property
     def labelled(self) -> list[str]:
-        """What it says in columns that have a label and no words of their own, each behind its label."""
+        """Label and value of each nonempty column that has a label."""
         told = ((column.label, _in_words(getattr(self, column.name))) for column in LABELLED)
         return [f"{label} {words}" for label, words in told if words]
 
     @property
     def key(self) -> Key:
-        """What it is about."""
+        """Scheme, problem, measure and quantity."""
         return Key(self.scheme, self.problem, self.measure, self.quantity)
 
     @property
+    def of_class(self) -> bool:
+        """Whether the row is about a class of equations."""
+        return class_in(self.problem) is not None
+
+    @property
     def cells(self) -> dict[str, object]:
-        """The columns by their names."""
+        """Values of the columns by name."""
         return dict(vars(self))
 
     @property
     def record(self) -> dict[str, Any]:
-        """The columns for JSON, which knows neither infinity nor NaN."""
+        """Values of the columns for JSON, in which NaN is null and infinity is a text."""
         return {name: _jsonable(value) for name, value in self.cells.items()}
 
 
-# Digits of a whole number that a float holds as well.
+# Number of digits from which a whole number is rejected, because a float may not represent it.
 LONGEST_WHOLE = 16
 
 VERDICTS = tuple(Column(f.name, **f.metadata) for f in fields(VerdictRow))
@@ -155,7 +162,7 @@ READERS: dict[str, Callable[[Row, str], Any]] = {
 
 
 def _read_whole(told: str) -> int:
-    # Of a file from elsewhere, which may hold any number.
+    # A file of another source may hold any number.
     return int(told) if told.isdecimal() and len(told) < LONGEST_WHOLE else 0
 
 
@@ -172,7 +179,7 @@ def _jsonable(value: object) -> object:
 
 
 def _told(found: "Finding", value_of: str) -> dict[str, Any]:
-    """Return the columns that a finding tells; `value_of` is what its measure estimates, empty for an order."""
+    """Return the columns of a finding; `value_of` names the estimate of its measure, empty for an order."""
     kind, claimed = found.value_of or value_of or ORDER, found.claim and found.claim.value
     order = claimed if isinstance(claimed, Order) else None
     path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
@@ -208,7 +215,7 @@ def _estimate(found: "Finding") -> Interval:
 
 
 def _along_paths(found: "Finding") -> tuple[Interval, str]:
-    """Return the order along paths, and why there is none although paths were sampled."""
+    """Return the order along paths, and the reason if paths were sampled but give none."""
     told = "informative" in found.details
     sampled = found.method and (found.tier == SAMPLED or found.method.guard)
     order = Interval(*(_detail(found, f"slope{end}") for end in ("", "_low", "_high"))) if told else Interval()
@@ -218,7 +225,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
         noise = f"bias below sampling noise ({resolved:.1f} of {RESOLVED:g} standard errors)"
-        # What changes its sign, or does not confirm one step, says so already.
+        # The reason already mentions a change of sign or a doubt of a guard.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise
     if not (isfinite(order.low) and isfinite(order.high)):
@@ -228,7 +235,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
 
 def _local_order(found: "Finding", kind: str) -> float:
     known = _detail(found, "local_order")
-    # An estimate that paths guard is theirs, unless the finding tells its order along paths beside it.
+    # A guarded estimate is that of the paths, unless the finding has a separate order along paths.
     of_paths = found.method and found.method.guard and "informative" not in found.details
     alone = isnan(known) and kind == ORDER and found.method and found.tier == ONE_STEP and not of_paths
     return found.estimate if alone else known
@@ -241,6 +248,6 @@ def _value(found: "Finding", kind: str, path: Interval) -> tuple[Interval, str]:
         return Interval(moments), AT_END
     at_once = found.method and found.tier == AT_ONCE
     value = _estimate(found) if at_once and isnan(_detail(found, "local_order")) and not path.known else Interval()
-    # All that is known may be that an order is at least so high.
+    # Possibly only a lower bound of the order is known.
     told = value if isfinite(value.low) or value.value == inf else Interval()
     return (told, ORDER) if told.known else (Interval(), "")

@@ -1,1 +1,1 @@
-"""Runs: the only time loop, what it advances, the truth on the same noise, and replicated chains."""
+"""Simulation: the time loop, the states of schemes, the exact solution on the same noise, and replicated chains."""

@@ -1,9 +1,9 @@
 """Replicated chains: time averages of observables at several step sizes on the same noise.
 
-A chain is a path that runs long enough to forget its start. Chains are independent of each other, so that means over
-groups of them have an error that is known without any model of correlations in time; step sizes h, h/2, ... share
-their noise, so that differences between them are known far better than the means themselves. The coarsest mean is
-known worst and costs least: it is taken from many more chains of that step size alone.
+A chain is a path that runs long enough to forget its start. Chains are independent, so that means over groups of
+chains have a known error without a model of correlations in time. Step sizes h, h/2, ... share their noise, so that
+differences between them are known much better than the means themselves. The mean at the coarsest step size has the
+largest error and costs least: it is taken from many more chains at that step size only.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,55 +18,55 @@ from ..noise.brownian import USUAL, Brownian, Source
 from ..numerics.statistics import EPS
 from .tracks import Track
 
-# How many chains there are, and how long they run.
+# Numbers of chains and lengths of runs.
 
 
 LEVELS = 4
-# Steps of all levels in one of the coarsest.
+# Steps of all levels in one coarsest step.
 STEPS_INSIDE = (1 << LEVELS) - 1
-# Fewer levels than these finest ones tell no order.
+# Number of finest levels that an order estimate needs at least.
 NEEDED_LEVELS = 3
 # Groups of chains: Student's law with 31 degrees of freedom has light tails.
 GROUPS = 32
-# Relaxation times that are burnt in at least; the first look records as many.
+# Relaxation times of the shortest burn-in; the record of the first look has the same length.
 BURN_IN = 10.0
 SEGMENTS = 10
-# Steps, all levels together, that a plan may take; that its first look may: beyond, a cell costs far more than all
-# others, and no chain is run.
+# Most steps, all levels together, of a plan and of its first look. Beyond the latter, a cell would cost far more than
+# all others, and no chain is run.
 MOST_STEPS, MOST_FIRST = 20_000, 40_000
 
 
-# Chains at the coarsest step size alone, and how many times as many as these are there at all step sizes.
+# Fewest and most chains at the coarsest step size only, and their ratio to the chains at all step sizes.
 FEWEST_WIDE, MOST_WIDE, WIDE_OF_PAIRED = 256 * GROUPS, LARGEST_BLOCK, 8
 
 
 def chains_of(paths: int) -> tuple[int, int]:
-    """Return how many chains run at all step sizes, and how many at the coarsest alone.
+    """Return the numbers of chains at all step sizes and at the coarsest step size only.
 
     Parameters
     ----------
     paths : int
-        Of a run. With up to 8192 of them there are 1024 chains and 8192; with more, 1/8 of the paths and as many as
-        the paths, in multiples of `GROUPS`, up to 131072 and 2^20, which are held in memory together.
+        Number of paths of a run. Up to 8192 paths give 1024 and 8192 chains; more give 1/8 of the paths and as many
+        as the paths, in multiples of `GROUPS`, up to 131072 and 2^20 chains, which are in memory together.
     """
     groups = -(-min(max(paths, FEWEST_WIDE), MOST_WIDE) // (WIDE_OF_PAIRED * GROUPS))
     return groups * GROUPS, groups * GROUPS * WIDE_OF_PAIRED
 
 
 class ChainPlan(NamedTuple):
-    """How many chains there are, and how long they run.
+    """Numbers of chains and lengths of runs.
 
     Attributes
     ----------
     h : float
         Coarsest step size; halved until no chain of a pilot run blows up.
     relaxation_time : float
-        Time in which the solution forgets its start by a factor e.
+        Time in which the influence of the start on the solution decreases by a factor e.
     seed : int
     looks : int
-        How often at most the records are judged, each time twice as long.
+        Largest number of looks at the records; each one doubles the recorded time.
     paired, wide : int
-        Chains that run at all step sizes on the same noise, and at the coarsest alone; multiples of `GROUPS`.
+        Number of chains at all step sizes on the same noise, and at the coarsest only; multiples of `GROUPS`.
     """
 
     h: float
@@ -77,41 +77,41 @@ class ChainPlan(NamedTuple):
     wide: int = FEWEST_WIDE
 
     def steps(self, times: float) -> int:
-        """Return the coarsest steps of some relaxation times, a multiple of `SEGMENTS`."""
+        """Return the number of coarsest steps in some relaxation times, rounded up to a multiple of `SEGMENTS`."""
         return SEGMENTS * int(np.ceil(times * self.relaxation_time / (SEGMENTS * self.h)))
 
     def source(self, view: Any, purpose: str, chains: int) -> Source:
-        """Return where the noise of some chains comes from.
+        """Return the address of the noise of some chains.
 
         Parameters
         ----------
         view : Problem
-            What the scheme sees; its name is part of the stream's.
+            The problem in the scheme's form; its name is part of the address.
         purpose : str
-            Chains for different purposes have different noise.
+            Part of the address: chains for different purposes have independent noise.
         chains : int
-            How many there are.
+            Number of chains.
         """
         return Source(self.seed, f"{view.source}|chains|{purpose}", 0, chains)
 
     def affords(self, steps: int) -> bool:
-        """Tell whether so many coarsest steps, with those of the finer levels inside them, may be taken."""
+        """Return whether `steps` coarsest steps, with the finer steps inside them, are within `MOST_STEPS`."""
         return steps * STEPS_INSIDE <= MOST_STEPS
 
     @property
     def first_look(self) -> int:
-        """Steps of all levels in the burn-in and in a first record, which is as long as it."""
+        """Number of steps of all levels in the burn-in and in a first record of the same length."""
         return 2 * self.steps(BURN_IN) * STEPS_INSIDE
 
     @property
     def affordable(self) -> "ChainPlan":
-        """The plan with as many looks as can be afforded, at least one."""
+        """The plan with the largest number of looks within `MOST_STEPS`, at least one."""
         burnt = self.steps(BURN_IN)
         looks = [look for look in range(2, self.looks + 1) if self.affords(burnt + burnt * 2 ** (look - 1))]
         return self._replace(looks=max(looks, default=1))
 
 
-# Chains at one or several step sizes on the same noise, and the time averages of observables along them.
+# Chains at one or several step sizes on the same noise, and time averages of observables along them.
 
 
 STATIONARY_Z = 2.5
@@ -124,9 +124,9 @@ class Chains:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; its observables are averaged.
+        Problem in the scheme's form; its observables are averaged.
     source : Source
-        Of the noise; its paths are the chains.
+        Address of the noise; its paths are the chains.
     h : float
         Coarsest step size.
     levels : int
@@ -136,18 +136,18 @@ class Chains:
     def __init__(self, scheme: Scheme, view: Any, source: Source, h: float, levels: int = 1) -> None:
         self.view, self.h, self.steps, self.paths = view, h, 0, source.paths
         self.tracks = [Track(scheme, view, level, h / 2**level, source.paths) for level in range(levels)]
-        # Areas are drawn around what H tells of them.
+        # Areas are drawn conditionally on H.
         fields = scheme.noise | (USUAL if "A" in scheme.noise else {"dW"})
         self.pieces = Brownian(source, view.noise_dim, h, levels - 1, fields, view.records).pieces()
 
     def advance(self, steps: int) -> None:
-        """Make coarsest steps, and note the chains that blew up."""
+        """Make coarsest steps, and mark the chains that blow up."""
         for _ in range(steps):
             self._step()
         self._find_lost()
 
     def average(self, steps: int) -> Array:
-        """Return the means of the O observables over the next coarsest steps, shape (L, O, P)."""
+        """Return the time averages of the O observables over the next coarsest steps, shape (L, O, P)."""
         total = self._zeros()
         for _ in range(steps):
             self._step()
@@ -156,15 +156,16 @@ class Chains:
         return total / steps
 
     def values(self) -> Array:
-        """Return the observables as they are now, shape (L, O, P)."""
+        """Return the current values of the observables, shape (L, O, P)."""
         total = self._zeros()
         self._add_values(total)
         return total
 
     def record(self, steps: int) -> tuple[Array, bool]:
-        """Return the means over a record, shape (L, O, P), and whether it looks stationary.
+        """Return the time averages over a record, shape (L, O, P), and whether it looks stationary.
 
-        It does if over all chains |z| < 2.5 for the mean over its first tenth less that over its second half.
+        It looks stationary if |z| < 2.5 over all chains for the mean of its first tenth minus the mean of its second
+        half.
         """
         parts = np.stack([self.average(steps // SEGMENTS) for _ in range(SEGMENTS)])
         return parts.mean(axis=0), not _moves(parts[0] - parts[SEGMENTS // 2 :].mean(axis=0), parts)
@@ -190,36 +191,36 @@ class Chains:
 
 
 def _moves(difference: Array, parts: Array) -> bool:
-    # A difference of rounding size has no law that could be tested.
+    # A difference of the size of rounding errors has no known law, so it is not tested.
     mean, rounding = difference.mean(axis=-1), 1e3 * EPS * np.abs(parts).max(axis=(0, -1))
     z = mean / (difference.std(axis=-1, ddof=1) / np.sqrt(difference.shape[-1]))
     return bool(np.any((np.abs(z) >= STATIONARY_Z) & (np.abs(mean) > rounding)))
 
 
-# Before anything is recorded: which step sizes are stable, and whether the same noise brings chains together.
+# Pilot before the record: which step sizes are stable, and whether chains with the same noise approach each other.
 
 
-# Pairs of chains.
+# Number of pairs of chains in the contraction test.
 PILOTS = 128
 HALVINGS = 6
-# Relaxation times in which the distance of two chains is to fall to this part of what it was.
+# Relaxation times of the contraction test, and the ratio to which the distance of two chains has to fall in them.
 CONTRACTION, CONTRACTING = 20.0, 0.05
 
 
 class Pilot(NamedTuple):
-    """What was found before anything is recorded.
+    """Result of the pilot run before the record.
 
     Attributes
     ----------
     wide : Chains
-        Burnt in at the largest step size at which none of them blew up, or at the smallest that was tried.
+        Chains burnt in at the largest step size at which none blew up, or at the smallest that was tried.
     stable : bool
-        Whether there is one; smaller ones are tried as long as the plan can begin with them.
+        Whether a step size without blow-up was found; step sizes are halved while the first look is affordable.
     diverged : float
         Smallest step size that blew up; NaN if none did.
     contraction : float
-        Median ratio of the distances of two chains with the same noise after `CONTRACTION` relaxation times and
-        before; NaN where no step size is stable.
+        Median ratio of the distances of two chains with the same noise, after `CONTRACTION` relaxation times to
+        before; NaN if no step size is stable.
     """
 
     wide: Chains
@@ -229,15 +230,15 @@ class Pilot(NamedTuple):
 
 
 def run_pilot(scheme: Scheme, view: Any, plan: ChainPlan) -> Pilot:
-    """Halve the step size until no chain blows up while it burns in, then look at pairs of chains.
+    """Halve the step size until no chain blows up during burn-in, then measure the contraction of pairs of chains.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        What the scheme sees.
+        The problem in the scheme's form.
     plan : ChainPlan
-        Its step size is the first that is tried.
+        Its step size is the first one tried.
     """
     diverged = np.nan
     for halving in range(HALVINGS + 1):
@@ -253,10 +254,10 @@ def run_pilot(scheme: Scheme, view: Any, plan: ChainPlan) -> Pilot:
 
 
 def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
-    """Return the median ratio of the distances of some chains to their neighbours after and before.
+    """Return the median ratio of the distances between neighbouring chains, after to before.
 
-    Distances are taken between the observables, each in units of its standard deviation: an angle that differs by
-    full turns is no distance, and pairing is for the observables.
+    Distances are taken between observables, in units of their standard deviations. They, and not the states, are to
+    be paired: angles that differ by full turns, for example, have distance 0.
     """
     source, state = plan.source(wide.view, "contraction", PILOTS), wide.tracks[0].state
     pair = [_start_at(Chains(scheme, wide.view, source, plan.h), _select_pilots(state, shift)) for shift in (0, 1)]
@@ -291,30 +292,30 @@ def _distance(pair: list[Chains], unit: Array) -> Array:
 
 
 class ChainRecord(NamedTuple):
-    """Time averages of O observables at the L step sizes, as they were at each look.
+    """Time averages of O observables at the L step sizes, at each look.
 
     Attributes
     ----------
     h : ndarray, shape (L,)
         Step sizes, coarsest first.
     levels : ndarray, shape (looks, K, L, O)
-        Means over each group of the paired chains; no looks where too many levels went wrong before.
+        Means over each group of the paired chains; no looks if too many levels failed before the record.
     wide : ndarray, shape (looks, K, O)
-        Means over each group of the chains at the coarsest step size alone.
+        Means over each group of the chains at the coarsest step size only.
     time : ndarray, shape (looks,)
-        Recorded time of each chain.
+        Recorded time of each chain at each look.
     planned : float
-        Number of looks that were planned, over which the tests share their level.
+        Number of planned looks, over which the tests share their level.
     paired, chains : float
-        Number of paired chains, and of those at the coarsest step size alone.
+        Number of paired chains, and of chains at the coarsest step size only.
     lost, failed, truncated : ndarray, shape (L,)
-        Chains that blew up, chains that had a step without root, truncated steps.
+        Per level: chains that blew up, chains with a step that found no root, and truncated steps.
     burn_in : float
-        Time before the record.
+        Time of the burn-in.
     stationary : float
-        1 if the first tenth of the first record and its second half agree, 0 if not.
+        1 if the first tenth and the second half of the first record agree, 0 if not.
     contraction, diverged : float
-        As the `Pilot` found.
+        As in `Pilot`.
     """
 
     h: Array
@@ -334,24 +335,24 @@ class ChainRecord(NamedTuple):
 
 
 def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[ChainRecord], bool]) -> ChainRecord:
-    """Run chains until the record is enough, or all looks are taken.
+    """Run chains until `enough` holds or all looks are taken.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     plan : ChainPlan
     enough : callable, ChainRecord -> bool
-        Asked at each look but the last. It must not ask whether an effect is resolved by now, which would select
-        the samples that make it large, but whether a test at its share of the level has decided.
+        Called at each look but the last. It must not depend on whether an effect is resolved by now, because that
+        selects samples in which it is large, but on whether a test at its share of the level has decided.
 
     Returns
     -------
     ChainRecord
-        Without a look where the first one would take more than `MOST_FIRST` steps.
+        Without looks if the first one would take more than `MOST_FIRST` steps.
     """
-    # Non-finite numbers are evidence here: they are counted, not warned about.
+    # Non-finite numbers are evidence here: they are counted, and warnings are suppressed.
     if plan.first_look > MOST_FIRST:
         return _blank(plan, len(view.observables))
     with np.errstate(all="ignore"):
@@ -370,13 +371,13 @@ def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[Cha
 
 
 def average_groups(means: Array) -> Array:
-    """Return the means over groups of chains of time averages of shape (L, O, P), shape (K, L, O)."""
+    """Return time averages of shape (L, O, P) averaged over each group of chains, shape (K, L, O)."""
     groups = means.reshape(*means.shape[:-1], GROUPS, -1).mean(axis=-1)
     return np.moveaxis(groups, -1, 0)
 
 
 def _looks(scheme: Scheme, wide: Chains, plan: ChainPlan, record: ChainRecord) -> Iterator[ChainRecord]:
-    """Burn in, then yield the record as it is at each look."""
+    """Burn in, then yield the record at each look."""
     paired = Chains(scheme, wide.view, plan.source(wide.view, "paired", plan.paired), plan.h, LEVELS)
     paired.advance(plan.steps(BURN_IN))
     if _is_disturbed(paired):
@@ -401,16 +402,16 @@ def _looks(scheme: Scheme, wide: Chains, plan: ChainPlan, record: ChainRecord) -
 
 
 def _burn_in(both: tuple[Chains, ...], plan: ChainPlan) -> tuple[int, list[Array], bool]:
-    """Double the burn-in until the record that follows, as long as the burn-in, looks stationary.
+    """Double the burn-in until the record after it, of the same length, looks stationary.
 
     Returns
     -------
     int
-        Coarsest steps of the burn-in, and of the record.
+        Number of coarsest steps of the burn-in, and of the record.
     list of ndarray, shape (L, O, P)
-        Means over the record.
+        Time averages over the record.
     bool
-        Whether it looks stationary; if not, a longer one cannot be afforded.
+        Whether the record looks stationary; if not, a longer one is not affordable.
     """
     burnt = plan.steps(BURN_IN)
     while True:
@@ -424,7 +425,7 @@ def _burn_in(both: tuple[Chains, ...], plan: ChainPlan) -> tuple[int, list[Array
 
 
 def _is_disturbed(chains: Chains) -> bool:
-    """Tell whether so many levels went wrong that nothing can be seen of an order."""
+    """Return whether one of the finest `NEEDED_LEVELS` levels has failures, so that no order can be estimated."""
     needed = chains.tracks[-NEEDED_LEVELS:]
     return any(bool(x.lost.any() or x.failed.any() or x.truncated_steps) for x in needed)
 

@@ -1,6 +1,6 @@
-"""All schemes and step sizes of a problem in lockstep on the same noise, block by block.
+"""Simulate all schemes and step sizes of a problem in lockstep on the same noise, block by block.
 
-Noise lives for a few steps, states for one: memory depends neither on the number of steps nor on the number of paths.
+Noise is held for a few steps, states for one: memory depends neither on the number of steps nor on that of paths.
 """
 
 import os
@@ -30,18 +30,18 @@ from ..probe.explosion import NAME, explosion
 from .reference import Reference
 from .tracks import SchemeTracks, follow
 
-# Bytes, just below the largest block whose return teaches glibc to keep smaller ones.
+# Bytes: just below the largest block that, when freed, makes glibc keep smaller blocks.
 LARGE_BLOCK = 2**25 - 2**16
 
-# In place of the index of a scheme: the problem itself, with its truth.
+# Index in place of a scheme's: code of the problem itself, including its exact solution.
 PROBLEM = -1
-# In place of the index of a measure: none of them, but the scheme.
+# Index in place of a measure's: code of the scheme and not of a measure.
 NO_MEASURE = -1
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """End a copy of this process that the code inside has made by ``fork``: one alone comes back."""
+    """Exit in a copy of this process that the code inside made by ``fork``: only the original returns."""
     process = os.getpid()
     try:
         yield
@@ -51,22 +51,22 @@ def alone() -> Iterator[None]:
 
 
 class Marker:
-    """Is told whose code runs, so that a process that hangs or dies can be blamed on somebody; it sets no limits."""
+    """Record whose code runs, to attribute a hang or crash; this base class records nothing and sets no limits."""
 
     @contextmanager
-    def of(self, scheme: int) -> Iterator[None]:  # noqa: ARG002 - nobody is watched here
-        """Run code of a scheme, by its index among those of the block, or of the problem."""
+    def of(self, scheme: int) -> Iterator[None]:  # noqa: ARG002 - not recorded here
+        """Run code of a scheme, given by its index in the block, or of the problem."""
         with alone():
             yield
 
     @contextmanager
     def measure(self, index: int) -> Iterator[None]:  # noqa: ARG002
-        """Run code of a measure, by its index among those put to the scheme."""
+        """Run code of a measure, given by its index among the measures of the scheme."""
         yield
 
 
 class Behaviour(NamedTuple):
-    """What a scheme and a problem do, as digests of their results at fixed arguments."""
+    """Digests of the results of a scheme and a problem at fixed arguments."""
 
     scheme: str
     problem: str
@@ -74,7 +74,7 @@ class Behaviour(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A scheme with the measures that are put to it."""
+    """A scheme and the measures to apply to it."""
 
     scheme: Scheme
     measures: tuple[Measure, ...]
@@ -82,7 +82,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Task:
-    """Everything that determines the evidence on one problem; it can be pickled.
+    """Complete input of the evidence on one problem; it can be pickled.
 
     Attributes
     ----------
@@ -90,11 +90,11 @@ class Task:
     entries : tuple of Entry
     settings : Settings
     screened : bool
-        Whether one step is looked at before there are paths, as a block of its own; if not, with the first paths.
+        Whether probes run before sampling, in a block of their own; otherwise they run with the first block of paths.
     stage : int
-        How many levels paths take beyond those of the settings; see `Settings.stages`.
+        Number of levels of the paths beyond those of the settings; see `Settings.stages`.
     followed : Followed or None
-        Names of the measures whose claims say that steps follow the equation; None for those of the entries.
+        Names of the measures whose claims imply that steps follow the equation; None to take them from the entries.
     """
 
     spec: ProblemSpec
@@ -111,16 +111,16 @@ class Task:
 
     @property
     def following(self) -> Followed:
-        """Names of the measures whose claims say that steps follow the equation."""
+        """Names of the measures whose claims imply that steps follow the equation."""
         return self.followed or Followed.by(measure for entry in self.entries for measure in entry.measures)
 
     def only(self, entries: Sequence[Entry]) -> "Task":
-        """Return the task with some of its entries, or with some of their measures."""
+        """Return the task restricted to some entries, or to some of their measures."""
         return replace(self, entries=tuple(entries))
 
     @property
     def sampled(self) -> Settings:
-        """The settings that paths are drawn with; one step is looked at with those of the whole run."""
+        """Settings of the paths at this stage; probes use those of the whole run."""
         return self.settings.at(self.stage)
 
 
@@ -130,23 +130,23 @@ class SchemeEvidence(NamedTuple):
     Attributes
     ----------
     tallies : tuple of Tally
-        What was sampled, one for each measure.
+        Results of sampling, one per measure.
     probes : tuple of Tally
-        What was found without sampling, one for each measure; in the first block or the screening only.
+        Results of probes, one per measure; only from the first block or the screening.
     health : Tally
         Failed paths, lost paths, truncated steps and steps of each level.
     seconds : float
     errors : tuple of str
-        Why there is no evidence, one for each measure, in a line with a traceback below it; empty if there is.
+        Reasons why there is no evidence, one per measure: a line followed by a traceback; empty if there is evidence.
     paths : int
     violation : str
-        Which contract the scheme breaks, so that nothing was measured; empty if none.
+        Violated contract, which prevents all measurements; empty if none.
     behaviour : Behaviour or None
-        What scheme and problem did before and after; None if nobody asked.
+        Behaviour of scheme and problem before and after; None if it was not requested.
     starved : frozenset of int
-        The measures whose error is that there was no memory left.
+        Indices of the measures that ran out of memory.
     opened : tuple of (str, str)
-        Files that the code of scheme, problem and measures had opened, with hashes of what they held.
+        Files that the code of scheme, problem and measures has opened, with hashes of their contents.
     """
 
     tallies: tuple[Tally, ...]
@@ -162,15 +162,15 @@ class SchemeEvidence(NamedTuple):
 
 
 def run_block(task: Task, block: int, marker: Marker | None = None) -> tuple[SchemeEvidence, ...]:
-    """Simulate one block of paths, in a worker process or in this one.
+    """Simulate one block of paths in the current process.
 
     Parameters
     ----------
     task : Task
     block : int
-        Index of the block, or `SCREENING` for what needs no paths.
+        Index of the block, or `SCREENING` for probes without paths.
     marker : Marker, optional
-        Is told whose code runs.
+        Receives whose code runs.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def run_block(task: Task, block: int, marker: Marker | None = None) -> tuple[Sch
     """
     try:
         _keep_freed_memory()
-        # Non-finite numbers are evidence here: they are counted, not warned about.
+        # Non-finite numbers are evidence here: they are counted, and warnings are suppressed.
         with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block, marker or Marker())
     except FAULTS as error:
@@ -189,20 +189,20 @@ def run_block(task: Task, block: int, marker: Marker | None = None) -> tuple[Sch
 
 
 def one_thread() -> AbstractContextManager[object]:
-    """Hold linear algebra to one thread: sums depend on how many there are, and workers would fight for the cores."""
+    """Limit linear algebra to one thread: sums depend on the number of threads, and workers share the cores."""
     limited: AbstractContextManager[object] = _threads().limit(limits=1)
     return limited
 
 
 @cache
 def _threads() -> ThreadpoolController:
-    # Only what is loaded is held: scipy brings linear algebra of its own.
+    # Only loaded libraries are limited, so SciPy's linear algebra is loaded first.
     import_module("scipy.linalg")
     return ThreadpoolController()
 
 
 def _keep_freed_memory() -> None:
-    """Let glibc, which learns from what it gives back, keep the arrays of a step: fetching them anew takes time."""
+    """Free a large block once: glibc then keeps the freed arrays of a step, which saves time at the next step."""
     np.empty(LARGE_BLOCK, dtype=np.uint8)
 
 
@@ -228,20 +228,20 @@ def _needs_truth(entry: Entry, problem: Problem) -> bool:
 def without_evidence(
     entry: Entry, error: str, seconds: float = 0.0, violation: str = "", *, starved: bool = False
 ) -> SchemeEvidence:
-    """Return that nothing is known of a scheme, and why.
+    """Return evidence without measurements, with the reason of their absence.
 
     Parameters
     ----------
     entry : Entry
-        The scheme, and what should have been measured of it.
+        The scheme and the measures that were to be applied.
     error : str
-        Why, in a line.
+        Reason, in a line; empty if the contract was violated.
     seconds : float
-        What it took until it was known.
+        Time spent before the failure.
     violation : str
-        How its steps break their contract; empty if they do not.
+        Violated contract; empty if none.
     starved : bool
-        Whether memory was short, so that less at once may succeed.
+        Whether memory ran out, so that a smaller task may succeed.
     """
     nothing = tuple(Tally() for _ in entry.measures)
     errors, measures = tuple(error for _ in entry.measures), range(len(entry.measures) if starved else 0)
@@ -251,7 +251,7 @@ def without_evidence(
 
 
 class _Place(NamedTuple):
-    """What all schemes of a block share."""
+    """Data shared by all schemes of a block."""
 
     problem: Problem
     reference: Reference
@@ -281,7 +281,7 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
 
 
 class _Watch:
-    """One measure on one scheme; what goes wrong in it costs this measure only."""
+    """One measure on one scheme; an error in the measure affects this measure only."""
 
     def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts | None) -> None:
         problem, settings = place.problem, place.task.sampled
@@ -297,7 +297,7 @@ class _Watch:
 
     @contextmanager
     def catch_errors(self) -> Iterator[None]:
-        """Keep what the measure raises as its reason; nothing more is noted then."""
+        """Store an error of the measure as its reason and stop observing."""
         try:
             with self.marker.measure(self.index):
                 yield
@@ -308,19 +308,19 @@ class _Watch:
             self.observer = None
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Pass on what is noted."""
+        """Pass the components after a step of one level to the observer; ignored after an error."""
         if self.observer is not None:
             with self.catch_errors():
                 self.observer.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Pass on what is noted."""
+        """Pass the states of all levels after a coarsest step to the observer; ignored after an error."""
         if self.observer is not None:
             with self.catch_errors():
                 self.observer.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
-        """Return what was noted."""
+        """Return the observer's tally, or an empty one if there is no observer."""
         noted = Tally()
         if self.observer is not None:
             with self.catch_errors():
@@ -329,7 +329,7 @@ class _Watch:
 
 
 class _Run:
-    """A scheme on one block; what goes wrong in it costs this scheme only."""
+    """One scheme on one block; an error in the scheme affects this scheme only."""
 
     def __init__(self, entry: Entry, index: int, place: _Place) -> None:
         self.entry, self.index, self.place = entry, index, place
@@ -357,17 +357,17 @@ class _Run:
 
     @property
     def sampled(self) -> bool:
-        """Whether there is something to note and nothing has gone wrong."""
+        """Whether there is an observer and no error of the scheme."""
         return not self.error and any(watch.observer for watch in self.watches)
 
     def advance(self, piece: Piece) -> None:
-        """Make the steps of a piece of noise."""
+        """Make the scheme's steps on a piece of noise, unless it has failed or is not sampled."""
         if self.sampled:
             with self._catch_errors():
                 self.tracks.advance(piece, self.watches)
 
     def note(self) -> None:
-        """Show the observers where the scheme and the truth are at the end of a coarsest step."""
+        """Pass the states of the scheme and the exact solution at the end of a coarsest step to the observers."""
         if self.sampled:
             with self._catch_errors():
                 self.tracks.find_ended(self.place.problem)
@@ -376,7 +376,7 @@ class _Run:
                     watch.after_coarsest_step(snapshot)
 
     def evidence(self) -> SchemeEvidence:
-        """Return what was noted, and what the one-step map tells where a measure asks for it before all paths."""
+        """Return the tallies of all measures, and their probes in the first block."""
         tallies: list[Tally] = []
         probes: list[Tally] = []
         if not (self.error or self.violation):
@@ -412,7 +412,7 @@ class _Run:
 
     @contextmanager
     def _catch_errors(self) -> Iterator[None]:
-        """Time a piece of work and keep what the scheme raises as the reason of its cells."""
+        """Measure the time of a piece of work, and store an error of the scheme as the reason of its cells."""
         begun = time.perf_counter()
         try:
             with self.place.marker.of(self.index):

@@ -1,4 +1,4 @@
-"""The truth on one block of paths, advanced once for all schemes."""
+"""Exact solution on one block of paths, advanced once for all schemes."""
 
 from typing import Any
 
@@ -10,34 +10,35 @@ from ..forms import Problem
 from ..forms.truths import Pathwise
 from ..noise.brownian import Increment, LevelNoise, Piece
 
-# Halvings between the finest level and a scheme's own fine reference. What its error does to a slope on four levels,
-# at most 0.06 at order 1 and 0.15 at order 1/2, is part of the interval; one more doubles what a scheme costs.
+# Halvings between the finest level and the fine reference run of a scheme. The effect of its error on a slope over
+# four levels, at most 0.06 at order 1 and 0.15 at order 1/2, is part of the interval; another halving would double
+# the cost.
 OWN_REFERENCE = 3
 
 
 class Reference:
-    """The pathwise truth of a problem, or the plan for each scheme to be its own.
+    """The pathwise exact solution of a problem; without one, the level of each scheme's own reference run.
 
-    An exact truth steps over the coarsest grid, or over the finest where it needs further normals; one of finite
-    order runs one level finer than the finest, and once more at the finest to tell its own error.
+    An exact solution steps on the coarsest grid, or on the finest if it needs further normals. A solution of finite
+    order runs one level finer than the finest, and once more at the finest to estimate its own error.
 
     Parameters
     ----------
     problem : Problem
     settings : Settings
     block : int
-        Whose paths it is on.
+        Index of the block of paths.
     asked_for : bool, optional
-        Whether anybody compares with it; if not it makes no steps.
+        Whether a measure compares with it; if not, it makes no steps.
 
     Attributes
     ----------
     own : int or None
-        Level of the track that serves a scheme as its own reference, where there is no truth.
+        Level of a scheme's own reference run, if the problem has no exact solution; else None.
     finest : int
-        Finest level of noise that is needed.
+        Finest level of noise that is drawn.
     level : int
-        Level the truth steps at.
+        Level of the steps of the exact solution.
     """
 
     def __init__(self, problem: Problem, settings: Settings, block: int, *, asked_for: bool = True) -> None:
@@ -45,7 +46,7 @@ class Reference:
         last = settings.levels - 1
         self.level, self.finest = _resolution(self.truth, last)
         self.own = self.finest if self.truth is None else None
-        # Levy areas are put together from the finest level: with another one they would be others.
+        # Levy areas are computed from the finest level: with another finest level they would be different.
         if not (asked_for or "A" in problem.noise):
             self.finest = last
         self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
@@ -55,14 +56,14 @@ class Reference:
         self.steps = [0 for _ in self.states]
 
     def advance(self, piece: Piece, extra: np.random.Generator) -> None:
-        """Make the steps of a piece of noise, if it is of a level the truth steps at."""
+        """Make the steps of a piece of noise, if the exact solution steps at its level."""
         index = self.level - piece.level
         if 0 <= index < len(self.states):
             self.states[index] = self._advance_state(index, piece.noise, extra)
             self.steps[index] += len(piece.noise.dW)
 
     def parts(self) -> list[Parts]:
-        """Return the components it knows, at full and, if it has an error, at half resolution; none without steps."""
+        """Return the known components at full and, if inexact, at half resolution; empty if it makes no steps."""
         if self.truth is None or not self.states:
             return []
         t = self.steps[0] * self.h[0]
@@ -80,7 +81,7 @@ class Reference:
 
     def _with_extra(self, increment: Increment, extra: np.random.Generator) -> Increment:
         assert self.truth is not None
-        # A full block is drawn, as for W, so that a path's numbers do not depend on how many follow it.
+        # A full block is drawn, as for W, so that the numbers of a path do not depend on the number of used paths.
         xi = extra.standard_normal((self.truth.extra_normals, self.drawn))
         return increment._replace(xi=xi[:, : self.paths])
 

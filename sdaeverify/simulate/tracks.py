@@ -1,4 +1,4 @@
-"""One scheme on one problem at all step sizes: advanced over a coarsest step at a time, watched by measures."""
+"""One scheme on one problem at all step sizes, advanced by one coarsest step at a time and observed by measures."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,19 +14,19 @@ from ..forms import Problem
 from ..noise.brownian import Brownian, Increment, LevelNoise, Piece
 from ..numerics import all_finite
 
-# A finite state this much larger than the initial one is a moment explosion on its way to overflow.
+# A finite state larger than the initial one by this factor is a moment explosion on its way to overflow.
 BLOW_UP = 1e8
 COST, COUNTED = "cost ", "counted "
-# Among the components that constraints are shown: 1 on paths that found no root, else 0.
+# Name, among the arguments of constraints, of the mask of paths on which a step found no root: 1 there, else 0.
 HELD = "held"
 
 
 def _nothing() -> None:
-    """Note nothing."""
+    """Ignore the end of a coarsest step; used if no measure observes the run."""
 
 
 class Track:
-    """A scheme at one step size on one block: its state, and the paths that went wrong."""
+    """A scheme at one step size on one block: its state, its failed and lost paths, and its costs."""
 
     def __init__(self, scheme: Scheme, problem: Problem, level: int, h: float, paths: int) -> None:
         self.scheme, self.problem, self.level, self.h = scheme, problem, level, h
@@ -36,7 +36,7 @@ class Track:
         self.size = 1.0 + float(np.abs(flatten(self.state)).max())
         self.failed: Mask = np.zeros(paths, dtype=bool)
         self.lost: Mask = np.zeros(paths, dtype=bool)  # not finite, or blown up
-        # Failed paths on which the problem itself lost its root, and the sum of the times at which it did.
+        # Number of failed paths on which the problem itself lost its root, and the sum of the times of these losses.
         self.singular, self.singular_time = 0, 0.0
         self.truncated_steps = 0
         self.costs: dict[str, float] = {}
@@ -46,7 +46,7 @@ class Track:
         self.first: tuple[State, Increment, Array] | None = None
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
-        """Make successive steps."""
+        """Make a step for each increment, and pass the steps that they want to the observers."""
         for index in range(len(noise.dW)):
             increment, before = self._increment(noise, index), self.state
             result = self._step_once(increment)
@@ -60,13 +60,14 @@ class Track:
                     observer.after_step(self.level, self.step, self.constraint_arguments())
 
     def parts(self) -> Parts:
-        """Return the named components of the state."""
+        """Return the named components of the current state."""
         return self.scheme.parts(self.problem, self.state)
 
     def constraint_arguments(self) -> Parts:
-        """Return the named components with what else a constraint may depend on: the time and the lagged values.
+        """Return the named components together with the time and lagged values, if constraints depend on these.
 
-        Where it depends on them, a path that found no root, and was held, cannot satisfy it any more.
+        A path on which a step found no root, and which was held, cannot satisfy a constraint that depends on them
+        later.
         """
         parts = self.parts()
         if not self.problem.moving_constraints:
@@ -76,13 +77,13 @@ class Track:
         return {**parts, "t": np.full((1, 1), self.step * self.h), "lagged": lagged, HELD: held}
 
     def find_lost(self, size: float) -> None:
-        """Note the paths that are not finite or have blown up, given the size of the solution."""
+        """Mark the paths that are not finite or have blown up relative to the size of the solution."""
         memory = flatten(self.state)
         limit = BLOW_UP * max(self.size, size)
         self.lost |= ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= limit))
 
     def find_ended(self, problem: Problem) -> None:
-        """Note the paths on which a constraint has lost its root that the equation of the scheme has no more."""
+        """Mark the paths on which a constraint eliminated from the scheme's equation has lost its root."""
         if not self.step:
             return
         t, x = self.step * self.h, self.parts()["x"]
@@ -126,12 +127,12 @@ class Track:
         return result
 
     def repeat_first_step(self) -> None:
-        """Make the first step once more, after all others.
+        """Repeat the first step after all others, to detect hidden state.
 
         Raises
         ------
         SchemeError
-            If it leads elsewhere.
+            If the result differs.
         """
         if self.first is None:
             return
@@ -144,17 +145,17 @@ class Track:
 def follow(
     brownian: Brownian, steps: int, advance: Callable[[Piece], None], note: Callable[[], None] = _nothing
 ) -> None:
-    """Give noise piece by piece, level by level: the only loop over time.
+    """Pass the noise to `advance` piece by piece, level by level; this is the only loop over time.
 
     Parameters
     ----------
     brownian : Brownian
     steps : int
-        Coarsest ones.
+        Number of coarsest steps.
     advance : callable, Piece -> None
         Makes the steps of a piece.
     note : callable
-        Called at the end of each coarsest step.
+        Called without arguments at the end of each coarsest step.
     """
     for _, pieces in zip(range(steps), brownian.pieces(), strict=False):
         for piece in pieces:
@@ -163,7 +164,7 @@ def follow(
 
 
 class SchemeTracks:
-    """A scheme on one block of paths: one track a level, and one more where it has to be its own reference."""
+    """A scheme on one block of paths: one track per level, and one more if it needs its own reference run."""
 
     def __init__(self, scheme: Scheme, problem: Problem, settings: Settings, paths: int, own: int | None) -> None:
         self.levels, self.paths = settings.levels, paths
@@ -178,25 +179,25 @@ class SchemeTracks:
             self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
 
     def repeat_first_steps(self) -> None:
-        """Make the first step of each track once more: a step that counts its calls leads elsewhere."""
+        """Repeat the first step of each track: a step that counts its calls gives another result."""
         for track in self.tracks.values():
             track.repeat_first_step()
 
     def find_ended(self, problem: Problem) -> None:
-        """Note the paths on which the solution has ended, where y was eliminated from the scheme's equation."""
+        """Mark the paths on which the solution has ended, if y was eliminated from the scheme's equation."""
         track = self.tracks[0]
         if "algebraic" in problem.traits and not track.problem.has_constraints and "x" in track.parts():
             for each in self.tracks.values():
                 each.find_ended(problem)
 
     def snapshot(self, truths: Sequence[Parts]) -> Snapshot:
-        """Return where the scheme and the truth are, and note the paths that are lost.
+        """Return the states of the scheme and the exact solution, and mark the lost paths.
 
         Parameters
         ----------
         truths : sequence of mapping
-            The truth at full and, if it has an error, at half resolution; empty where the scheme is its own, and
-            where nobody asks for it.
+            Exact solution at full and, if it is inexact, at half resolution. Empty if the scheme has its own
+            reference run, or if no measure needs the exact solution.
         """
         levels = [self.tracks[level].parts() for level in range(self.levels)]
         known = (truths or levels[-1:]) if self.own is None else [self.tracks[self.own].parts()]
@@ -206,10 +207,10 @@ class SchemeTracks:
         return Snapshot(levels, known[0], known[1] if len(known) > 1 else None)
 
     def health(self) -> Tally:
-        """Return what went wrong at each level, and what its steps took; a lost reference fails every level.
+        """Return failures and costs of the steps at each level; a lost reference run is a failure of every level.
 
-        Paths ``without_root`` met a step that found none at the level itself. On ``singular`` ones of them the
-        problem lost its root; ``singular_time`` is the sum of the times at which it did.
+        Paths ``without_root`` had a step without root at the level itself. On the ``singular`` ones among them the
+        problem lost its root; ``singular_time`` is the sum of the times of these losses.
         """
         tracks = [self.tracks[level] for level in range(self.levels)]
         own = [] if self.own is None else [self.tracks[self.own]]
@@ -230,6 +231,6 @@ class SchemeTracks:
 
 
 def _freeze(state: State) -> None:
-    # A step must not write into its arguments; numpy then says so itself.
+    # A step must not write into its arguments; NumPy raises an error if it does.
     for array in state if isinstance(state, tuple) else (state,):
         array.flags.writeable = False

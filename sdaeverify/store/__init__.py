@@ -1,1 +1,1 @@
-"""Evidence on disk: one file a problem, a row in it for each scheme and block, by what determines it."""
+"""Evidence on disk: one file per problem, with a row for each scheme and block, keyed by its ingredients."""

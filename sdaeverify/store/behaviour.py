@@ -1,8 +1,8 @@
-"""What a scheme and a problem do, as digests of their results at fixed arguments.
+"""Behaviour of schemes and problems, as digests of their results at fixed arguments.
 
-A source does not say what a data file, the environment or another module makes of it; results do. They are taken at
-many states, early and late, for the step sizes of the run and of its probes. Nine digits of each count, so that a
-machine that rounds otherwise comes to the same digest.
+The source code does not show the effect of data files, of the environment or of other modules; results do. They are
+computed at many states, early and late, for the step sizes of the run and of its probes. Nine digits of each result
+are used, so that a machine with different rounding gives the same digest.
 """
 
 import hashlib
@@ -23,25 +23,25 @@ from ..simulate.ensemble import PROBLEM, Behaviour, Marker, SchemeEvidence, Task
 
 PATHS = 16
 SEED = 20170601
-# Lengths of steps of probes, in units of time or in horizons, whichever are shorter.
+# Step sizes of probes, in units of time or in horizons, whichever are shorter.
 PROBED = (2.0**-6, 2.0**-12)
-# When those are made, in horizons: nobody's run is as late.
+# Time of the steps of these sizes, in horizons: after the end of every run.
 LATE = 2.0
-# When a problem is looked at, in horizons.
+# Times at which a problem is evaluated, in horizons.
 WHEN = (0.0, 0.37, 1.0)
-# What counts of a number, in bits; the offset keeps round numbers away from where two digests meet.
+# Number of significant bits; the offset keeps round numbers away from the boundary between two digests.
 BITS, OFFSET = 30.0, 0.382
-# Of an increment, less counts where it is smaller than this part of the state.
+# A change of state smaller than this part of the state has fewer significant bits.
 SMALL = 1e-3
 
-# Said of what gives other results than it gave.
+# Appended to the names of schemes or problems whose results have changed.
 CHANGED = "changed during the run, which is about neither version; run it again"
-# Numbers, or words.
+# A number, an array or a text.
 Result = Any
 
 
 def behaviours(task: Task, marker: Marker | None = None) -> tuple[Behaviour | None, ...]:
-    """Return what the schemes of a task do on its problem; None where nobody can tell."""
+    """Return the behaviour of a task's schemes on its problem; None where it cannot be determined."""
     marker = marker or Marker()
     with np.errstate(all="ignore"), one_thread():
         try:
@@ -64,19 +64,19 @@ def _behaviour(task: Task, index: int, problem: Problem, did: str, marker: Marke
 
 
 def run_observed(task: Task, block: int, marker: Marker | None = None) -> tuple[SchemeEvidence, ...]:
-    """Simulate one block of paths, and note what schemes and problem do before and after: evidence that can be kept.
+    """Simulate one block of paths, with the behaviour of schemes and problem before and after it.
 
     Parameters
     ----------
     task : Task
     block : int
     marker : Marker, optional
-        As `run_block` takes them.
+        As for `run_block`.
 
     Returns
     -------
     tuple of SchemeEvidence
-        None is evidence on a scheme that does something else in the end.
+        With an error for each scheme whose behaviour, or whose problem's, has changed in the meantime.
     """
     before = behaviours(task, marker)
     evidence = run_block(task, block, marker)
@@ -93,7 +93,8 @@ def _with_behaviour(known: SchemeEvidence, before: Behaviour | None, after: Beha
 def steps_digest(scheme: Scheme, view: Problem, numbers: Sequence[int]) -> str:
     """Return a digest of the steps of a scheme.
 
-    Two of the longest scatter the states as far as a run does; from there one is made of each length, ever later.
+    Two steps of the coarsest size spread the states over the region that a run reaches. From these states one step of
+    each size is made, at increasing times.
 
     Parameters
     ----------
@@ -122,13 +123,13 @@ def problem_digest(problem: Any) -> str:
 
 
 def differing(*given: Behaviour | None) -> str:
-    """Return in one line that schemes or problems do other things than before, and which; empty if none does."""
+    """Return an error text that names scheme or problem if their behaviour has changed; empty if it has not."""
     names = changed_parts(*given)
     return f"what the {' and the '.join(names)} does has {CHANGED}" if names else ""
 
 
 def changed_parts(*given: Behaviour | None) -> list[str]:
-    """Return what does other things than before, as far as that is known: scheme, problem, both or neither."""
+    """Return which of scheme and problem have changed their behaviour, of those whose behaviour is known."""
     known = [one for one in given if one is not None]
     return [name for name in Behaviour._fields if len({getattr(one, name) for one in known}) > 1]
 
@@ -170,7 +171,7 @@ class _Steps(NamedTuple):
         noise = self.view.add_past(h, self.scheme.law.increment(drawn, h))
         if noise.lagged is None or not t:
             return noise
-        # The past of a path is where others are.
+        # The lagged values of a path are the states of other paths.
         x = self.scheme.parts(self.view, state)["x"]
         return noise._replace(lagged=np.roll(x, 1, axis=-1), ahead=np.roll(x, 2, axis=-1))
 
@@ -236,26 +237,26 @@ def _fields(state: State) -> tuple[Array, ...]:
 
 
 def _finite(state: State, start: State) -> State:
-    """Return a state with the start in place of what is not finite."""
+    """Return a state with values that are not finite replaced by those of the start."""
     kept = [np.where(np.isfinite(new), new, old) for new, old in zip(_fields(state), _fields(start), strict=True)]
     return type(state)(*kept) if isinstance(state, tuple) else kept[0]
 
 
 def _content(values: Any, least: float = 0.0) -> bytes:
-    """Return numbers in whole multiples of a power of 2: the largest of them, or `least`, has 30 bits."""
+    """Return numbers as whole multiples of a power of 2: the largest of them, or `least` if larger, has 30 bits."""
     array = np.asarray(values, dtype=float)
     finite = np.isfinite(array)
     size = max(float(np.abs(array).max(where=finite, initial=0.0)), least)
-    # No power of 2 is near 3 times another one.
+    # Sizes are round numbers, often powers of 2. The factor 3 keeps them away from the steps of the ceiling.
     bits = BITS - np.ceil(np.log2(3.0 * size)) if size > 0.0 else 0.0
-    told = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
-    return f"{array.shape} {bits} ".encode() + told.tobytes()
+    digits = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
+    return f"{array.shape} {bits} ".encode() + digits.tobytes()
 
 
 def _digest(results: Iterable[Result]) -> str:
     digest = hashlib.blake2b(digest_size=12)
     for result in results:
-        told = result.encode() if isinstance(result, str) else result
-        digest.update(told if isinstance(told, bytes) else _content(told))
+        content = result.encode() if isinstance(result, str) else result
+        digest.update(content if isinstance(content, bytes) else _content(content))
         digest.update(b"\0")
     return digest.hexdigest()

@@ -1,6 +1,6 @@
-"""The code that evidence comes from: what is parsed of a top-level package or file, and versions of libraries.
+"""The code that evidence depends on: parsed top-level packages or files, and versions of libraries.
 
-A package counts as a whole, whatever of it is reached. Comments, docstrings and layout are no part of parsed code.
+A package counts as a whole, even if only part of it is used. Comments, docstrings and layout do not count.
 """
 
 import ast
@@ -18,28 +18,28 @@ from ..contracts.measure import JUDGING, Measure
 from ..contracts.opened import home_of, is_library
 
 ROOT = Path(__file__).parents[1]
-# The rooms of the framework that evidence comes from. What judges and reports is none of them.
+# The parts of the framework that produce evidence. Judging and reporting are not among them.
 MEASURING = ("arrays.py", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
 MEASURES = ROOT / "measures"
-# The module of these rooms that says what is made of evidence.
+# The module in these parts that defines findings, which do not affect evidence.
 SAYING = frozenset({"finding.py"})
-# Packages whose arithmetic the numbers come from.
+# Packages whose floating-point results enter the evidence.
 ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})
-# Where a plugin file that was loaded keeps what it held.
+# Attribute of a loaded plugin file that holds its source.
 SOURCE = "__source__"
 BLOCKS = (ast.stmt, ast.excepthandler, ast.match_case)
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Code(NamedTuple):
-    """The code that something is written in.
+    """The code of a scheme, problem or measure.
 
     Attributes
     ----------
     digest : str
     libraries : tuple of str
-        Names and versions of the installed ones that it imports.
+        Names and versions of the installed libraries that it imports.
     """
 
     digest: str
@@ -47,12 +47,12 @@ class Code(NamedTuple):
 
 
 def code_of(thing: Any) -> Code | None:
-    """Return the code of a class or function, as it was first read; None where it has no source that can be read.
+    """Return the code of a class or function, as it was loaded; None if no source can be read.
 
     Parameters
     ----------
     thing : type or callable
-        The class of a scheme or measure, or the function of a problem. What judges in a measure does not count.
+        The class of a scheme or measure, or the function of a problem. Members of a measure that judge are excluded.
     """
     homes = homes_of(thing)
     if None in homes:
@@ -67,14 +67,14 @@ def code_of(thing: Any) -> Code | None:
 
 
 def homes_of(thing: Any) -> list[Path | None]:
-    """Return the top-level packages or files of a class and its bases, or of a function; None of one without any."""
+    """Return the top-level packages or files of a class and its bases, or of a function; None if without source."""
     bases = thing.__mro__[1:] if isinstance(thing, type) else ()
     modules = [thing.__module__, *(base.__module__ for base in bases if _counts_as_base(base.__module__))]
     return list(dict.fromkeys(map(_home_of_module, modules)))
 
 
 def _counts_as_base(module: str) -> bool:
-    """Tell whether classes of a module count for those below them: those of libraries count by their version."""
+    """Return whether base classes from a module count as code: those of installed libraries count by version."""
     top, _, rest = module.partition(".")
     if top in KNOWN:
         return top == ROOT.name and rest.partition(".")[0] == MEASURES.name
@@ -89,7 +89,7 @@ def _home_of_module(name: str) -> Path | None:
 
 
 def _loaded_source(thing: Any, home: Path) -> bytes | None:
-    """Return what a plugin file held when it was loaded; None of what was imported."""
+    """Return the source of a plugin file as it was loaded; None for imported modules."""
     module = sys.modules.get(thing.__module__)
     source: bytes | None = getattr(module, SOURCE, None)
     return source if source is not None and Path(module.__file__ or "") == home else None  # type: ignore[union-attr]
@@ -97,7 +97,7 @@ def _loaded_source(thing: Any, home: Path) -> bytes | None:
 
 @cache
 def _parse_home(home: Path, source: bytes | None, *, measuring: bool) -> tuple[str, frozenset[str]]:
-    """Return a hash of the code of a package or file, and the top-level names of what it imports from elsewhere."""
+    """Return a hash of the code of a package or file, and the top-level names of its absolute imports."""
     if source is not None:
         return _parse([(home.name, source)], frozenset())
     folder = home if home.is_dir() else home.parent
@@ -115,7 +115,7 @@ def _parse(files: Iterable[tuple[str, bytes]], without: frozenset[str]) -> tuple
 
 
 def parsed_file(content: bytes) -> bytes:
-    """Return the syntax tree of a module without docstrings, as text; its content if it cannot be parsed."""
+    """Return the syntax tree of a module without docstrings, as bytes; the content itself if it cannot be parsed."""
     if (tree := _tree(content)) is None:
         return content
     _strip(tree)
@@ -123,7 +123,7 @@ def parsed_file(content: bytes) -> bytes:
 
 
 def _tree(content: bytes) -> ast.Module | None:
-    """Return the syntax tree; None if the code is for another version of the language, or no Python."""
+    """Return the syntax tree; None if the content is not Python of this version."""
     try:
         return ast.parse(content)
     except (SyntaxError, ValueError):
@@ -135,7 +135,7 @@ def _written(tree: ast.Module) -> bytes:
 
 
 def _strip(tree: ast.Module, without: frozenset[str] = frozenset()) -> set[str]:
-    """Remove docstrings, and the named members of classes, from a tree; return the modules that it imports."""
+    """Remove docstrings, and the named members of classes, from a tree in place; return the imported modules."""
     waiting, imported = list[ast.AST]([tree]), set[str]()
     while waiting:
         node = waiting.pop()
@@ -143,13 +143,13 @@ def _strip(tree: ast.Module, without: frozenset[str] = frozenset()) -> set[str]:
         if isinstance(node, DEFINITIONS):
             dropped = without if isinstance(node, ast.ClassDef) else frozenset[str]()
             node.body = [part for part in node.body if not (_is_text(part) or _bound_name(part) in dropped)]
-        # No statement is part of an expression.
+        # Expressions contain no statements, so only blocks are visited.
         waiting += [part for part in ast.iter_child_nodes(node) if isinstance(part, BLOCKS)]
     return imported
 
 
 def _bound_name(node: ast.stmt) -> str:
-    """Return the name of a definition or of an attribute of a class; empty of other statements."""
+    """Return the name of a definition or of a class attribute; empty for other statements."""
     targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
     return str(getattr(targets[0], "id", getattr(targets[0], "name", "")))
 
@@ -159,7 +159,7 @@ def _is_text(node: ast.stmt) -> bool:
 
 
 def _imports(node: ast.AST) -> list[str]:
-    """Return the top-level names of the modules that a statement imports from elsewhere."""
+    """Return the top-level names of the modules that a statement imports absolutely."""
     if isinstance(node, ast.Import):
         return [alias.name.partition(".")[0] for alias in node.names]
     absolute = isinstance(node, ast.ImportFrom) and not node.level
@@ -168,30 +168,30 @@ def _imports(node: ast.AST) -> list[str]:
 
 @cache
 def framework_code() -> str:
-    """Return a hash of what measures in the framework."""
+    """Return a hash of the parts of the framework that produce evidence."""
     files = (file for room in MEASURING for file in _files_below(ROOT / room) if file.name not in SAYING)
     return _parse(((file.relative_to(ROOT).as_posix(), file.read_bytes()) for file in files), frozenset())[0]
 
 
 def arithmetic() -> tuple[str, ...]:
-    """Return the versions of what all numbers are computed with."""
+    """Return the versions of Python and of the libraries that compute all numbers."""
     python = f"Python {_minor(platform.python_version())}"
     return (python, *(version for library in ARITHMETIC for version in _versions(library)))
 
 
 def _files_below(home: Path) -> list[Path]:
-    """Return the modules of a package, or a module itself, those that are compiled as well."""
+    """Return the modules of a package, compiled ones included, or the module itself."""
     found = sorted(home.rglob("*")) if home.is_dir() else [home]
     return [file for file in found if file.name.endswith((".py", *EXTENSION_SUFFIXES)) and file.is_file()]
 
 
 @cache
 def _versions(top: str) -> tuple[str, ...]:
-    """Return the distributions that a module is of, none of what is not installed."""
+    """Return the distributions that provide a module, with versions; empty if it is not installed."""
     try:
         names = [metadata.distribution(top).metadata["Name"]]
     except (metadata.PackageNotFoundError, ValueError):
-        # Most are called after their modules: this takes long.
+        # Look up the module in all distributions, which is slow; most have the name of their module.
         names = metadata.packages_distributions().get(top, [])
     return tuple(map(_version, names))
 
@@ -201,7 +201,7 @@ def _version(distribution: str) -> str:
 
 
 def _minor(version: str) -> str:
-    """Return a version without what is but a correction."""
+    """Return the first two components of a version, because later ones denote corrections only."""
     return ".".join(version.split(".")[:2])
 
 

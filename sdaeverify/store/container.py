@@ -1,8 +1,7 @@
-"""The evidence on the lanes of a problem in one file: a database with a row for each, which is there or is not.
+"""Evidence on the lanes of a problem in one file: a database with one row per lane, written atomically.
 
-Worker processes write to it, and other programs read it at the same time. What a process was writing when it was
-killed is undone by the next one that opens the file. Nothing in the file is executed: of another table, a view or a
-trigger nothing is read.
+Worker processes write to it while other programs read it. The next process that opens the file rolls back a write
+that was interrupted. A file that contains anything but the expected table, such as a view or a trigger, is not read.
 """
 
 import sqlite3
@@ -17,11 +16,11 @@ from .lanes import LARGEST, StoredLane, pack_lane, unpack_lane
 SUFFIX = ".sqlite"
 TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, content BLOB NOT NULL) WITHOUT ROWID"
 ONE, ALL = "SELECT name, content FROM lanes WHERE name = ?", "SELECT name, content FROM lanes ORDER BY name"
-# Half of a page is lost with each lane.
+# Half of a page is wasted per lane on average.
 PAGE = 1024
-# Seconds to wait for another process that writes.
+# Seconds to wait for a lock held by another process.
 PATIENCE = 60.0
-# What is made of the evidence that is there, if there is some.
+# Returns new evidence, given the stored evidence or None.
 Change = Callable[[StoredLane | None], StoredLane]
 
 
@@ -31,13 +30,13 @@ def containers(folder: Path) -> list[Path]:
 
 
 def all_lanes(path: Path) -> Iterator[tuple[str, StoredLane | None]]:
-    """Yield names and evidence; None for what is damaged, such as a whole file that is none of this program."""
+    """Yield names and evidence; None for damaged evidence and, with an empty name, for an unreadable file."""
     for name, content in _read(path, [(ALL, ())], [("", b"")]):
         yield name, unpack_lane(content)
 
 
 def read_lanes(path: Path, names: Iterable[str]) -> dict[str, StoredLane | None]:
-    """Return the evidence of those of some names that are there; None for what is damaged."""
+    """Return the stored evidence for the given names, without those that are absent; None for damaged evidence."""
     if not path.exists():
         return {}
     named = [(name,) for name in names]
@@ -46,12 +45,12 @@ def read_lanes(path: Path, names: Iterable[str]) -> dict[str, StoredLane | None]
 
 
 def write_lanes(path: Path, changes: Mapping[str, Change]) -> None:
-    """Write the evidence that something makes of what is there, all or none; a damaged file is replaced.
+    """Update the evidence of several lanes in one transaction; a damaged file is replaced.
 
     Raises
     ------
     UsageError
-        If it cannot be written, for example because the disk is full.
+        If the file cannot be written, for example because the disk is full.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -78,7 +77,7 @@ def _write(path: Path, changes: Mapping[str, Change]) -> None:
 
 
 def _read(path: Path, queries: Iterable[tuple[str, tuple[str, ...]]], damaged: list[Any]) -> list[Any]:
-    """Return the rows of queries, or others if the file is not there, or none of this program."""
+    """Return the rows of queries, or `damaged` if the file is missing or has another format."""
     try:
         with _open_database(path, "rw") as file:
             return [row for query in queries for row in file.execute(*query)]
@@ -88,14 +87,14 @@ def _read(path: Path, queries: Iterable[tuple[str, tuple[str, ...]]], damaged: l
 
 @contextmanager
 def _open_database(path: Path, mode: str) -> Iterator[sqlite3.Connection]:
-    """Give a database within one transaction, which nothing but the lanes is in."""
-    # What is no file, such as a pipe, might never come to an end.
+    """Open a database within one transaction, after checking that it contains only the table of lanes."""
+    # Reading other kinds of files, such as pipes, may block.
     if mode == "rw" and not path.is_file():
         raise FileNotFoundError(path)
     uri = f"{path.absolute().as_uri()}?mode={mode}"
     with closing(sqlite3.connect(uri, timeout=PATIENCE, isolation_level=None, uri=True)) as file:
         file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST)
-        # A machine that fails may damage the file: it is computed again then.
+        # A system crash may damage the file without synchronisation; its evidence is then computed again.
         file.executescript(f"PRAGMA page_size = {PAGE}; PRAGMA synchronous = OFF; PRAGMA trusted_schema = OFF")
         file.execute("BEGIN" if mode == "rw" else "BEGIN IMMEDIATE")
         tables = [sql for (sql,) in file.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")]

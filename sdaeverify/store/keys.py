@@ -1,4 +1,4 @@
-"""Everything that determines the evidence of a scheme on a block of paths, by name, so that a change can be told."""
+"""Ingredients of evidence: everything that determines it, by name, so that a message can say which has changed."""
 
 import hashlib
 import json
@@ -12,9 +12,9 @@ from ..contracts.specs import ProblemSpec
 from .code import arithmetic, code_of, framework_code
 
 Ingredients = Mapping[str, str]
-# What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
+# Settings that determine the number of paths and when to stop; the evidence of a block does not depend on them.
 BUDGET = frozenset({"paths", "max_looks", "confidence", "tests_reserved"})
-# Which levels begin is no part of what they are.
+# The levels on which paths begin do not affect the evidence on them.
 UNKEYED = BUDGET | {"first_levels"}
 MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (
     "code of the scheme",
@@ -27,7 +27,7 @@ MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (
 def lane_ingredients(
     scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int, followed: Followed = NONE_FOLLOW
 ) -> Ingredients | None:
-    """Return what evidence is about and what it is made with; None where code without a source takes part.
+    """Return the ingredients of evidence on a lane; None if any of its code has no source.
 
     Parameters
     ----------
@@ -36,9 +36,10 @@ def lane_ingredients(
         The problem by name and parameters.
     settings : Settings
     block : int
-        Of paths; `SCREENING` for what is found without paths.
+        Index of the block of paths; `SCREENING` for evidence without paths.
     followed : Followed
-        Names of the measures whose claims say that steps follow the equation: schemes are held to what they claim.
+        Names of the measures whose claims imply that steps follow the equation. The scheme's claims among
+        them are ingredients, because some checks depend on them.
     """
     own, other = code_of(type(scheme)), code_of(spec.function)
     if own is None or other is None:
@@ -63,7 +64,7 @@ def _claimed(scheme: Scheme, measures: frozenset[str]) -> list[str]:
 
 
 def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | None:
-    """Return what else determines the evidence of a measure; None where its source is unknown."""
+    """Return the further ingredients of a measure's evidence; None if its source is unknown."""
     code = code_of(type(measure))
     if code is None:
         return None
@@ -72,6 +73,6 @@ def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | N
 
 
 def key(ingredients: Ingredients) -> str:
-    """Return a hash of what evidence is about: what other code has made of the same is replaced."""
+    """Return a hash of the ingredients except code and versions, so that newer code replaces older evidence."""
     about = {name: value for name, value in ingredients.items() if name not in MADE_WITH}
     return hashlib.blake2b(json.dumps(about, sort_keys=True).encode(), digest_size=12).hexdigest()

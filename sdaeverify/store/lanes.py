@@ -1,7 +1,7 @@
-"""Evidence on a lane as bytes: a header in JSON and the numbers of all arrays, as numpy saves them.
+"""Serialisation of the evidence on a lane: a header in JSON, and the numbers of all arrays in NumPy's format.
 
-Reading them executes nothing. What unpacks to more than any evidence takes is refused, so that a file from elsewhere
-cannot fill the memory.
+Reading executes no code. Content that unpacks to more than `LARGEST` bytes is refused, so that a foreign file
+cannot exhaust the memory.
 """
 
 import zlib
@@ -25,12 +25,12 @@ from .files import Opened
 from .keys import Ingredients
 
 FORMAT = 6
-# Bytes of all that is unpacked.
+# Maximum number of bytes after unpacking.
 LARGEST = 2**28
 
 
 class MeasureRecord(NamedTuple):
-    """Evidence of one measure, and what determines it beside the lane."""
+    """Evidence of one measure, and its ingredients in addition to those of the lane."""
 
     ingredients: Ingredients
     sampled: Tally
@@ -43,15 +43,15 @@ class StoredLane(NamedTuple):
     Attributes
     ----------
     ingredients : mapping of str to str
-        What determines it; ``scheme``, ``problem`` and ``index`` name it.
+        See `lane_ingredients`; ``scheme``, ``problem`` and ``index`` identify the lane.
     behaviour : Behaviour
-        What scheme and problem did, as digests.
+        Digests of the results of scheme and problem.
     health : Tally
     seconds : float
     paths : int
     measures : mapping of str to MeasureRecord
     opened : tuple of (str, str)
-        Files that its code had opened, with hashes of what they held.
+        Files that its code had opened, with hashes of their contents.
     """
 
     ingredients: Ingredients
@@ -79,12 +79,12 @@ class StoredLane(NamedTuple):
 
 
 def pack_lane(lane: StoredLane) -> bytes:
-    """Return evidence as bytes.
+    """Serialise evidence.
 
     Raises
     ------
     OSError
-        If it is more than could be read.
+        If it is larger than `unpack_lane` accepts.
     """
     arrays = [np.zeros(0)]
 
@@ -92,13 +92,13 @@ def pack_lane(lane: StoredLane) -> bytes:
         arrays.append(np.asarray(array, dtype=float).ravel())
         return array.shape
 
-    # A copy of a tally has its numbers alone, not what was read of them.
+    # A copy of a tally contains its numbers only, without cached readings.
     header = np.frombuffer(msgspec.json.encode((FORMAT, deepcopy(lane)), enc_hook=place), dtype=np.uint8)
     numbers = np.concatenate(arrays)
     if header.nbytes + numbers.nbytes > LARGEST - 2**12:
         raise OSError(f"evidence of {numbers.nbytes:,} bytes on {lane.scheme}, at most {LARGEST:,}")
     content = BytesIO()
-    # As `numpy.savez_compressed` writes them, which takes the sixth level: three times as long for 5 % less.
+    # The format of `numpy.savez_compressed`, but at level 1: its level 6 takes three times as long for 5 % less.
     parts: dict[str, Array] = {"header": header, "numbers": numbers}
     with ZipFile(content, "w", ZIP_DEFLATED, compresslevel=1) as packed:
         for name, array in parts.items():
@@ -108,7 +108,7 @@ def pack_lane(lane: StoredLane) -> bytes:
 
 
 def unpack_lane(content: bytes) -> StoredLane | None:
-    """Return the evidence that was packed; None if it is damaged, or was not packed by this program."""
+    """Deserialise evidence; return None if it is damaged or has another format."""
     try:
         with ZipFile(BytesIO(content)) as packed:
             if sum(part.file_size for part in packed.infolist()) > LARGEST:
@@ -125,7 +125,7 @@ def _lane(header: bytes, numbers: Array) -> StoredLane:
     taken = 0
 
     def take(_: type, shape: Sequence[int]) -> Array:
-        """Return the next array: they were put in the order of the header."""
+        """Return the next array; arrays are stored in the order of the header."""
         nonlocal taken
         if any(length < 0 for length in shape):
             raise ValueError("no shape")
@@ -138,11 +138,11 @@ def _lane(header: bytes, numbers: Array) -> StoredLane:
     return lane
 
 
-# Evidence on some measures of a scheme put together with that on its others.
+# Merging of evidence on different measures of one scheme.
 
 
 def join_parts(entry: Entry, parts: Sequence[tuple[Entry, SchemeEvidence]]) -> SchemeEvidence:
-    """Return the evidence on an entry from parts of its measures.
+    """Merge evidence on disjoint sets of an entry's measures.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def join_parts(entry: Entry, parts: Sequence[tuple[Entry, SchemeEvidence]]) -> S
 
 
 def fuller(a: Tally, b: Tally) -> Tally:
-    """Return the health that counts more steps: a lane that only evaluates the one-step map makes none."""
+    """Return the health that counts more steps; a lane that only evaluates the one-step map makes none."""
     return b if _steps(b) > _steps(a) else a
 
 

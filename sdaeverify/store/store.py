@@ -1,4 +1,4 @@
-"""The evidence of a run: what is on disk already, why the rest is not, where it goes, and how runs share it."""
+"""The evidence of a run: lookup on disk, reasons for recomputation, storage, and copying between runs."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -25,26 +25,27 @@ FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged or of another version", "code without a source file"
 AFRESH, UNTOLD = "asked for afresh", "of which nobody can tell what it does now"
 ADDED, CHANGED = "to which a measure was added", "of which a measure has changed"
-# Tells what the schemes of a task do on its problem; None where that cannot be told.
+# Returns the behaviour of each scheme of a task on its problem; None where it cannot be determined.
 Observe = Callable[[Task], Sequence[Behaviour | None]]
-# Names may be as long as their authors like, names of files may not.
+# File names are truncated, because names of problems may be longer than file systems allow.
 LONGEST_NAME = 60
 
 
 class Place(NamedTuple):
-    """Where the evidence of a scheme on a block goes, and what determines it; a worker process gets it.
+    """Destination of the evidence of a scheme on a block, with its ingredients; it is sent to worker processes.
 
     Attributes
     ----------
     path : Path
         Of the file.
     name : str
-        Of the lane in it.
+        Of the lane in the file.
     lane : mapping of str to str
+        Ingredients of the lane.
     measures : mapping of str to (mapping of str to str)
-        Without those whose source is unknown.
+        Ingredients of each measure; measures without source code are omitted.
     replace : bool
-        Whether what is there is replaced rather than added to.
+        Whether stored evidence is replaced rather than extended.
     """
 
     path: Path
@@ -55,17 +56,18 @@ class Place(NamedTuple):
 
 
 class Recalled(NamedTuple):
-    """What the store knows of an entry of a task.
+    """Stored evidence on an entry of a task.
 
     Attributes
     ----------
     entry : Entry
-        With the measures that `lane` is about.
+        With the measures whose evidence is in `lane`.
     lane : SchemeEvidence or None
-        None if nothing is known.
+        None if there is no stored evidence.
     missing : tuple of Measure
+        Measures without stored evidence.
     place : Place or None
-        Where the evidence on those goes; None if it cannot be kept.
+        Destination of the missing evidence; None if it cannot be stored.
     """
 
     entry: Entry
@@ -81,16 +83,16 @@ class Store:
     Parameters
     ----------
     folder : Path
-        Of the report; evidence lies below it.
+        Of the report; evidence is in a subfolder.
     fresh : bool
-        Whether what is there is left unread, and replaced.
+        Whether stored evidence is ignored, and replaced.
 
     Attributes
     ----------
     reused : int
-        Blocks of a scheme that were found.
+        Number of lanes (blocks of a scheme) whose evidence was reused.
     reasons : Counter of str
-        Why the others were not, in words.
+        Number of other lanes by the reason why they were not.
     """
 
     folder: Path
@@ -99,14 +101,14 @@ class Store:
     reasons: Counter[str] = field(default_factory=Counter)
 
     def recall(self, task: Task, block: int, observe: Observe = behaviours) -> list[Recalled]:
-        """Return what is known of each entry of a task on a block.
+        """Return the stored evidence on each entry of a task for a block.
 
         Parameters
         ----------
         task : Task
         block : int
         observe : callable, Task -> sequence of (Behaviour or None), optional
-            Asked where there is evidence, with its schemes: it is reused if they do the same now.
+            Called with the schemes that have stored evidence, which is reused only if their behaviour is unchanged.
         """
         places = [self._place(task, block, entry) for entry in task.entries]
         names = [] if self.fresh else [place.name for place in places if place is not None]
@@ -118,15 +120,15 @@ class Store:
         return [self._recall(entry, place, stored, now.get(entry)) for entry, place, stored in known]
 
     def lacking(self, task: Task, blocks: Iterable[int], observe: Observe = behaviours) -> set[tuple[Scheme, str]]:
-        """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted.
+        """Return the pairs of scheme and measure with incomplete evidence on some blocks; counters are not updated.
 
         Parameters
         ----------
         task : Task
-            Schemes on a problem, with what is measured of each.
+            Schemes on a problem, with the measures of each.
         blocks : iterable of int
-        observe : callable, task -> Behaviours
-            Tells what the schemes do, which is part of what evidence is kept under.
+        observe : callable, Task -> sequence of (Behaviour or None), optional
+            Returns the behaviour of the schemes, which must equal that of the stored evidence.
         """
         quiet = Store(self.folder)
         recalled = (known for block in blocks for known in quiet.recall(task, block, observe))
@@ -134,11 +136,11 @@ class Store:
 
     @property
     def telling(self) -> bool:
-        """Whether anything was found at all, of use or not."""
+        """Whether any stored evidence was found, usable or not."""
         return bool(self.reused or set(self.reasons) - {NEW, SOURCELESS})
 
     def summary(self) -> str:
-        """Return in words how much was reused, and why the rest was not."""
+        """Return a text with the share of reused evidence, and the reasons for the rest."""
         new = sum(self.reasons.values())
         words = [f"{count} {reason}" for reason, count in sorted(self.reasons.items(), key=lambda pair: -pair[1])]
         computed = f"; computed: {', '.join(words)}" if words else ""
@@ -160,7 +162,7 @@ class Store:
     def _look_up(
         self, place: Place | None, there: Mapping[str, StoredLane | None], task: Task, entry: Entry
     ) -> StoredLane | str:
-        """Return the evidence that is there, or why it is of no use."""
+        """Return the stored evidence, or the reason why it cannot be used."""
         if place is None or self.fresh:
             return SOURCELESS if place is None else AFRESH
         stored = there.get(place.name)
@@ -185,25 +187,25 @@ class Store:
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
-# By the label of the scheme; None where evidence is not kept.
+# By the label of the scheme; None if its evidence is not stored.
 Places = Mapping[str, Place | None]
 
 
 def keep(places: Places, entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
-    """Write the evidence of a block; what failed is not kept, so that it is tried again.
+    """Write the evidence of a block; failed evidence is not stored, so that it is tried again.
 
     Parameters
     ----------
     places : mapping of str to (Place or None)
-        Where each scheme's evidence goes, by its label.
+        Destination of each scheme's evidence, by its label.
     entries : sequence of Entry
     lanes : sequence of SchemeEvidence
-        What was found of them.
+        Evidence on each entry.
 
     Raises
     ------
     UsageError
-        If it cannot be written, for example because the disk is full.
+        If a file cannot be written, for example because the disk is full.
     """
     changes: dict[Path, dict[str, Change]] = defaultdict(dict)
     for entry, lane in zip(entries, lanes, strict=True):
@@ -220,13 +222,13 @@ def keep(places: Places, entries: Sequence[Entry], lanes: Sequence[SchemeEvidenc
 def with_opened(lanes: Iterable[SchemeEvidence], task: Task) -> tuple[SchemeEvidence, ...]:
     """Return the evidence on the entries of a task with the files that their code has opened in this process."""
     homes = [_homes(entry, task) for entry in task.entries]
-    # Most schemes of a task come from one package.
+    # Compute once per package: most schemes of a task come from the same one.
     opened = {each: opened_by(each) for each in set(homes)}
     return tuple(lane._replace(opened=opened[each]) for lane, each in zip(lanes, homes, strict=True))
 
 
 def _homes(entry: Entry, task: Task) -> frozenset[Path]:
-    """Return the top-level packages and files that the code of a scheme, its problem and its measures is in."""
+    """Return the top-level packages and files that contain the code of a scheme, its problem and its measures."""
     things = type(entry.scheme), task.spec.function, *map(type, entry.measures)
     return frozenset(home for thing in things for home in homes_of(thing) if home is not None)
 
@@ -236,7 +238,7 @@ def _replace(lane: StoredLane, _: StoredLane | None) -> StoredLane:
 
 
 def _add(lane: StoredLane, before: StoredLane | None) -> StoredLane:
-    """Return evidence with that on measures that were kept before, as far as the same code made it."""
+    """Return evidence extended by that on other measures, if it has the same ingredients, behaviour and files."""
     if before is None or (before.ingredients, before.behaviour) != (lane.ingredients, lane.behaviour):
         return lane
     opened = dict(before.opened) | dict(lane.opened)
@@ -270,7 +272,7 @@ def _otherwise(before: Behaviour, now: Behaviour | None) -> str:
 
 
 def copy_evidence(source: Path, target: Path) -> Counter[str]:
-    """Copy the evidence of a run into another run's folder; of numbers that differ, those that are there stay.
+    """Copy the evidence of a run into another run's folder; where numbers differ, the target's are kept.
 
     Parameters
     ----------
@@ -280,12 +282,12 @@ def copy_evidence(source: Path, target: Path) -> Counter[str]:
     Returns
     -------
     Counter of str
-        On how many lanes evidence is "new", was there already ("same") or with "other" numbers, or is "damaged".
+        Number of lanes that are "new", have the "same" or "other" numbers in the target, or are "damaged".
 
     Raises
     ------
     UsageError
-        If it cannot be written, for example because the disk is full.
+        If a file cannot be written, for example because the disk is full.
     """
     counts: Counter[str] = Counter()
     for path in containers(source / FOLDER):
@@ -306,7 +308,7 @@ def _copy_lane(name: str, lane: StoredLane, path: Path) -> str:
 
 
 def _agree(a: MeasureRecord, b: MeasureRecord) -> bool:
-    """Tell whether two pieces of evidence have the same numbers, if the same code made them."""
+    """Return whether two records have the same numbers; True if different code made them."""
     same = [np.array_equal(x, y, equal_nan=True) for x, y in zip(_arrays(a), _arrays(b), strict=False)]
     return a.ingredients != b.ingredients or all(same)
 

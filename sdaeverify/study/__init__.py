@@ -1,4 +1,4 @@
-"""A study in three steps: plan the cells, run their blocks, judge the evidence."""
+"""Studies in three steps: plan the cells, run their blocks, judge the evidence."""
 
 from .judging import CellResult
 from .plan import Cell, Plan, ProblemPlan, plan

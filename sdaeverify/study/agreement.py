@@ -1,8 +1,8 @@
-"""Findings on one scheme and one problem, held against each other: what tends elsewhere in one does so in others.
+"""Consistency of findings on one scheme and one problem: a wrong limit in one finding affects the related ones.
 
-A scheme whose law tends to a wrong limit has paths that do; its state does where one of its components does. So
-nothing is verified of paths or laws that another finding of the same run shows to end elsewhere. A step that does not
-follow the equation at some of the states is wrong for all of them, and for the stationary law.
+If the law of a scheme tends to a wrong limit, so do its paths; if a component of its state does, so does the state.
+So no claim about paths or laws is verified if another finding of the same run shows a wrong limit. A step that does
+not follow the equation at some of the states is wrong for all of them, and for the stationary law.
 """
 
 from collections import defaultdict
@@ -23,23 +23,23 @@ from .plan import Cell
 
 PATHS, LAW = "paths", "law"
 DEPARTS = "one step does not follow the equation"
-# Orders of convergence are multiples of 1/2: errors of an order below this along paths do not fall.
+# Orders of convergence are multiples of 1/2, so errors along paths with an order below this do not converge.
 LEAST_ORDER = 0.25
 
 
 class WrongLimit(NamedTuple):
-    """What a scheme is known to do elsewhere.
+    """A quantity of a scheme that tends to a wrong limit.
 
     Attributes
     ----------
     measure, quantity : str
-        That have shown it.
+        The measure and the quantity of its finding.
     follows : str
-        Whether the ``law`` is wrong or the ``paths`` alone.
+        ``law`` if the law is wrong, ``paths`` if only the paths are.
     components : frozenset of str
-        Of the state that are concerned.
+        Affected components of the state.
     departs : bool
-        Whether one step has shown it, decided or not: it does not follow the equation.
+        Whether the evidence, decided or not, is that one step does not follow the equation.
     """
 
     measure: str
@@ -49,10 +49,10 @@ class WrongLimit(NamedTuple):
     departs: bool = False
 
     def concerns(self, follows: str, quantity: str) -> bool:
-        """Tell whether it holds against what is said of a quantity of a measure that follows paths or a law."""
+        """Return whether the wrong limit contradicts a claim about a quantity; `follows` is that of the measure."""
         if follows == PATHS:
             return _component(quantity) in {STATE, *self.components}
-        # As steps get shorter, stationary laws and laws at T need not tend to theirs together.
+        # As steps get shorter, stationary laws and laws at T may converge independently of each other.
         return self.departs or (follows == LAW and self.follows == LAW)
 
     def __str__(self) -> str:
@@ -60,12 +60,12 @@ class WrongLimit(NamedTuple):
 
 
 def agreeing(problem: Problem | None, results: Sequence[CellResult]) -> tuple[CellResult, ...]:
-    """Return the results on a problem, of which none is verified in spite of another.
+    """Return the results on a problem, with verified findings revised that another finding contradicts.
 
     Parameters
     ----------
     problem : Problem or None
-        Whose observables tell which components they are of; None where nothing could be run.
+        Its observables are evaluated to find the components they depend on; None if it could not be built.
     results : sequence of CellResult
         In any order.
     """
@@ -74,7 +74,7 @@ def agreeing(problem: Problem | None, results: Sequence[CellResult]) -> tuple[Ce
     wrong: dict[str, list[WrongLimit]] = defaultdict(list)
     for result in results:
         wrong[result.cell.scheme.label] += _wrong_limits(problem, result)
-    return tuple(_held(result, wrong.get(result.cell.scheme.label, [])) for result in results)
+    return tuple(_revise_result(result, wrong.get(result.cell.scheme.label, [])) for result in results)
 
 
 def _wrong_limits(problem: Problem, result: CellResult) -> Iterator[WrongLimit]:
@@ -82,31 +82,31 @@ def _wrong_limits(problem: Problem, result: CellResult) -> Iterator[WrongLimit]:
     for finding in result.findings if measure.follows in {PATHS, LAW} else ():
         refuted = finding.verdict is Verdict.REFUTED
         departs = finding.reason.has(Kind.INCONSISTENT) and (refuted or Verdict.VERIFIED in finding.excluded)
-        if departs or (refuted and (finding.reason.has(Kind.WRONG_LIMIT) or _stands(finding))):
-            read = _concerned(problem, result.cell, finding.quantity)
+        if departs or (refuted and (finding.reason.has(Kind.WRONG_LIMIT) or _does_not_converge(finding))):
+            read = _affected_components(problem, result.cell, finding.quantity)
             yield WrongLimit(measure.name, finding.quantity, measure.follows, read, departs)
 
 
-def _stands(finding: Finding) -> bool:
-    """Tell whether errors along paths do not fall: the interval of their order ends below that of any convergence."""
+def _does_not_converge(finding: Finding) -> bool:
+    """Return whether errors along paths do not fall: the interval of their order ends below `LEAST_ORDER`."""
     return finding.tier == SAMPLED and finding.high < LEAST_ORDER
 
 
-def _concerned(problem: Problem, cell: Cell, quantity: str) -> frozenset[str]:
+def _affected_components(problem: Problem, cell: Cell, quantity: str) -> frozenset[str]:
     if cell.measure.follows == LAW:
         return components_of(problem, cell, quantity)
     return frozenset({_component(quantity)})
 
 
-def _held(result: CellResult, wrong: Sequence[WrongLimit]) -> CellResult:
+def _revise_result(result: CellResult, wrong: Sequence[WrongLimit]) -> CellResult:
     follows = result.cell.measure.follows
     if not (wrong and follows):
         return result
-    findings = tuple(_against(finding, follows, wrong) for finding in result.findings)
+    findings = tuple(_revise_finding(finding, follows, wrong) for finding in result.findings)
     return replace(result, findings=findings)
 
 
-def _against(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Finding:
+def _revise_finding(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Finding:
     seen = [each for each in wrong if each.concerns(follows, finding.quantity)]
     if not seen:
         return finding
@@ -115,12 +115,12 @@ def _against(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Fin
 
 
 def _component(quantity: str) -> str:
-    """Return the component that a quantity along paths is of, such as ``x@T`` or ``x on the grid``."""
+    """Return the component that a quantity along paths belongs to, such as ``x`` for ``x@T`` or ``x on the grid``."""
     return quantity.split(" ", 1)[0].removesuffix(AT_T)
 
 
 def components_of(problem: Problem, cell: Cell, observable: str) -> frozenset[str]:
-    """Return the components of a scheme's state that an observable reads; none where there is no such observable.
+    """Return the components of a scheme's state that an observable reads; empty if the observable is unknown.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def components_of(problem: Problem, cell: Cell, observable: str) -> frozenset[st
 
 
 class _Read(Mapping[str, Array]):
-    """Components, and which of them were asked for."""
+    """Mapping of components that records the names that are accessed."""
 
     def __init__(self, parts: Mapping[str, Array], read: set[str]) -> None:
         self.parts, self.read = parts, read

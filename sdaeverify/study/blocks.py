@@ -1,4 +1,4 @@
-"""Evidence of blocks of paths: from the store, or simulated by workers."""
+"""Evidence of blocks of paths, read from the store or simulated by workers."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
@@ -32,20 +32,20 @@ Evidence = tuple[SchemeEvidence, ...]
 Part = tuple[Entry, SchemeEvidence]
 SentBlock = Batch[SchemeEvidence]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
-# Batches for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
-# that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a batch.
+# Batches per worker, and largest number of schemes in a batch. Each batch builds its problem, draws the noise of its
+# block and computes the truth anew. So jobs are split only if few are left, down to single schemes for many workers.
 BATCHES, TOGETHER = 2, 16
-# What a worker whose memory is used up may raise outside the code of a scheme.
+# Exceptions that a worker out of memory may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 
 
 class BehaviourObserver:
-    """Tells what the schemes of tasks do on their problems, each asked once: who dies of it has no behaviour.
+    """Observes the behaviour of the schemes of tasks, once per scheme and problem; None for one that ends its worker.
 
     Parameters
     ----------
     workers : Workers
-        Steps are made in this process if they are none of this machine.
+        Steps are made in this process if these are not processes of this machine.
     """
 
     def __init__(self, workers: Workers) -> None:
@@ -53,7 +53,7 @@ class BehaviourObserver:
         self.known: dict[tuple[str, Scheme], Behaviour | None] = {}
 
     def __call__(self, task: Task) -> list[Behaviour | None]:
-        """Return what the schemes of a task do; None where that cannot be told."""
+        """Return the behaviour of each scheme of a task; None where it cannot be determined."""
         new = [entry for entry in task.entries if (task.label, entry.scheme) not in self.known]
         for entry, found in Batch(self.workers, task.only(new), behaviours, LATE).answers() if new else ():
             self.known[task.label, entry.scheme] = None if isinstance(found, Lost) else found
@@ -61,18 +61,18 @@ class BehaviourObserver:
 
 
 def simulate_block(task: Task, marker: Marker, block: int, places: Places, *, shared: bool = True) -> Evidence:
-    """Simulate a block, in a worker or in this process, and keep its evidence where the folder of the run is seen.
+    """Simulate a block, in a worker or in this process, and store its evidence if the run's folder is accessible.
 
     Parameters
     ----------
     task : Task
     marker : Marker
-        Is told whose code runs.
+        Records whose code is running.
     block : int
     places : mapping of str to (Place or None)
-        Where the evidence on a scheme goes, by its label; None where it is not kept.
+        Destination of the evidence on a scheme, by its label; None if it is not stored.
     shared : bool
-        Whether the worker sees the folder of the run, and keeps the evidence there itself.
+        Whether the worker can access the folder of the run, and stores the evidence there itself.
     """
     if not any(places.values()):
         return run_block(task, block, marker) if task.entries else ()
@@ -83,7 +83,7 @@ def simulate_block(task: Task, marker: Marker, block: int, places: Places, *, sh
 
 
 class Job(NamedTuple):
-    """A block of a problem at a look, whose last block is `last`."""
+    """A block of a problem, within a look whose last block is `last`."""
 
     problem: ProblemRun
     task: Task
@@ -110,7 +110,7 @@ class Blocks:
         self.observe = BehaviourObserver(self.workers)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
-        """Return of which scheme and measure not all evidence on some blocks is in the store."""
+        """Return the pairs of scheme and measure whose evidence on some blocks is not complete in the store."""
         return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
     def results(self, jobs: deque[Job], window: int) -> Iterator[tuple[Job, Evidence]]:
@@ -120,7 +120,7 @@ class Blocks:
         ----------
         jobs : deque of Job
         window : int
-            Blocks under way at most.
+            Maximum number of blocks in progress.
         """
         waiting: deque[tuple[Job, list[Recalled], list[SentBlock]]] = deque()
         most = window if self.workers.executor else 1
@@ -134,7 +134,7 @@ class Blocks:
             yield job, _join(job.task, recalled, parts)
 
     def _send(self, job: Job, recalled: Sequence[Recalled], left: int) -> list[SentBlock]:
-        """Send a block in batches of some schemes, more where there are more workers for the jobs that are left."""
+        """Submit a block in batches of schemes; there are more batches if workers outnumber the remaining jobs."""
         missing = [r for r in recalled if r.missing]
         entries = [Entry(r.entry.scheme, r.missing) for r in missing] if self.store else job.task.entries
         batches = ceil(BATCHES * self.workers.jobs / left) if self.workers.jobs > 1 else 1
@@ -151,8 +151,8 @@ class Blocks:
         ]
 
     def _parts(self, sent: SentBlock, places: Places) -> Iterator[Part]:
-        """Yield the evidence of a batch; who ran out of memory is tried by itself, in a new process."""
-        for entry, found in _ask(sent):
+        """Yield the evidence of a batch; a scheme that ran out of memory is run again alone, in a new process."""
+        for entry, found in _collect_parts(sent):
             if found.starved and self.processes is not None:
                 yield from self._try_afresh(sent, entry, self.processes)
             else:
@@ -162,7 +162,9 @@ class Blocks:
 
     def _try_afresh(self, sent: SentBlock, entry: Entry, processes: Processes) -> Iterator[Part]:
         with processes.afresh() as fresh:
-            found = _ask(replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False))
+            found = _collect_parts(
+                replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False)
+            )
         yield from ((entry, _name_limit(evidence, processes.limits.memory)) for entry, evidence in found)
 
 
@@ -170,24 +172,27 @@ def _places(recalled: Iterable[Recalled]) -> Places:
     return {r.entry.scheme.label: r.place for r in recalled}
 
 
-def _ask(sent: SentBlock) -> list[Part]:
-    """Return the evidence of a batch, or why there is none."""
+def _collect_parts(sent: SentBlock) -> list[Part]:
+    """Return the evidence of a batch; where it failed, evidence with the error."""
     try:
         found = list(sent.answers())
     except SHORT as error:
         return [(e, without_evidence(e, f"MemoryError: {error}", starved=True)) for e in sent.task.entries]
-    return [(e, _without(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
+    return [(e, _failed_evidence(e, known, sent.task) if isinstance(known, Lost) else known) for e, known in found]
 
 
-def _without(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
+def _failed_evidence(entry: Entry, lost: Lost, task: Asked) -> SchemeEvidence:
     where = f"problem {task.label}: " if lost.mark.scheme == PROBLEM else ""
     return without_evidence(entry, f"{where}{lost.why}")
 
 
 def _name_limit(found: SchemeEvidence, memory: int) -> SchemeEvidence:
-    """Return evidence whose errors for want of memory name the limit of it."""
+    """Return evidence in which errors for lack of memory state the memory limit."""
     room = f"; a worker may have {memory / 2**30:.3g} GiB (--memory)" if memory else ""
-    errors = (_behind(error, room) if index in found.starved else error for index, error in enumerate(found.errors))
+    errors = (
+        _append_to_first_line(error, room) if index in found.starved else error
+        for index, error in enumerate(found.errors)
+    )
     return found._replace(errors=tuple(errors))
 
 
@@ -198,7 +203,7 @@ def _join(task: Task, recalled: Sequence[Recalled], computed: Sequence[Part]) ->
     return tuple(join_parts(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
 
 
-def _behind(error: str, text: str) -> str:
-    """Return an error with a text behind its first line: below it stands the traceback."""
+def _append_to_first_line(error: str, text: str) -> str:
+    """Return an error with a text appended to its first line; the following lines are the traceback."""
     line, below, traceback = error.partition("\n")
     return f"{line}{text}{below}{traceback}"

@@ -1,16 +1,16 @@
-"""Claims about classes of equations as results of cells, for whoever counts claims: a problem stands for a class.
+"""Claims about classes of equations as results of cells, so that gates and tables can count them.
 
-They stand beside the cells of a study and answer none of them.
+Each class is represented by a placeholder problem. These results are separate from the cells of a study.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from ..contracts.finding import CONDITIONS, Finding, Method, Reason, Verdict
+from ..contracts.finding import CONDITIONS, Finding, Kind, Method, Reason, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..simulate.ensemble import Entry
-from ..trees.class_row import ClassRow, ClassVerdict
+from ..trees.class_row import EVERY_EQUATION, ClassRow
 from ..trees.classes import tree_classes_of
 from ..trees.report import MEASURES, claimed_measures, every_equation
 from .class_rows import SEED, rows_on
@@ -19,17 +19,9 @@ from .members.classes import member_classes
 from .order_report import classes_named
 from .plan import Cell
 
-# Where a premise of the conditions fails, nothing is said of the claim: paths are asked alone.
-GATED = {
-    ClassVerdict.VERIFIED: Verdict.VERIFIED,
-    ClassVerdict.REFUTED: Verdict.REFUTED,
-    ClassVerdict.ERROR: Verdict.ERROR,
-}
-NAME = "every-equation"
-
 
 def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[CellResult]:
-    """Yield what order conditions say of the claims of some schemes, as results of cells.
+    """Yield the verdicts of order conditions on the claims of schemes, as results of cells.
 
     Parameters
     ----------
@@ -40,13 +32,18 @@ def class_results(rows: Iterable[ClassRow], cells: Sequence[Cell]) -> Iterator[C
     schemes = {cell.scheme.label: cell.scheme for cell in cells}
     measures = {cell.measure.name: cell.measure for cell in cells}
     for row in rows:
-        scheme = schemes[row.scheme]
-        if row.measure in measures and row.verdict in GATED and _is_claimed(row, scheme):
-            yield CellResult(_class_cell(scheme, row.kind, measures[row.measure]), (_finding(row),))
+        if row.measure in measures:
+            cell = _class_cell(schemes[row.scheme], row.kind, measures[row.measure])
+            yield CellResult(cell, (_finding(row),))
+
+
+def is_premise_failing(finding: Finding) -> bool:
+    """Return whether a premise of the conditions fails, so that the claim is tested by paths alone."""
+    return finding.tier == CONDITIONS and finding.verdict is Verdict.INCONCLUSIVE
 
 
 def class_cells(cells: Iterable[Cell], seed: int = SEED) -> Iterator[Cell]:
-    """Yield a cell for each class that a scheme's claims are about, for the schemes and measures of some cells.
+    """Yield a cell for each class that a scheme's claims are about, for the schemes and measures of the given cells.
 
     No step is made.
 
@@ -66,16 +63,17 @@ def class_cells(cells: Iterable[Cell], seed: int = SEED) -> Iterator[Cell]:
 
 
 def answers(measure: Measure) -> bool:
-    """Return whether a measure has an answer about random members."""
+    """Return whether a measure can judge random members."""
     return type(measure).judge_member is not Measure.judge_member
 
 
 def results_of_class(cell: Cell, seed: int = SEED) -> list[CellResult]:
-    """Return the results on the claim of a cell about a class, found in this process.
+    """Return the results on the claim of a cell about a class, computed in this process.
 
     Parameters
     ----------
     cell : Cell
+        One that `class_cells` yields.
     seed : int
         Of the run.
     """
@@ -84,11 +82,11 @@ def results_of_class(cell: Cell, seed: int = SEED) -> list[CellResult]:
 
 
 def _class_cell(scheme: Scheme, kind: str, measure: Measure) -> Cell:
-    return Cell(scheme, ProblemSpec(NAME, every_equation, (("of", kind),)), measure)
+    return Cell(scheme, ProblemSpec(EVERY_EQUATION, every_equation, (("of", kind),)), measure)
 
 
 def is_of_class(cell: Cell) -> bool:
-    """Tell whether a cell is about a class of equations."""
+    """Return whether a cell is about a class of equations."""
     return cell.spec.function is every_equation
 
 
@@ -97,17 +95,13 @@ def class_of(cell: Cell) -> str:
     return str(dict(cell.spec.parameters)["of"])
 
 
-def _is_claimed(row: ClassRow, scheme: Scheme) -> bool:
-    return row.promise is not None or any(claim.measure == row.measure for claim in scheme.promises)
-
-
 def _finding(row: ClassRow) -> Finding:
-    verdict = GATED[row.verdict]
     return Finding(
-        quantity="" if verdict is Verdict.ERROR else row.conditions,
-        verdict=verdict,
-        reason=Reason(row.why),
+        quantity="" if row.verdict is Verdict.ERROR else row.conditions,
+        verdict=row.verdict,
+        reason=Reason(row.why, Kind.NO_CLAIM if row.verdict is Verdict.OUT_OF_SCOPE else Kind.PLAIN),
         claim=row.promise,
         method=Method(row.conditions, CONDITIONS),
         tier=CONDITIONS,
+        details=row.details,
     )

@@ -1,7 +1,7 @@
-"""Claims of the schemes of a run about classes of equations, judged by its workers: by order conditions, on members.
+"""Verdicts of a run on claims about classes of equations, by order conditions or on random members.
 
-A worker makes the conditions, or the members, of a class once, and a scheme that hangs or kills its worker costs its
-own rows only.
+A worker computes the conditions, or the members, of a class once. A scheme that hangs or kills its worker loses only
+its own rows.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ from ..contracts.settings import Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, Marker
 from ..trees import TreeClass
-from ..trees.class_row import ClassRow, ClassVerdict
+from ..trees.class_row import ClassRow
 from ..trees.classes import EquationClass, tree_classes_of
 from ..trees.report import MEASURES, measures_of, rows_of
 from ..workers.batches import Batch
@@ -35,7 +35,7 @@ Rows = tuple[ClassRow, ...]
 
 @dataclass(frozen=True)
 class ClassTask:
-    """A class of equations, and the schemes whose claims about it are judged; it can be pickled.
+    """A class of equations with the schemes whose claims about it are judged; it can be pickled.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class ClassTask:
 
     @property
     def label(self) -> str:
-        """The class, in words."""
+        """Description of the task for error messages."""
         return f"of the class {self.kind.name}"
 
     def only(self, entries: Sequence[Entry]) -> "ClassTask":
@@ -60,17 +60,17 @@ class ClassTask:
 
 
 def class_rows(results: Sequence[CellResult], workers: Workers = HERE, seed: int = SEED) -> Rows:
-    """Return the verdicts on the claims of the schemes of some results about classes, scheme by scheme.
+    """Return the verdicts on the schemes' claims about classes, scheme by scheme.
 
-    A scheme of which nothing could be measured, because a step hangs or raises, is not asked again.
+    Schemes without any measured cell, because a step hangs or raises, are skipped.
 
     Parameters
     ----------
     results : sequence of CellResult
     workers : Workers
-        That ask; this process if left out.
+        Workers that evaluate the conditions; this process if omitted.
     seed : int
-        Of the run; it decides which members are drawn.
+        Of the run; it determines the random members.
     """
     entries = _entries(results)
     kinds: dict[Kind, list[Entry]] = {}
@@ -87,7 +87,7 @@ def class_rows(results: Sequence[CellResult], workers: Workers = HERE, seed: int
 
 
 def _entries(results: Sequence[CellResult]) -> list[Entry]:
-    """Return the schemes that are asked, each with the measures of its cells."""
+    """Return the schemes to examine, each with the measures of its cells."""
     failed = {each.cell.scheme for each in results if any(found.verdict in UNMEASURED for found in each.findings)}
     measured = {each.cell.scheme for each in results if any(found.verdict in MEASURED for found in each.findings)}
     asked: dict[Scheme, dict[str, Measure]] = {}
@@ -112,7 +112,7 @@ def ask(task: ClassTask, marker: Marker) -> list[Rows]:
     ----------
     task : ClassTask
     marker : Marker
-        Notes whose code runs.
+        Records whose code is running.
     """
     return [_ask(entry, task, marker, index) for index, entry in enumerate(task.entries)]
 
@@ -131,7 +131,7 @@ def rows_on(entry: Entry, kind: Kind, seed: int = SEED) -> Iterator[ClassRow]:
     Parameters
     ----------
     entry : Entry
-        The scheme, and the measures that members are asked about.
+        The scheme, and the measures that judge random members.
     kind : EquationClass, TreeClass or MemberClass
     seed : int
         Of the run.
@@ -147,6 +147,5 @@ def _failed(entry: Entry, kind: Kind, why: str) -> Rows:
     measures = own if isinstance(kind, MemberClass) else measures_of(kind)
     motions = 0 if isinstance(kind, MemberClass) else kind.motions or 0
     return tuple(
-        ClassRow(entry.scheme.label, kind.name, motions, measure, ClassVerdict.ERROR, premise=why)
-        for measure in measures
+        ClassRow(entry.scheme.label, kind.name, motions, measure, Verdict.ERROR, premise=why) for measure in measures
     )

@@ -1,7 +1,7 @@
-"""What a gate counts beside the cells of a study: results that a plugin finds by means of its own.
+"""Examinations: results that a plugin finds by its own means and a gate counts in addition to the cells of a study.
 
-A plugin registers examinations by the hook ``sdaeverify_examinations``; a policy asks for one by its name, with a
-table of its own::
+A plugin registers examinations by the hook ``sdaeverify_examinations``; a policy requests one by its name, with its
+own table::
 
     [tool.sdaeverify.examinations.adaptive]
     solvers = ["my-heun"]
@@ -23,42 +23,42 @@ HOOK = "sdaeverify_examinations"
 
 
 class Work(Protocol):
-    """An examination under way."""
+    """An examination in progress."""
 
     @property
     def total(self) -> int:
         """Number of its jobs."""
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Do them, on an executor if there is one, with so many jobs sent ahead as `window` says."""
+        """Do the jobs, on an executor if there is one, with at most `window` jobs submitted ahead."""
 
     @property
     def results(self) -> list[CellResult]:
-        """What was found, family-wise errors corrected at the confidence of its settings."""
+        """Results, with family-wise errors corrected at the confidence of the settings."""
 
     @property
     def command(self) -> tuple[str, ...]:
-        """Words of the command that finds a result again, with ``{scheme}`` and ``{problem}`` for its labels."""
+        """Words of the command that reproduces a result, with ``{scheme}`` and ``{problem}`` for its labels."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What else is worth a line: what was asked for and cannot be examined."""
+        """Remarks, one line each, such as requested items that cannot be examined."""
 
 
 class Examination(ABC):
-    """Base of what a plugin examines by means of its own: a subclass sets its name and writes `begin`.
+    """Base of the examinations of a plugin: a subclass sets its name and writes `begin`.
 
     Attributes
     ----------
     name : str
-        Of its table in the policy.
+        Name of its table in the policy.
     """
 
     name: ClassVar[str]
 
     @abstractmethod
     def begin(self, registry: Registry, asked: Mapping[str, Any], settings: Settings) -> Work:
-        """Return the work.
+        """Return the examination as `Work`, not yet started.
 
         Parameters
         ----------
@@ -66,29 +66,29 @@ class Examination(ABC):
         asked : mapping of str to object
             The table of the policy.
         settings : Settings
-            Seed and confidence of the gate; its sample size and step sizes are those of schemes.
+            Seed and confidence of the gate; its sample size and step sizes apply to schemes only.
 
         Raises
         ------
         UsageError
-            If the table asks for what there is not.
+            If the table requests something that does not exist.
         """
 
 
 def begin_all(registry: Registry, asked: Mapping[str, Mapping[str, Any]], settings: Settings) -> list[Work]:
-    """Return the examinations that a policy asks for.
+    """Return the examinations that a policy requests.
 
     Parameters
     ----------
     registry : Registry
     asked : mapping of str to mapping
-        By name, the table of each.
+        The table of each examination, by name.
     settings : Settings
 
     Raises
     ------
     UsageError
-        If a name is unknown, or a table asks for what there is not.
+        If a name is unknown, or a table requests something that does not exist.
     """
     known = registry.things(HOOK)
     if unknown := next((name for name in asked if name not in known), ""):

@@ -1,7 +1,7 @@
-"""Errors over a whole run: Holm's step-down procedure over all tests that were made.
+"""Family-wise error control of a run: Holm's step-down procedure over all tests.
 
-There are two families, one of all rejections that refute a claim and one of all that verify one; in each, the
-probability of any false verdict is at most alpha. Deterministic verdicts involve no sampling error and take no part.
+There are two families: all rejections that refute a claim, and all rejections that verify one. In each family the
+probability of any false verdict is at most alpha. Deterministic verdicts involve no sampling error and are excluded.
 """
 
 from collections.abc import Sequence
@@ -18,8 +18,8 @@ Place = tuple[int, int]
 def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]:
     """Return the results with verdicts that hold family-wise.
 
-    Early decisions are taken at a level that is shared among more tests than a run usually has, so that the
-    procedure adds verdicts; in a run with more tests than that it may take one back.
+    Early decisions are taken at a level that is shared among more tests than a run usually has. So the
+    procedure usually adds verdicts; in a run with more tests it may revoke one.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]
 
 
 def holm(p_values: dict[Place, float], alpha: float) -> set[Place]:
-    """Return the hypotheses that Holm's procedure rejects; NaN marks what is no test."""
+    """Return the hypotheses that Holm's procedure rejects at level `alpha`; a p-value of NaN is not a test."""
     tests = sorted((p, place) for place, p in p_values.items() if not isnan(p))
     rejected: set[Place] = set()
     for rank, (p, place) in enumerate(tests):

@@ -1,8 +1,8 @@
-"""From the evidence on a problem to the results of its cells.
+"""Judgement: from the evidence on a problem to the results of its cells.
 
-Nothing is verified where the controls of a problem do not come out as they must: it does not discriminate. Nor is
-anything refuted by paths where a scheme that is known to be right is refuted, too: it is the problem then, its truth
-above all, that is wrong.
+No claim is verified if the controls of a problem fail, because the problem does not discriminate then. Paths refute
+no claim if they also refute a scheme that is known to be right, because then the problem is wrong, most likely its
+truth.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from ..contracts.claimed import Order
+from ..contracts.claimed import AT_H, Order
 from ..contracts.finding import (
     SAMPLED,
     UNMEASURED,
@@ -41,16 +41,16 @@ CONTRACT = Method("contract and exactness", 0)
 
 
 class ControlVerdicts:
-    """What the controls of a problem have against verdicts on other schemes.
+    """Objections of a problem's controls to verdicts on other schemes.
 
-    Each question is answered once: many findings rest on the same controls.
+    Each answer is computed once, because many findings rest on the same controls.
 
     Parameters
     ----------
     plans : tuple of ControlPlan
         Of one problem.
     evidence : mapping of Cell to Evidence or Objection
-        On each cell of the controls that can be run, or why there is none.
+        Evidence on each cell of the controls that can be run, or the reason why there is none.
     """
 
     def __init__(self, plans: tuple[ControlPlan, ...], evidence: Mapping[Cell, Evidence | Objection]) -> None:
@@ -58,13 +58,13 @@ class ControlVerdicts:
         self._objection, self._against = cache(self._find_objection), cache(self._p_values)
 
     def case(self, finding: Finding, scheme: Scheme) -> Case:
-        """Return what the controls have against a finding on a claim of an order.
+        """Return the objections of the controls to a finding on a claim of an order.
 
         Parameters
         ----------
         finding : Finding
         scheme : Scheme
-            Whose claim it is; it is no evidence against itself.
+            The scheme that makes the claim; as a control it is not used against itself.
         """
         claim, by_paths = finding.claim, finding.tier == SAMPLED
         if claim is None or not isinstance(claim.value, Order):
@@ -72,13 +72,14 @@ class ControlVerdicts:
         suspicion = self._suspicion(finding, scheme) if by_paths else ""
         if finding.verdict is Verdict.REFUTED:
             return Case(suspicion=suspicion)
-        # The margin belongs to the claim that is tested: the controls are put to the same one.
+        # The margin belongs to the tested claim: the controls are tested with the same margin.
         return Case(suspicion=suspicion, objection=self._objection(claim.measure, claim.value, by_paths))
 
     def _suspicion(self, finding: Finding, scheme: Scheme) -> str:
-        """Return why paths cannot refute a claim; empty if they can, or are far from it.
+        """Return why paths cannot refute a claim; empty if they can, or are not close to doing so.
 
-        What is not refuted yet, and may be over all tests of the run, needs no more of a control.
+        A finding that is not refuted yet may become so by the correction over all tests of the run. It is compared
+        with the control at the level of the whole run.
         """
         assert finding.claim is not None
         known = [plan for plan in self.plans if plan.control.measure == finding.claim.measure and not plan.missing]
@@ -91,7 +92,7 @@ class ControlVerdicts:
         return ""
 
     def _level(self, plan: ControlPlan) -> float:
-        """Return the level of a whole run, 0 where there is no evidence on the positive control."""
+        """Return the level of a whole run; 0 if there is no evidence on the positive control."""
         assert plan.positive is not None
         known = self.evidence[plan.positive]
         return 0.0 if isinstance(known, Objection) else 1.0 - known.settings.confidence
@@ -111,7 +112,11 @@ class ControlVerdicts:
         return self._not_told_apart(asked, claim, by_paths=by_paths)
 
     def _not_told_apart(self, plans: Sequence[ControlPlan], claim: Claim, *, by_paths: bool) -> Objection | None:
-        """Return why the controls of the order above a claim and, if it is between two, below it do not decide it."""
+        """Return why controls do not separate the claimed order from lower ones; None if they do.
+
+        `plans` begins with the control of the next declared order at or above the claim. If the claim lies between
+        two declared orders, the control of the lower one follows.
+        """
         above, *below = plans
         positive = self._verdicts(above.positive, claim, by_paths=by_paths)
         if isinstance(positive, Objection):
@@ -122,7 +127,7 @@ class ControlVerdicts:
         found = [self._verdicts(cell, claim, by_paths=by_paths) for cell in lower.values()]
         if any(Verdict.REFUTED in verdicts for verdicts in found if not isinstance(verdicts, Objection)):
             return None
-        # What was not measured is not what was not refuted.
+        # A control that was not measured is not a control that was not refuted.
         if (unknown := next((verdicts for verdicts in found if isinstance(verdicts, Objection)), None)) is not None:
             return unknown
         if len(lower) == 1:
@@ -130,18 +135,19 @@ class ControlVerdicts:
         return Objection(f"none of the controls of lower order is refuted: {', '.join(lower)}")
 
     def _verdicts(self, cell: Cell | None, claim: Claim, *, by_paths: bool) -> set[Verdict] | Objection:
-        """Return the verdicts on a control, none where it cannot be run, or why there is no evidence on it."""
+        """Return the verdicts on a control, empty if it cannot be run, or the reason why it has no evidence."""
         if cell is None:
             return set()
         known = self.evidence[cell]
         if isinstance(known, Objection):
             return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
         found = _findings(cell, claim, replace(known, tally=known.along_paths, probed=None) if by_paths else known)
-        # An order is one of smooth functions: what becomes of a jump tells nothing of others.
+        # An order is claimed for smooth functions; a finding on a discontinuous one does not count for or against
+        # others.
         return {_of_known_order(finding) for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
     def _p_values(self, plan: ControlPlan) -> dict[str, float]:
-        """Return the p-values against the order of a positive control, by quantity."""
+        """Return the p-values of the tests against the order of a positive control, by quantity."""
         assert plan.positive is not None
         claim = Claim(measure=plan.control.measure, value=plan.control.order, source="control")
         known = self.evidence[plan.positive]
@@ -150,12 +156,12 @@ class ControlVerdicts:
 
 
 def _of_known_order(finding: Finding) -> Verdict:
-    """Return the verdict on a control: that it has no lower order is known, and need not be resolved."""
+    """Return the verdict on a control; that it has no lower order is known, and need not be resolved by paths."""
     return Verdict.VERIFIED if finding.reason.has(Kind.LOWER_ORDER) else finding.verdict
 
 
 def _p_against(finding: Finding) -> float:
-    """Return the p-value against a claim, 0 where it is refuted already."""
+    """Return the p-value of the test against a claim; 0 if it is refuted already."""
     return 0.0 if finding.verdict is Verdict.REFUTED else finding.p_refuted
 
 
@@ -166,23 +172,23 @@ def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:
 
 @dataclass(frozen=True)
 class CellEvidence:
-    """What is known of a cell.
+    """Evidence on a cell.
 
     Attributes
     ----------
     sampled, probed : Tally
         From paths, and without sampling.
     health : Tally
-        Of the scheme's steps.
+        Counts of the scheme's steps.
     seconds, path_seconds : float
-        Time of the scheme on this problem, all its measures together, and what of it paths took.
+        Time of the scheme on this problem, for all its measures together, and the part of it spent on paths.
     paths : int
     error, violation : str
-        Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
+        Why there is no evidence: the exception, or the violated contract; empty if there is evidence.
     behaviour : Behaviour or None
-        What scheme and problem did; None if that is not known.
+        Behaviour of scheme and problem; None if it is unknown.
     lack : Verdict
-        What an `error` is: one indeed, or that nothing was run.
+        Verdict if `error` is set: an error indeed, or not run.
     """
 
     sampled: Tally = field(default_factory=Tally)
@@ -198,21 +204,21 @@ class CellEvidence:
 
     @property
     def whole(self) -> Tally:
-        """From paths and without sampling."""
+        """Evidence from paths and without sampling, merged."""
         return self.sampled.merge(self.probed)
 
     @property
     def refused(self) -> bool:
-        """Whether nothing can be measured."""
+        """Whether the cell has no measurable quantity."""
         return bool(self.error or self.violation)
 
     @property
     def without_paths(self) -> "CellEvidence":
-        """What is known without sampling; the time that paths took stays spent."""
+        """The evidence without paths; the total time still includes the paths."""
         return replace(self, sampled=Tally(), health=Tally(), path_seconds=0.0, paths=0)
 
     def merge(self, found: SchemeEvidence, index: int) -> "CellEvidence":
-        """Return the evidence with that of one more block; the first error stays."""
+        """Return the evidence merged with that of one more block; the first error is kept."""
         return CellEvidence(
             self.sampled.merge(found.tallies[index]),
             self.probed.merge(found.probes[index]),
@@ -231,18 +237,18 @@ Evidences = Mapping[tuple[Scheme, str], CellEvidence]
 
 @dataclass(frozen=True)
 class CellResult:
-    """What became of a cell.
+    """Result of a cell.
 
     Attributes
     ----------
     cell : Cell
     findings : tuple of Finding
-        At least one: a cell that was not measured has a single one with the reason.
+        At least one: a cell that was not measured has a single finding with the reason.
     levels : tuple of LevelFinding
     health : Tally
     paths : int
     seconds, path_seconds : float
-        Time of the scheme on this problem, all its measures together, and what of it paths took.
+        Time of the scheme on this problem, for all its measures together, and the part of it spent on paths.
     horizon : float
         Final time, in the problem's unit of time.
     """
@@ -258,24 +264,24 @@ class CellResult:
 
     @property
     def step_seconds(self) -> float:
-        """Mean time of a step on a path, with what is noted of it; NaN where there are no paths."""
+        """Mean time of a step on a path, observers included; NaN if there are no paths."""
         steps = float(self.health.sums["steps"].sum()) if "steps" in self.health.sums else 0.0
         return self.path_seconds / steps if steps else float("nan")
 
 
-def without_evidence(cell: Cell, verdict: Verdict, told: str) -> CellResult:
+def without_evidence(cell: Cell, verdict: Verdict, error: str) -> CellResult:
     """Return the result of a cell without evidence.
 
     Parameters
     ----------
     cell : Cell
     verdict : Verdict
-        Of the whole cell; the finding has the claim that it leaves open.
-    told : str
-        Why there is none, in a line; below it the traceback, if something was raised.
+        Of the whole cell. The finding names the first claim of the cell, which stays open.
+    error : str
+        Reason in the first line; the traceback, if there was an exception, in the following ones.
     """
     claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
-    line, _, traceback = told.partition("\n")
+    line, _, traceback = error.partition("\n")
     details = {"traceback": traceback} if traceback else {}
     finding = Finding(quantity="", verdict=verdict, reason=Reason(line), claim=claim, details=details)
     return CellResult(cell, (finding,))
@@ -309,7 +315,7 @@ def judge_cell(
     if known.error:
         return without_evidence(cell, Verdict.ERROR, known.error)
     try:
-        # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
+        # The logarithm of an error of exactly zero is not a defect; the measures handle the infinite result.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
             levels = tuple(judgement.levels)
@@ -322,7 +328,7 @@ def judge_cell(
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {with_traceback(error)}")
     assert plan.problem is not None
-    findings = (*findings, *_unmet(cell, findings))
+    findings = (*findings, *_missing_quantities(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
     return CellResult(cell, findings, levels, known.health, known.paths, *times)
 
@@ -334,15 +340,15 @@ def _diverges(cell: Cell, finding: Finding, known: CellEvidence) -> str:
 def control_verdicts(
     plan: ProblemPlan, settings: Callable[[Cell], Settings], evidences: Evidences
 ) -> ControlVerdicts:
-    """Return what the controls of a problem have against verdicts.
+    """Return the objections of a problem's controls to verdicts.
 
     Parameters
     ----------
     plan : ProblemPlan
     settings : callable, Cell -> Settings
-        Those that the paths of a cell were drawn with.
+        Settings of the paths of a cell.
     evidences : mapping of (Scheme, str) to CellEvidence
-        By scheme and name of the measure, those of the controls included.
+        By scheme and name of the measure, controls included.
 
     Returns
     -------
@@ -377,12 +383,12 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
     return Evidence(*fixed, known.whole, known.health, settings.level, probed=known.probed, sampled=known.sampled)
 
 
-def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
-    """Yield a finding for each quantity that a claim names and the cell does not have."""
+def _missing_quantities(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
+    """Yield a finding for each quantity that a claim names and the cell lacks."""
     found = {finding.quantity for finding in findings}
     for claim in promises_of(cell):
         for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
-                known = sorted({name.removesuffix(AT_T) for name in found})
+                known = sorted({name.partition(AT_H)[0].removesuffix(AT_T) for name in found})
                 reason = f"the scheme has a claim about {quantity}; this problem has only {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

@@ -27,7 +27,7 @@ def modified_of(
     classes : str or sequence of str, optional
     motions : int
     weight : int, optional
-        As `modified_equations` takes them.
+        As for `modified_equations`.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def modified_of(
 
 
 def _is_slow(kind: EquationClass | TreeClass) -> bool:
-    """Return whether trees have algebraic nodes above others: a step takes minutes, so that users name the class."""
+    """Return whether trees have algebraic nodes above others: a step takes minutes, so users must name the class."""
     return isinstance(kind, TreeClass) and any(node.integral == PRODUCT and node.least for node in kind.nodes)
 
 
@@ -57,7 +57,7 @@ def modified_equations(
     *,
     plugins: Sequence[str | Path] = (),
 ) -> list[ModifiedEquation]:
-    """Return the equations that a scheme solves to one order more, class by class.
+    """Return the modified equation of a scheme for each class, which the scheme solves with one order more.
 
     At weak order p, the means of a step are those of an equation with the drift f + h^p f_p and the covariance
     B B^T + h^p Q_p up to h^(p + 2), unless its expansion has derivatives of third or higher order.
@@ -65,26 +65,25 @@ def modified_equations(
     Parameters
     ----------
     scheme : str or Scheme
-        A name with parameters, or a scheme itself, as `verify` takes it.
+        A name with parameters, or a scheme itself, as for `verify`.
     classes : str or sequence of str, optional
-        Names of classes with trees, as `orders` takes them; all but those of index 1,
-        which take minutes, if left out.
+        Names of classes with trees, as for `orders`. If omitted, all but those of index 1, which take minutes.
     motions : int
-        Number of Brownian motions where a class has no number of its own.
+        Number of Brownian motions for classes that do not fix it.
     weight : int, optional
-        Largest weight of forests; 2 p + 2 is needed. Without it 6, as far as there are at most 500 trees.
+        Maximum weight of forests; 2 p + 2 is needed. If omitted, 6 unless there are more than 500 trees.
     plugins : sequence of str or Path, optional
-        Plugin files, beside the installed plugins.
+        Plugin files, in addition to the installed plugins.
 
     Returns
     -------
     list of ModifiedEquation
-        Those of classes that the scheme does not solve say so in `why_not`.
+        For a class that the scheme does not solve, `why_not` gives the reason.
 
     Raises
     ------
     UsageError
-        If a name is unknown, means several schemes, or a number is out of its range.
+        If a name is unknown, matches several schemes, or a number is out of its range.
     """
     found = select_schemes(load_registry(plugins), scheme)
     if len(found) != 1:

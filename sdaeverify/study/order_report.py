@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a scheme, class by class: from order conditions, and from random members of its forms."""
+"""Verdicts on a scheme's claims, class by class: from order conditions, and from random members of its forms."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from ..contracts.finding import Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import whole
@@ -14,7 +15,7 @@ from ..errors import UsageError
 from ..registry.load import load_registry
 from ..registry.selection import select_measures, select_schemes
 from ..trees import TreeClass
-from ..trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from ..trees.class_row import RANDOM_MEMBERS, ClassRow
 from ..trees.classes import EquationClass, tree_classes_of
 from ..trees.conditions import INVARIANT, Condition
 from ..trees.problem_file import problem_file
@@ -60,7 +61,7 @@ class OrderReport:
     rows : tuple of ClassRow
         One for each class and measure.
     measures : tuple of Measure
-        That random members are asked about.
+        Measures that judge random members.
     """
 
     scheme: Scheme
@@ -82,11 +83,11 @@ class OrderReport:
         ----------
         scheme : Scheme
         measures : iterable of Measure
-            That random members are asked about; without any, order conditions are asked alone.
+            Measures that judge random members; without any, only order conditions are used.
         classes : str or sequence of str, optional
         motions : int
         weight : int, optional
-            As `orders` takes them, which raises the same errors.
+            As for `orders`, which raises the same errors.
         """
         check_numbers(motions, weight)
         kinds, own = classes_named(scheme, classes), tuple(measures)
@@ -98,19 +99,19 @@ class OrderReport:
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row for each claim and class: orders, conditions held of all, the first that fails, premises."""
+        """One row per claim and class: orders, numbers of conditions (held, all), first failing one, premises."""
         return pd.DataFrame([row.cells for row in self.rows])
 
     @property
     def failing(self) -> tuple[Condition, ...]:
         """The first failing condition of each claim that is refuted."""
-        refuted = (row.first for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        refuted = (row.first for row in self.rows if row.verdict is Verdict.REFUTED)
         return tuple(dict.fromkeys(first for first in refuted if first))
 
     @property
     def refuted_members(self) -> tuple[ClassRow, ...]:
         """The rows of the claims that random members refute."""
-        refuted = (row for row in self.rows if row.verdict is ClassVerdict.REFUTED)
+        refuted = (row for row in self.rows if row.verdict is Verdict.REFUTED)
         return tuple(row for row in refuted if row.conditions == RANDOM_MEMBERS)
 
     @property
@@ -119,17 +120,17 @@ class OrderReport:
         return {row.kind: row.premise for row in self.rows}
 
     def to_problem(self, condition: Condition | ClassRow) -> str:
-        """Return a plugin file with a problem on which a claim is refuted: of a condition, or a random member.
+        """Return the text of a plugin file with a problem that refutes a claim, from a condition or a random member.
 
         Parameters
         ----------
         condition : Condition or ClassRow
-            One of `failing`, or the first one of another row; or one of `refuted_members`.
+            One of `failing`, or the first failing condition of another row; or one of `refuted_members`.
 
         Raises
         ------
         UsageError
-            If it is none of these, or if no single tree shows it.
+            If it is neither, or if no single tree isolates the condition.
         """
         if isinstance(condition, ClassRow):
             return self._member_file(condition)
@@ -162,26 +163,26 @@ def orders(
     *,
     plugins: Sequence[str | Path] = (),
 ) -> OrderReport:
-    """Put the claims of a scheme to classes of equations, for every smooth equation of a class.
+    """Test a scheme's claims for all smooth equations of each class.
 
-    One step on an equation whose components are rooted trees has every elementary weight, up to rounding. Of forms
+    One step on an equation whose components are rooted trees gives every elementary weight, up to rounding. For forms
     without trees, one step is made on random members.
 
     Parameters
     ----------
     scheme : str or Scheme
-        A name with parameters, or a scheme itself, as `verify` takes it.
+        A name with parameters, or a scheme itself, as for `verify`.
     classes : str or sequence of str, optional
         Out of ode, scalar, additive, diagonal, commutative, vanishing-milstein-term, general,
         overdamped-gradient for SDEs, langevin and langevin-gradient, index-1 and index-1-additive, HolonomicSDAE and
-        other forms with random members, and classes of third-party forms; all if left out.
+        other forms with random members, and classes of third-party forms; all if omitted.
     motions : int
-        Number of Brownian motions where a class has no number of its own: what holds holds for as many.
+        Number of Brownian motions for classes that do not fix it; the verdict holds for this number.
     weight : int, optional
-        Largest weight of trees and forests, noise nodes counting 1 and others 2; 2 p + 1 for a claimed order p, and
-        one more where that costs nothing.
+        Maximum weight of trees and forests, where noise nodes count 1 and other nodes 2. If omitted, 2 p + 1 for a
+        claimed order p, and one more if that is cheap.
     plugins : sequence of str or Path, optional
-        Plugin files, beside the installed plugins.
+        Plugin files, in addition to the installed plugins.
 
     Returns
     -------
@@ -190,7 +191,7 @@ def orders(
     Raises
     ------
     UsageError
-        If a name is unknown, means several schemes, or a number is out of its range.
+        If a name is unknown, matches several schemes, or a number is out of its range.
     """
     registry = load_registry(plugins)
     found = select_schemes(registry, scheme)
@@ -200,12 +201,12 @@ def orders(
 
 
 def check_numbers(motions: int, weight: int | None) -> None:
-    """Check the numbers that a user gives.
+    """Raise if a number given by the user is out of its range.
 
     Raises
     ------
     UsageError
-        If one is out of its range.
+        If `motions` or `weight` is not a whole number in its range.
     """
     if not 1 <= whole("motions", motions) <= MOST_MOTIONS:
         raise UsageError(f"motions must be from 1 to {MOST_MOTIONS}, got {motions!r}")
@@ -214,12 +215,12 @@ def check_numbers(motions: int, weight: int | None) -> None:
 
 
 def classes_of(scheme: Scheme) -> dict[str, EquationClass | TreeClass | MemberClass]:
-    """Return by name the classes that a scheme can be asked about: with trees, and with random members."""
+    """Return the classes that apply to a scheme, with trees or with random members, by name."""
     return {kind.name: kind for kind in (*tree_classes_of(scheme), *member_classes(scheme, SEED))}
 
 
 def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[EquationClass | TreeClass | MemberClass]:
-    """Return the classes of some names, separated by commas if they are one text; all if there is none.
+    """Return the classes of the given names, which may be one text separated by commas; all if `names` is None.
 
     Raises
     ------
@@ -235,7 +236,7 @@ def classes_named(scheme: Scheme, names: str | Sequence[str] | None) -> list[Equ
 
 
 def member_file(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> str:
-    """Return the text of a plugin file with a member that has only the features which refute a claim.
+    """Return the text of a plugin file with a member that has only the features needed to refute a claim.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The product schemes x problems x measures, split into cells that can be run and reasons why not."""
+"""Plans: the product schemes x problems x measures, split into cells that can be run and cells that cannot."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,21 +20,21 @@ Resolve = Callable[[str], Scheme]
 
 
 class Tried(NamedTuple):
-    """What a worker process has found out about a scheme on a problem, or about the problem.
+    """Outcome of the trial of a scheme on a problem, or of the problem itself, in a worker process.
 
     Attributes
     ----------
     fatal : str
-        What has ended the process, or would have; empty if nothing.
+        Why the process ended or was stopped; empty if it was not.
     own_numbers : str
-        That a step draws random numbers of its own; empty if it does not.
+        Reason if a step draws its own random numbers; empty if it does not.
     """
 
     fatal: str = ""
     own_numbers: str = ""
 
 
-# What has been found out about the schemes on a problem; None stands for the problem itself.
+# Outcomes of the trials of the schemes on a problem; the key None denotes the problem itself.
 Trial = Callable[[ProblemSpec], Mapping[Scheme | None, Tried]]
 
 
@@ -50,8 +50,9 @@ class Cell:
     view : str
         Name of the view the scheme gets, empty for the problem itself.
     verdict : Verdict or None
-        Why it cannot be run; None if it can.
+        Verdict if the cell cannot be run; None if it can.
     reason : str
+        Reason of `verdict`; empty if it is None.
     seen : Problem or None
         The problem in the form that the scheme solves; None if the cell cannot be run.
     """
@@ -76,7 +77,7 @@ class ControlPlan:
     missing : str
         Why the control cannot be run; empty if it can.
     failed : bool
-        Whether that is an error: whether it could be run is not known.
+        Whether the control is missing because of an error.
     """
 
     control: Control
@@ -99,7 +100,7 @@ class ProblemPlan:
     controls : tuple of ControlPlan
         For the measures of the cells.
     followed : Followed
-        Names of the measures whose claims say that steps follow the equation.
+        Names of the measures whose claims imply that steps follow the equation.
     """
 
     spec: ProblemSpec
@@ -110,7 +111,7 @@ class ProblemPlan:
 
     @property
     def control_cells(self) -> tuple[Cell, ...]:
-        """Cells of all controls that can be run, each once."""
+        """Distinct cells of all controls that can be run."""
         pairs = ((control.positive, control.negative) for control in self.controls if not control.missing)
         return tuple(dict.fromkeys(cell for pair in pairs for cell in pair if cell is not None))
 
@@ -122,7 +123,7 @@ class ProblemPlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything a study will do.
+    """The cells of a study, grouped by problem.
 
     Attributes
     ----------
@@ -133,7 +134,7 @@ class Plan:
 
     @property
     def cells(self) -> tuple[Cell, ...]:
-        """All cells."""
+        """Cells of all problems, runnable or not."""
         return tuple(cell for problem in self.problems for cell in problem.cells)
 
 
@@ -153,12 +154,12 @@ def plan(
     specs : sequence of ProblemSpec
     measures : sequence of Measure
     resolve : callable, str -> Scheme, optional
-        Finds the scheme of a label, for the controls that problems name; without it no control can be run.
+        Returns the scheme of a label, for the controls that problems name; if omitted, no control can be run.
     trial : callable, ProblemSpec -> mapping of (Scheme or None) to Tried, optional
-        Tells who cannot be asked here what can be run, since a process has died of it or taken too long, and whose
-        steps draw random numbers of their own; without it no process but this one makes steps.
+        Returns the outcomes of trials in worker processes: schemes that end or hang the process, and schemes whose
+        steps draw their own random numbers. If omitted, this process makes the trial steps.
     followed : Followed, optional
-        Names of all measures whose claims say that steps follow the equation; those among `measures` if left out.
+        Names of all measures whose claims imply that steps follow the equation; those among `measures` if omitted.
 
     Returns
     -------
@@ -167,9 +168,9 @@ def plan(
     Raises
     ------
     UsageError
-        If a problem does not accept the parameters that were asked for.
+        If a problem does not accept the requested parameters.
     """
-    # What problem functions read may have changed since another plan was made.
+    # Files that problem functions read may have changed since the previous plan.
     built.cache_clear()
     plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else None) for spec in specs]
     known = Followed.by(measures) if followed is None else followed
@@ -205,7 +206,7 @@ def _problem_plan(
 
 
 def own_numbers(cells: Sequence[Cell]) -> str:
-    """Return that the steps of a scheme draw random numbers of their own, or an empty string.
+    """Return the reason if the steps of a scheme draw their own random numbers, or an empty string.
 
     Parameters
     ----------
@@ -233,7 +234,7 @@ def _failed_cells(scheme: Scheme, spec: ProblemSpec, measures: Sequence[Measure]
 
 
 def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
-    """Return the match, or as its reason what the scheme raises."""
+    """Return the match of a scheme and a problem; an exception becomes its reason."""
     try:
         with np.errstate(all="ignore"):
             return match(scheme, problem)
@@ -242,7 +243,9 @@ def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
 
 
 def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
-    """Return the cells of a scheme on a problem, one for each measure: this asks all three, and makes no step.
+    """Return the cells of a scheme on a problem, one for each measure. No step is made.
+
+    The methods of scheme, problem and measures that decide whether a cell can be run are called here.
 
     Parameters
     ----------
@@ -250,7 +253,7 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
     spec : ProblemSpec
         The problem by name and parameters.
     problem : Problem
-        As it was built from them.
+        The problem built from `spec`.
     measures : sequence of Measure
     """
     matched = _try_to_match(scheme, problem)
@@ -298,7 +301,7 @@ def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Res
 
 
 def _control_cell(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
-    """Return the cell of a control, asking its scheme only if it was not asked before."""
+    """Return the cell of a control; the one already in the plan if there is one."""
     known = (cell for cell in made.cells if cell.scheme == scheme and cell.measure is measure)
     if (cell := next(known, None)) is not None:
         return cell
@@ -306,16 +309,16 @@ def _control_cell(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
     return scheme_cells(scheme, made.spec, made.problem, [measure])[0]
 
 
-# Which cells of a plan a claim is put to the test in.
+# Cells that test a claim.
 
 
 def promises_of(cell: Cell) -> tuple[Claim, ...]:
-    """Return the claims of a cell's scheme that name its measure, in scope or not."""
+    """Return the claims of a cell's scheme about its measure, in scope or not."""
     return tuple(claim for claim in cell.scheme.promises if claim.measure == cell.measure.name)
 
 
 def claims_of(cell: Cell) -> tuple[Claim, ...]:
-    """Return the claims that a cell puts to the test: all that might be, where what is wrong hides the scope."""
+    """Return the claims that a cell tests; all claims about its measure if an error hides the scope."""
     promised = promises_of(cell)
     if cell.verdict is Verdict.NOT_APPLICABLE or not promised:
         return ()
@@ -325,7 +328,7 @@ def claims_of(cell: Cell) -> tuple[Claim, ...]:
 
 
 def cells_of_claims(made: Plan) -> dict[tuple[Scheme, Claim], list[Cell]]:
-    """Return the cells that put each claim of a scheme to the test; a claim without cells is missing."""
+    """Return the cells that test each claim of a scheme; a claim without cells is absent."""
     tested: dict[tuple[Scheme, Claim], list[Cell]] = {}
     for cell in made.cells:
         for claim in claims_of(cell):
@@ -333,20 +336,20 @@ def cells_of_claims(made: Plan) -> dict[tuple[Scheme, Claim], list[Cell]]:
     return tested
 
 
-# Parts of a plan, to be run anywhere and merged.
+# Parts of a plan that can be run on different machines and merged.
 
 
 def shard(plan: Plan, index: int, count: int) -> Plan:
-    """Return one of several parts of a plan, which together hold each of its cells once.
+    """Return one of several parts of a plan, which together contain each of its cells once.
 
-    All measures of a scheme on a problem stay together: they share its paths. The controls of a claim are run
-    wherever it is.
+    All measures of a scheme on a problem stay together, because they share its paths. The controls of a problem are
+    part of each part that needs them.
 
     Parameters
     ----------
     plan : Plan
     index, count : int
-        Which part, from 1 on, and how many there are.
+        Number of the part, from 1, and number of parts.
     """
     pairs = dict.fromkeys((c.spec.label, c.scheme.label) for c in plan.cells)
     chosen = {pair for number, pair in enumerate(pairs) if number % count == index - 1}
@@ -360,17 +363,17 @@ def shard(plan: Plan, index: int, count: int) -> Plan:
     return Plan(tuple(parts))
 
 
-# Plans of several runs as one: the cells of each, and no others.
+# Union of the plans of several runs.
 
 
 def union(plans: Iterable[Plan], schemes: Sequence[str] = (), problems: Sequence[str] = ()) -> Plan:
-    """Return the cells of all plans, each once, those of one problem together.
+    """Return the union of plans: each cell once, the cells of one problem together.
 
     Parameters
     ----------
     plans : iterable of Plan
     schemes, problems : sequence of str
-        Labels in the order in which one run would have them; what is not among them comes behind, by its label.
+        Labels in the order of a single run; other labels follow in alphabetical order.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""In which order problems run: those that take longest begin, so that workers end together."""
+"""Order in which problems run: the longest first, so that workers finish at about the same time."""
 
 from collections.abc import Iterable
 
@@ -9,19 +9,20 @@ from .problem_run import ProblemRun
 
 
 def widest_first(problems: Iterable[ProblemRun]) -> list[ProblemRun]:
-    """Return problems in the order in which single steps are looked at."""
+    """Return problems in the order of their screening, which evaluates single steps."""
     return sorted(problems, key=lambda problem: -_breadth(problem.plan))
 
 
 def longest_first(problems: Iterable[ProblemRun], settings: Settings) -> list[ProblemRun]:
-    """Return problems in the order in which paths are drawn."""
+    """Return problems in the order in which their paths are sampled."""
     return sorted(problems, key=lambda problem: -_weight(problem.plan, settings))
 
 
 def _weight(plan: ProblemPlan, settings: Settings) -> int:
-    """Return how much the first paths of a problem weigh beside those of others: steps of all its schemes.
+    """Return the estimated cost of a problem's first paths: the number of steps of all its schemes.
 
-    Steps on so few paths cost their calls, whatever the problem; a scheme that is its own truth makes most of them.
+    The cost of a step on so few paths is that of its call, for any problem. If the scheme with shorter steps is the
+    reference, that reference makes most of the steps.
     """
     assert plan.problem is not None
     last = settings.levels - 1
@@ -31,6 +32,6 @@ def _weight(plan: ProblemPlan, settings: Settings) -> int:
 
 
 def _breadth(plan: ProblemPlan) -> int:
-    """Return how much the screening of a problem weighs: cells, times the noises that nodes are of."""
+    """Return the estimated cost of a problem's screening: cells times 1 + noise dimension, for cubature nodes."""
     assert plan.problem is not None
     return len(plan.runnable) * (1 + plan.problem.noise_dim)

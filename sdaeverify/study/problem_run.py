@@ -1,8 +1,9 @@
-"""One problem under way: look by look, more paths for the cells that are not decided yet.
+"""One problem in progress: look by look, with more paths for the cells that are not decided yet.
 
-Paths begin on few, coarse levels. These are enough where one step has decided, so that paths only guard its verdict,
-and where nothing is claimed. All levels are for the rest: what paths alone decide, or what the guards leave open.
-Where paths contradict one step on these as well, finer ones are drawn, until both agree or there are no more.
+Paths begin on few, coarse levels. These suffice if one step has decided, so that paths only guard its verdict,
+and if nothing is claimed. All levels are used for the other cells: those that paths alone decide, and those that the
+guards leave open. If paths still contradict one step on all levels, finer levels are added until both agree or the
+finest level is reached.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -20,14 +21,14 @@ from .agreement import agreeing
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
-# Looks at guards on one stage: where nobody can say how many more paths are needed then, finer steps are tried.
+# Looks at guards on one stage: the number of paths that would decide is unknown then, so finer steps are tried.
 GUARD_LOOKS = 2
 
 
-# Each is like itself alone: to look for one among many would compare all that they hold.
+# Compare by identity; comparing all fields would make list lookups slow.
 @dataclass(eq=False)
 class CellRun:
-    """A cell under way.
+    """A cell in progress.
 
     Attributes
     ----------
@@ -36,15 +37,16 @@ class CellRun:
     result : CellResult or None
         As judged at the last look.
     stage : int
-        On which levels its paths are; see `Settings.stages`.
+        Stage whose levels its paths have; see `Settings.stages`.
     finer : bool
         Whether it waits for the levels of the next stage.
-    enough : int
-        How many paths have contradicted one step on coarser levels: as many at least are drawn on finer ones.
-    over : bool
-        Whether a stage ended that it was not decided on, without need of the next one.
+    min_paths : int
+        Minimum number of paths on finer levels, equal to the number that contradicted the one-step result on coarser
+        levels.
+    exhausted : bool
+        Whether a stage ended without a decision and the next stage would not help.
     halted : str
-        Why no further look is taken; empty if that is open.
+        Why no further look is taken; empty if further looks are possible.
     """
 
     cell: Cell
@@ -52,37 +54,37 @@ class CellRun:
     result: CellResult | None = None
     stage: int = 0
     finer: bool = False
-    enough: int = 0
-    over: bool = False
+    min_paths: int = 0
+    exhausted: bool = False
     halted: str = ""
 
     @property
     def final_evidence(self) -> CellEvidence:
-        """The evidence, or that it was not looked for."""
+        """The evidence; if the cell was halted, evidence with the reason as its error."""
         return replace(self.evidence, error=self.halted, lack=Verdict.NOT_RUN) if self.halted else self.evidence
 
     @property
     def settled(self) -> bool:
-        """Whether no more paths are wanted."""
-        if self.over or self.halted:
+        """Whether no more paths are needed."""
+        if self.exhausted or self.halted:
             return True
-        if self.result is None or self.result.paths < self.enough:
+        if self.result is None or self.result.paths < self.min_paths:
             return False
         return all(finding.settled for finding in self.result.findings)
 
     @property
     def asking(self) -> bool:
-        """Whether more paths are wanted on the present levels."""
+        """Whether more paths are needed on the present levels."""
         return not (self.settled or self.finer)
 
     @property
     def pathless(self) -> bool:
-        """Whether paths tell nothing about it."""
+        """Whether paths are of no use: the cell has no measurable quantity, or its measure samples none."""
         return self.evidence.refused or _draws_none(self.cell.measure)
 
 
 class ProblemRun:
-    """All cells of a problem, with those of its controls.
+    """All cells of a problem, with the cells of its controls.
 
     Parameters
     ----------
@@ -92,15 +94,15 @@ class ProblemRun:
     Attributes
     ----------
     stage : int
-        How many levels paths have beyond those of the settings; see `Settings.stages`.
+        Number of levels of the paths relative to the settings; see `Settings.stages`.
     sampled : Settings
-        Those of the stage.
+        Settings of the stage.
     look : int
-        How many looks were taken on it.
+        Number of looks taken on the stage.
     pairs : (int, int)
-        Number of schemes, and how many of them need nothing more.
+        Number of schemes, and number of schemes that are settled.
     screened : bool
-        Whether it is found what they tell without paths.
+        Whether the evidence without paths has been found.
     """
 
     def __init__(self, plan: ProblemPlan, settings: Settings) -> None:
@@ -117,12 +119,12 @@ class ProblemRun:
 
     @property
     def open(self) -> bool:
-        """Whether further paths are wanted and there are some left."""
+        """Whether further paths are needed and available."""
         return self.look < len(self.sampled.ends) and not all(run.settled for run in self.runs)
 
     @property
     def next_blocks(self) -> tuple[int, ...]:
-        """What the next look needs: its blocks, and what one step tells."""
+        """Blocks of the next look, and the index of the screening."""
         return (*self.blocks, SCREENING)
 
     @property
@@ -131,14 +133,14 @@ class ProblemRun:
         return range(self.sampled.ends[self.look - 1] if self.look else 0, self.sampled.ends[self.look])
 
     def halt(self, lacking: Collection[tuple[Scheme, str]], reason: str) -> None:
-        """Take no further look at some cells, by scheme and measure, for a reason that their rows give."""
+        """Take no further look at the given pairs of scheme and measure; `reason` goes into their rows."""
         for run in (*self.runs, *self.controls):
             if _key(run.cell) in lacking:
                 run.halted = reason
         self.pairs = self._count_pairs()
 
     def task(self) -> Task:
-        """Return what determines the evidence of the next look: the open cells, and the controls."""
+        """Return the task of the next look: the open cells, and the controls."""
         entries: dict[Scheme, list[CellRun]] = {}
         for run in self._running():
             entries.setdefault(run.cell.scheme, []).append(run)
@@ -162,39 +164,40 @@ class ProblemRun:
             run.result = result
         self.look += 1
         if self.stages:
-            self._set_apart([run for run in runs if not run.pathless])
+            self._mark_for_next_stage([run for run in runs if not run.pathless])
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
-        """Return the results of all cells as they are now; `stopped` says why further looks were not taken."""
+        """Return the current results of all cells; `stopped` says why further looks were not taken."""
         unsettled = self.open
         done = [
-            _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
+            _current_result(run, run.halted or (stopped if unsettled or run.result is None else ""))
+            for run in self.runs
         ]
         return (*agreeing(self.plan.problem, done), *self.excluded)
 
-    def _set_apart(self, runs: Iterable[CellRun]) -> None:
-        """Set those apart that ask for the next stage, which is for all of them together when the others are done."""
+    def _mark_for_next_stage(self, runs: Iterable[CellRun]) -> None:
+        """Mark the runs that need the next stage, and begin it when all other runs are finished."""
         last = self.look == len(self.sampled.ends)
         for run in runs:
             assert run.result is not None
             found = run.result.findings
             asks = [_asks_for_finer(finding, self.stage, self.look, last=last) for finding in found]
             run.finer = any(asks)
-            run.enough = max(run.enough, run.evidence.paths if any(map(_contradicts, found)) else 0)
-            kept = (send(finding, Case(finer=ask)) for finding, ask in zip(found, asks, strict=True))
-            run.result = replace(run.result, findings=tuple(kept))
+            run.min_paths = max(run.min_paths, run.evidence.paths if any(map(_contradicts, found)) else 0)
+            marked = (send(finding, Case(finer=ask)) for finding, ask in zip(found, asks, strict=True))
+            run.result = replace(run.result, findings=tuple(marked))
         if any(run.finer for run in self.runs) and (last or not any(run.asking for run in self.runs)):
-            self._go_on()
+            self._begin_next_stage()
 
-    def _go_on(self) -> None:
-        """Begin again, on the levels of the next stage, with what asks for it and the controls of that."""
+    def _begin_next_stage(self) -> None:
+        """Begin the next stage with the runs that need it and their controls, discarding the paths sampled so far."""
         for run in self.runs:
-            run.over, run.finer = run.over or not run.finer, False
+            run.exhausted, run.finer = run.exhausted or not run.finer, False
         self._begin_stage()
         for run in self._running():
             run.evidence, run.stage = run.evidence.without_paths, self.stage
-            run.enough = min(run.enough, self.sampled.paths)
+            run.min_paths = min(run.min_paths, self.sampled.paths)
 
     def _begin_stage(self) -> None:
         self.stage, self.look = self.stages.pop(0), 0
@@ -215,25 +218,25 @@ class ProblemRun:
         return [judge_cell(self.plan, run.cell, settings, run.evidence, controls) for run, settings in asked]
 
     def _running(self) -> Iterator[CellRun]:
-        # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
-        kept = self._control_keys
-        wanted = [run for run in self.runs if run.asking or _key(run.cell) in kept]
-        wanted += [run for run in self.controls if _key(run.cell) in kept]
+        # A settled cell keeps the evidence of its last look; a control continues for the cells it controls.
+        controls = self._control_keys
+        wanted = [run for run in self.runs if run.asking or _key(run.cell) in controls]
+        wanted += [run for run in self.controls if _key(run.cell) in controls]
         yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
-        """Those of the controls that open cells are judged by."""
-        # Beyond all levels paths only guard what one step says: controls stay as they are.
+        """Keys of the controls of open cells."""
+        # On levels finer than those of the settings, paths only guard one-step results, so controls are not sampled.
         asked = {run.cell.measure.name for run in self.runs if run.asking} if self.stage <= 0 else set()
         return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
 
 def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
-    """Tell whether a finding needs finer levels.
+    """Return whether a finding needs finer levels.
 
-    Those of guards are enough where one step or each of them decides it, or nothing is claimed; all levels and finer
-    ones, unless paths contradict what one step says, or alone leave too much to a term of a lower order.
+    The levels of guards suffice if one step decides the finding or nothing is claimed. All levels and finer ones
+    suffice unless paths contradict the one-step result, or paths alone cannot exclude a term of a lower order.
     """
     if _contradicts(finding):
         return last or look >= GUARD_LOOKS or finding.reason.has(Kind.FINER)
@@ -245,7 +248,7 @@ def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> b
 
 
 def _contradicts(finding: Finding) -> bool:
-    """Tell whether paths contradict one step: nobody can say how many of them would decide then."""
+    """Return whether paths contradict one step, so that the number of paths that would decide is unknown."""
     return finding.reason.has(Kind.GUARD) and not (finding.settled or finding.reason.paths)
 
 
@@ -258,7 +261,10 @@ def _needs_all_levels(finding: Finding) -> bool:
 
 
 def _shows_claim(finding: Finding) -> bool:
-    """Tell whether a few coarse steps show what is verified: rounding, or about the order that one step decides."""
+    """Return whether coarse levels suffice for a verified finding.
+
+    They suffice along paths for a claim of exactness, and for one step unless the estimate is below a claimed order.
+    """
     claim = finding.claim
     if finding.tier == SAMPLED:
         return claim is not None and isinstance(claim.value, Exact)
@@ -277,12 +283,12 @@ def _merge(known: CellEvidence, found: SchemeEvidence, index: int) -> CellEviden
     try:
         return known.merge(found, index)
     except FAULTS as error:
-        # Only of files that were not written by this program.
+        # Occurs only for evidence files that another program has written.
         return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")
 
 
-def _as_it_is(run: CellRun, stopped: str) -> CellResult:
+def _current_result(run: CellRun, stopped: str) -> CellResult:
     if run.result is None:
         return without_evidence(run.cell, Verdict.NOT_RUN, stopped)
-    told = (send(finding, Case(stopped=stopped)) for finding in run.result.findings)
-    return replace(run.result, findings=tuple(told)) if stopped else run.result
+    findings = (send(finding, Case(stopped=stopped)) for finding in run.result.findings)
+    return replace(run.result, findings=tuple(findings)) if stopped else run.result

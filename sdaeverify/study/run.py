@@ -1,4 +1,4 @@
-"""Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
+"""Runs blocks on an executor and merges evidence in block order, so that results do not depend on the workers."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,15 +21,15 @@ HALTED = "no further evidence is in the folder; matrix with the same --out compu
 
 
 class Advanced(NamedTuple):
-    """Some of the work is done.
+    """Event: part of the work is done.
 
     Attributes
     ----------
     done, total : int
-        Of a study, the schemes on problems that need nothing more, and all, those whose single steps are looked at
-        counted as well; of other work, its jobs.
+        Of a study, the number of finished schemes, over all problems, and the number of all. Each scheme counts
+        twice, once for its screening and once for its paths. Of other work, the number of its jobs.
     problem : str
-        Label of the problem it belongs to.
+        Label of the problem.
     """
 
     done: int
@@ -38,24 +38,24 @@ class Advanced(NamedTuple):
 
 
 class Finished(NamedTuple):
-    """All cells of a problem are judged."""
+    """Event: all cells of a problem are judged."""
 
     results: tuple[CellResult, ...]
 
 
 class Compared(NamedTuple):
-    """Schemes are compared with one reference on some of the paths; see `common_errors`.
+    """Event: schemes are compared with one reference on part of the paths; see `common_errors`.
 
     Attributes
     ----------
     done : float
-        Number of paths, with the part of those that are under way.
+        Number of paths, including the finished fraction of those in progress.
     total : int
         Number of paths.
     problem : str
         Label.
     ended : bool
-        Whether a block of paths is at its end.
+        Whether a block of paths is finished.
     """
 
     done: float
@@ -68,18 +68,18 @@ Event = Advanced | Finished | Compared
 
 
 class Study:
-    """A plan under way: what is finished stays, whatever happens to the rest.
+    """A plan in progress; finished problems keep their results if the run stops.
 
     Parameters
     ----------
     plan : Plan
     settings : Settings
     store : Store, optional
-        Evidence that is there already is not computed again; what is computed goes there as soon as it is.
+        Stored evidence is not computed again; new evidence is stored as soon as it is computed.
     stored_only : bool
-        Whether no evidence is computed at all: a problem is judged as far as there is some on all its cells.
+        Whether no evidence is computed: a problem is judged as far as there is stored evidence on all its cells.
     orders : bool
-        Whether the schemes are asked for their order conditions, too.
+        Whether order conditions of the schemes are evaluated, too.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Study:
     stopped : str
         Why the other cells were not run.
     class_rows : tuple of ClassRow or None
-        What order conditions say; empty before the end of the run, None if nobody asks for them.
+        Verdicts of order conditions; empty before the end of the run, None if `orders` is false.
     """
 
     def __init__(
@@ -109,18 +109,18 @@ class Study:
 
     @property
     def total(self) -> int:
-        """Largest number of blocks, what is found without paths being one of each problem."""
+        """Largest number of blocks, where the screening of each problem counts as one block."""
         return (1 + self.settings.blocks) * sum(problem.open for problem in self.problems)
 
     def run(self, workers: Workers | Executor | None = None, window: int = 1) -> Iterator[Event]:
-        """Find all that needs no paths; then take look after look at every problem that is not decided, and judge it.
+        """Find the evidence without paths; then sample and judge each undecided problem, look by look.
 
         Parameters
         ----------
         workers : Workers or Executor, optional
-            Anything with the interface of `concurrent.futures`; blocks run in this process if left out.
+            Any object with the interface of `concurrent.futures`; blocks run in this process if omitted.
         window : int, optional
-            Blocks in flight: bounds the memory of results that wait for their turn.
+            Maximum number of blocks in progress, which bounds the memory of results that wait for their turn.
 
         Yields
         ------
@@ -134,27 +134,27 @@ class Study:
         yield from self._screen(waiting, blocks, window)
         yield from self._look(waiting, blocks, window)
         if self.orders:
-            # In the order of the plan: problems end in another one with other workers.
+            # In the order of the plan, because the order in which problems finish depends on the workers.
             ended = (self.finished.get(problem.spec.label, ()) for problem in self.plan.problems)
             results = [result for results in ended for result in results]
             self.class_rows = class_rows(results, blocks.workers, self.settings.seed)
 
     def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
-        """Find what needs no paths, of the problems with the most of it first."""
+        """Find the evidence without paths, beginning with the problems of which there is most."""
         for job, found in blocks.results(deque(_screening(problem) for problem in widest_first(waiting)), window):
             job.problem.absorb(job.task, found)
             job.problem.screened = True
             yield self._advanced(job)
 
     def _look(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
-        """Draw paths, of the problems that take longest first."""
+        """Sample paths, beginning with the problems that take longest."""
         jobs = deque(job for problem in longest_first(waiting, self.settings) for job in _jobs(problem))
         for job, found in blocks.results(jobs, window):
             job.problem.absorb(job.task, found)
             if job.block == job.last:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
-                # Looks in a row are not left to the end, where one worker would be busy with them alone.
+                # Consecutive looks come first; at the end of the queue they would keep a single worker busy.
                 jobs.extendleft(reversed([*_jobs(job.problem)] if goes_on else []))
                 if not goes_on:
                     yield from self._finish([job.problem])
@@ -171,12 +171,12 @@ class Study:
         return schemes + decided if problem.screened else 0
 
     def results(self) -> list[CellResult]:
-        """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
+        """Return the current results of all cells, with family-wise errors corrected; see `stopped` for the rest."""
         found = [result for problem in self.problems for result in problem.results(self.stopped)]
         return family_wise(found, 1.0 - self.settings.confidence)
 
     def _goes_on(self, problem: ProblemRun, blocks: Blocks) -> bool:
-        """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
+        """Return whether a problem takes its next look; with `stored_only`, halt cells without stored evidence."""
         if self.store is not None and self.stored_only:
             problem.halt(blocks.lacking(problem.task(), problem.next_blocks), HALTED)
         return problem.open

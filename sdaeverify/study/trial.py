@@ -1,4 +1,4 @@
-"""Schemes and problems asked in worker processes what can be run, before this process asks them itself."""
+"""Trials of schemes and problems in worker processes, before this process calls them."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -17,27 +17,27 @@ from ..workers.pool import Processes
 from .plan import Trial, Tried, own_numbers, scheme_cells
 
 LATE = "no answer within {:g} s (--timeout)"
-# Blocks of a look that may be computed side by side, of one scheme on one problem.
+# Number of blocks of a look, of one scheme on one problem, that may be computed in parallel.
 BLOCKS = 8
-# What has ended the process, or that a step draws random numbers of its own, or an empty string.
+# Why the process ended; or the reason if a step draws its own random numbers, or an empty string.
 Answer = Lost | str
 
 
 def trial_of(
     executor: Executor | None, schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequence[Measure]
 ) -> Trial | None:
-    """Have all problems tried at once, and return a function of a problem that waits for who cannot be asked.
+    """Submit trials of all problems, and return a function that waits for the outcomes of one problem.
 
     Parameters
     ----------
     executor : Executor or None
     schemes, specs, measures : sequence
-        As `plan` takes them.
+        As for `plan`.
 
     Returns
     -------
     callable or None
-        None where there are no processes for it.
+        None if the executor has no processes of this machine.
     """
     if not isinstance(executor, Processes):
         return None
@@ -61,14 +61,14 @@ def _tried(sent: Batch[Answer]) -> Iterator[tuple[Scheme | None, Tried]]:
 
 
 def try_asking(task: Task, marker: Marker) -> list[Answer]:
-    """Ask schemes and measures what can be run, and return for each scheme what this process has found out.
+    """Build the problem and match each scheme and measure; return the outcome for each scheme.
 
     Parameters
     ----------
     task : Task
-        Of whose settings nothing is asked.
+        Its settings are not used.
     marker : Marker
-        Is told whose code runs.
+        Records whose code is running.
     """
     try:
         with marker.of(PROBLEM):

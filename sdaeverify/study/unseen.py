@@ -1,4 +1,4 @@
-"""What a run cannot show: features of forms that none of its problems has, and claims that hold on none of them."""
+"""Gaps of a run: features of forms that none of its problems has, and claims that apply to none of its problems."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +13,7 @@ from .plan import Plan, cells_of_claims
 
 
 def unseen(plan: Plan) -> tuple[str, ...]:
-    """Return a line for each form with features that no problem of a run has, and one for claims tested nowhere.
+    """Return a line for each form with features that no problem of a run has, and one for untested claims.
 
     Parameters
     ----------
@@ -24,9 +24,9 @@ def unseen(plan: Plan) -> tuple[str, ...]:
 
 
 def unseen_features(plan: Plan) -> tuple[str, ...]:
-    """Return a line for each form of which a feature is met by no problem of a run.
+    """Return a line for each form with features that no problem of a run has.
 
-    Only forms count that a scheme of the run solves without a view, and only the problems that it solves so.
+    Only forms that a scheme of the run solves without a view count, and only the problems that it solves in this way.
 
     Parameters
     ----------
@@ -59,17 +59,17 @@ def _describe(form: type[Any], problems: list[Problem]) -> str:
 
 
 def _has(found: Any, problem: Problem) -> bool:
-    """Return whether a problem has a feature; no, if its coefficients cannot be evaluated."""
+    """Return whether a problem has a feature; False if its coefficients cannot be evaluated."""
     try:
         with np.errstate(all="ignore"):
             return bool(found(problem))
     except FAULTS:
-        # A problem with a fault is reported where it is run.
+        # The cells of the problem report the fault.
         return False
 
 
 def _describe_untested(plan: Plan) -> str:
-    """Return how many claims about measures of a run no cell tests, with the first of them, or an empty string."""
+    """Return the number of claims that no cell tests, with the first of them as an example, or an empty string."""
     tested, measures = cells_of_claims(plan), {cell.measure.name for cell in plan.cells}
     schemes = dict.fromkeys(cell.scheme for cell in plan.cells)
     promises = dict.fromkeys((scheme, claim) for scheme in schemes for claim in scheme.promises)

@@ -1,4 +1,4 @@
-"""The conformance kit: named checks for schemes and problems, for whoever writes them.
+"""The conformance kit: named checks for the authors of schemes and problems.
 
 ::
 
@@ -24,33 +24,33 @@
     def test_speed(benchmark, timing):
         timing(benchmark)
 
-`check_scheme` and `check_problem` need no pytest and raise nothing for a check that fails. `checks` returns the
+`check_scheme` and `check_problem` do not need pytest, and report failed checks without raising. `checks` returns the
 tables below.
 
-A scheme is asked, the behaviour of its steps on each problem by itself:
+Checks of a scheme; those of the behaviour of its steps are made on each problem separately:
 
 declaration (api)
-    Expect a frozen dataclass with a name, a form, claims, and parameters that a label can show.
+    Expect a frozen dataclass with a name, a form, claims, and parameters that a label can represent.
 label (api)
-    Expect the label to make the scheme again: the command that reproduces a result has nothing else.
+    Expect the label to recreate the scheme, because commands that reproduce results contain only the label.
 pickle (api)
-    Expect an equal value after pickling: that is how worker processes get it.
+    Expect an equal value after pickling, because worker processes receive a pickled copy.
 frozen (api)
-    Expect a value that nobody can change: a step that changes its scheme depends on the order of calls.
+    Expect an immutable value: a step that changes its scheme depends on the order of calls.
 docstring (api)
-    Expect a docstring of the class: a list of schemes shows its first line.
+    Expect a docstring of the class, because lists of schemes show its first line.
 source (api)
-    Expect a source, of the scheme or of its claims, which always have one: where it is from.
+    Expect a source of the scheme, or a claim, which always has one.
 claims (api)
     Expect claims that can be verified: each names a known measure and known traits.
 exact-on-trivial-equations (behaviour)
-    Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h.
+    Expect exactness on dx = 0, dx = c dt and dx = S dW, except for a part that vanishes with h.
 inputs-untouched (behaviour)
     Expect a step to leave state and noise as they were, read-only or not: other schemes read the noise, too.
 state-like-its-own (behaviour)
     Expect a step to return a state like the one it was given, and flags, outputs and costs with a value a path.
 any-number-of-paths (behaviour)
-    Expect a step to take one path, and three, from the scheme's own start.
+    Expect a step to accept one path, and three, from the scheme's start.
 finite (behaviour)
     Expect a step from finite states to be finite, unless it says that it failed.
 same-call-same-bits (behaviour)
@@ -58,9 +58,9 @@ same-call-same-bits (behaviour)
 paths-in-any-order (behaviour)
     Expect paths in another order to go where they went: their place in the batch is no part of the noise.
 paths-alone (behaviour)
-    Expect a path to go the same way alone and in any batch: paths that see each other are not independent.
+    Expect a path to be the same alone and in any batch, because coupled paths are not independent.
 any-number-of-steps (behaviour)
-    Expect steps of a run of 10 and of 50 steps to be like those of runs of 2^k steps, which all levels have.
+    Expect steps of runs of 10 and 50 steps to agree with those of runs of 2^k steps, used by all levels.
 declared-noise-only (behaviour)
     Expect a step to use no noise but what it declares: the rest may not be drawn, or be anything.
 equation-alone (behaviour)
@@ -70,90 +70,94 @@ noise-is-used (behaviour)
 own-memory (behaviour)
     Expect the new state to share no memory with the noise, which is drawn afresh.
 state-is-whole (behaviour)
-    Expect all memory to be in the state: from a copy of it, a fresh copy of the scheme goes on alike.
+    Expect the state to hold all memory: a fresh copy of the scheme continues equally from a copy of it.
 claims-tested (behaviour)
-    Expect each claim to hold on a registered problem, and its quantities to be measured there.
+    Expect each claim to apply to a registered problem, and its quantities to be measured there.
 
-A problem is asked, what is not there being skipped:
+Checks of a problem; checks of optional parts that it lacks are skipped:
 
 declaration (api)
-    Expect a function with a name, and with parameters whose defaults a label can show.
+    Expect a function with a name, and with parameters whose defaults a label can represent.
 builds (api)
-    Expect the function to return a problem that does not contradict itself.
+    Expect the function to return a consistent problem.
 label (api)
-    Expect the label to make the problem again: the command that reproduces a result has nothing else.
+    Expect the label to recreate the problem, because commands that reproduce results contain only the label.
 pickle (api)
-    Expect the function to be pickled by its name: that is how worker processes get it.
+    Expect the function to be pickled by name, because worker processes receive it that way.
 docstring (api)
-    Expect a docstring: a list of problems shows its first line.
+    Expect a docstring, because lists of problems show its first line.
 source (api)
-    Expect sources of the problem and of each truth, and units.
+    Expect units, and sources of the problem and of each truth.
 in-matrix (api)
-    Expect a problem for each row that its function has in the matrix, and the schemes and measures named there.
+    Expect each matrix entry of the function to build, and its named schemes and measures to exist.
 relaxation (api)
-    Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says.
+    Expect a relaxation time if and only if an invariant law is known, because it sets the length of chains.
 consistent-start (behaviour)
-    Expect all constraints to hold at the start, the hidden ones and 0 = u too: paths begin there.
+    Expect all constraints, hidden ones and 0 = u included, to hold at the start of paths.
 observables (behaviour)
-    Expect each observable to be one finite number a path, on one path and on three.
+    Expect each observable to be one finite number per path, on one path and on three.
 path-by-path (behaviour)
-    Expect drift and diffusion of a path not to depend on the paths beside it.
+    Expect drift and diffusion of a path not to depend on other paths of the batch.
 finite-in-time (behaviour)
-    Expect drift and diffusion to be finite at the start's state at times over the horizon, its end left out.
+    Expect drift and diffusion to be finite at the initial state at times over the horizon, excluding its end.
 diffusion-product (behaviour)
-    Expect the given product of the diffusion with a vector to be that of the matrix, wherever a path goes.
+    Expect the given product of the diffusion with a vector to equal that of the matrix along a run.
 diffusion-derivative (behaviour)
-    Expect DB(x) y, given or by complex step, to be the derivative of the diffusion: Milstein's scheme needs it.
+    Expect DB(x) y, given or by complex step, to be the derivative of the diffusion, for Milstein's scheme.
 constraint-jacobian (behaviour)
-    Expect Dg, given or by complex step, to be the derivative of the constraint, on the manifold and beside it.
+    Expect Dg, given or by complex step, to be the derivative of the constraint, on and off the manifold.
 constraint-curvature (behaviour)
     Expect the curvature D^2 g(y, z) to be symmetric and the second derivative of the constraint.
 constraint-second-derivatives (behaviour)
     Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg.
 constraint-linearisation (behaviour)
-    Expect the linearised constraint that was given to do what its matrix does, wherever a path goes.
+    Expect the given linearised constraint to act as its matrix does along a run.
 force-derivatives (behaviour)
-    Expect the given derivatives of the force to be its own: implicit schemes solve with them.
+    Expect the given derivatives of the force to be correct, because implicit schemes solve with them.
 delay-derivatives (behaviour)
     Expect the partial derivatives in x, v and y, given or by complex step, to be those of f and of u.
 algebraic-solution (behaviour)
-    Expect the algebraic components, solved for or given by `solved`, to solve 0 = u wherever x and v are.
+    Expect the algebraic components, solved for or given by `solved`, to solve 0 = u along a run.
 constraints-kept (behaviour)
     Expect drift and diffusion of the SDE to keep the constraints: Dg B = 0, and Ito's condition on the drift.
 view-equals-form (behaviour)
-    Expect the SDE that a problem is seen as to be its own equation, put together here once more.
+    Expect the SDE view of a problem to be its equation, assembled here independently.
 traits (behaviour)
-    Expect every declared trait to be true: where one is false, claims are refuted that nobody made.
+    Expect every declared trait to be true, because a false one leads to refutation of claims never made.
 chart (behaviour)
-    Expect a chart to read the coordinates it embeds, on the manifold, and to cover the start.
+    Expect a chart to invert its embedding, to satisfy the constraints, and to cover the start.
 moments-start (truths)
-    Expect each moment to begin with its observable at the start, and to be a finite number at every time.
+    Expect each moment to equal its observable at the start, and to be a finite number at every time.
 moments-rate (truths)
-    Expect each moment of an observable q to begin with the rate Dq f + (1/2) sum_j D^2 q(B_j, B_j).
+    Expect the initial rate of each moment of an observable q to be Dq f + (1/2) sum_j D^2 q(B_j, B_j).
 moments-settle (truths)
-    Expect moments to tend to the invariant means of the same observables.
+    Expect moments to converge to the invariant means of the same observables.
 moments-simulated (truths)
-    Expect means of simulations to be the moments, within an interval of level 1e-6 in all and Euler's own bias.
+    Expect means of simulations to equal the moments, up to an interval of level 1e-6 in all and Euler's bias.
 solution-start (truths)
-    Expect the solution to know components of the problem, and to have them right at time 0.
+    Expect the solution to have components of the problem, with the right values at time 0.
 solution-step (truths)
-    Expect a step of the solution to keep its shape and to leave its inputs alone, on one path and on three.
+    Expect a step of the solution to keep its shape and its inputs unchanged, on one path and on three.
 solution-still (truths)
-    Expect a step of the solution without time and noise to change nothing.
+    Expect a step of length 0 without noise to leave the solution unchanged.
 solution-simulated (truths)
-    Expect Euler's scheme on the same noise to tend to the solution: the distance falls like h^0.3 or faster.
+    Expect Euler's scheme on the same noise to converge to the solution: the distance falls at least like h^0.3.
 solution-averaged (truths)
-    Expect means of the solution over 4096 paths to be the moments, within an interval of level 1e-6 in all.
+    Expect means of the solution over 4096 paths to equal the moments, within an interval of level 1e-6 in all.
 controls (truths)
     Expect the positive control of each order to be verified, and the negative one to be refuted.
 """
 
+from typing import TYPE_CHECKING
+
 from .benchmarks import parametrize_with_benchmarks
 from .check import LEVEL, Check
-from .claims import parametrize_with_claims
-from .hunts import parametrize_with_hunts
+from .claims import parametrize_with_claims, parametrize_with_examinations
 from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
+
+if TYPE_CHECKING:
+    from .hunts import parametrize_with_hunts
 
 __all__ = [
     "LEVEL",
@@ -164,5 +168,15 @@ __all__ = [
     "parametrize_with_benchmarks",
     "parametrize_with_checks",
     "parametrize_with_claims",
+    "parametrize_with_examinations",
     "parametrize_with_hunts",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # The hunt is no part of the core: the kit does without where it is left out.
+    if name != "parametrize_with_hunts":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .hunts import parametrize_with_hunts as found  # noqa: PLC0415
+
+    return found

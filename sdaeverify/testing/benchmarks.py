@@ -1,7 +1,7 @@
-"""Benchmarks: the time of a scheme's step beside that of Euler's on the same arrays, for pytest-benchmark.
+"""Benchmarks: the time of a scheme's step relative to an Euler step on the same arrays, for pytest-benchmark.
 
-Seconds depend on the machine; the ratio of two tasks that are timed in turn depends on it far less, and can be
-compared from one run to the next. pytest-benchmark saves it as ``extra_info.ratio``.
+Times depend on the machine. The ratio of two tasks timed alternately depends on it far less, and can be compared
+between runs. pytest-benchmark saves it as ``extra_info.ratio``.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,15 +22,15 @@ from .subjects import CellSubject, Problems, cells_of, load_plugins
 if TYPE_CHECKING:
     import pytest
 
-# Few paths show what a call costs, many what a path costs.
+# With few paths the overhead of a call dominates, with many paths the cost of a path.
 PATHS = (256, 4096)
-# Pairs of steps that are timed in turn, and steps of the horizon.
+# Number of pairs of alternately timed steps, and of steps over the horizon.
 PAIRS, STEPS = 31, 64
 
 
 @dataclass(frozen=True)
 class StepTiming:
-    """The timing of a step, as a parameter of a test.
+    """Timing of a step, as a parameter of a test.
 
     Attributes
     ----------
@@ -43,10 +43,10 @@ class StepTiming:
     paths: int
 
     def __call__(self, benchmark: Any) -> float:
-        """Time the step with pytest-benchmark and return its time in steps of Euler's.
+        """Time the step with pytest-benchmark, and return its time in Euler steps.
 
-        The ratio is the median of the ratios of 31 pairs of steps that are timed in turn, so that a slow moment of
-        the machine meets both.
+        The ratio is the median over 31 pairs of alternately timed steps, so that a slow phase of the machine affects
+        both.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class StepTiming:
 
     @property
     def name(self) -> str:
-        """Scheme, problem and number of paths: what tells the test from others."""
+        """Identifier of the test: scheme, problem and number of paths."""
         return f"{self.cell.scheme.label}-{self.cell.label}-{self.paths}"
 
     def __repr__(self) -> str:
@@ -81,7 +81,7 @@ class StepTiming:
 
     @property
     def _euler(self) -> Callable[[], Any]:
-        """Euler's step of the equation as an SDE, at its start on all paths."""
+        """Euler step of the equation as an SDE, at its start on all paths."""
         sde = as_sde(self.cell.problem)
         if sde is None:
             raise UsageError(f"{self.cell.label} is not seen as an SDE, so that Euler's step is not defined on it")
@@ -92,14 +92,14 @@ class StepTiming:
 def _seconds(task: Callable[[], object]) -> float:
     begun = perf_counter()
     task()
-    # A clock may be too coarse for a short task.
+    # The resolution of the clock may exceed the time of a short task.
     return max(perf_counter() - begun, 1e-9)
 
 
 def parametrize_with_benchmarks(
     schemes: Sequence[str | Scheme], problems: Problems | None = None, *, paths: Sequence[int] = PATHS
 ) -> "pytest.MarkDecorator":
-    """Return a decorator of a test function of ``timing`` that times a step of each scheme beside Euler's.
+    """Return a decorator for a test function of ``timing`` that times a step of each scheme against Euler's.
 
     ::
 
@@ -107,15 +107,15 @@ def parametrize_with_benchmarks(
         def test_speed(benchmark, timing):
             timing(benchmark)
 
-    The tests have the marker ``benchmark``; ``pytest -m benchmark --benchmark-json FILE`` writes the ratios, with
-    which ``timing(benchmark)`` also returns: a test may bound them.
+    The tests have the marker ``benchmark``; ``pytest -m benchmark --benchmark-json FILE`` writes the ratios.
+    ``timing(benchmark)`` returns the ratio as well, so that a test can bound it.
 
     Parameters
     ----------
     schemes : sequence of Scheme or str
-        Schemes and patterns of registered ones, mixed.
+        Schemes, and patterns of registered schemes.
     problems : str or sequence of str, ProblemSpec or callable, optional
-        Problems that each scheme solves; the smallest registered one of the scheme's own form if left out.
+        Problems that each scheme solves; by default the smallest registered problem of the scheme's form.
     paths : sequence of int, optional
         Numbers of paths of a step.
 
@@ -126,7 +126,7 @@ def parametrize_with_benchmarks(
     Raises
     ------
     UsageError
-        If no scheme is named, a name is unknown, or a number of paths is none.
+        If no scheme is named, a name is unknown, or a number of paths is invalid.
     """
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 

@@ -1,36 +1,26 @@
-"""A named check of the conformance kit, and what becomes of it on one subject."""
+"""A named check of the conformance kit, and its result on a subject."""
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
+from ..contracts.finding import Status
 from ..errors import FAULTS, SdaeverifyError, one_line
 
-# The newest level of the kit: a plugin that names an older one is not put to checks that are younger.
+# Newest level of the kit. A plugin that names an older level is exempt from newer checks.
 LEVEL = 2
 
 
-class CheckStatus(StrEnum):
-    """What a check came to."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    SKIPPED = "skipped"
-    XFAILED = "xfailed"
-    XPASSED = "xpassed"
-
-
 class Inapplicable(Exception):  # noqa: N818 - nothing is wrong
-    """Raised by a check that has nothing to ask of its subject; its text is the reason."""
+    """Raised by a check that does not apply to its subject; the message is the reason."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One question of the kit.
+    """A check of the kit.
 
     Attributes
     ----------
@@ -39,11 +29,11 @@ class Check:
     category : str
         ``api``, ``behaviour`` or ``truths``.
     since : int
-        Level of the kit that it came with.
+        Level of the kit that introduced the check.
     function : callable, subject -> str
-        Returns what is wrong in one line, or an empty string; its docstring says what it asks and why.
+        Returns the fault in one line, or an empty string. Its docstring states the expectation and the reason.
     each_problem : bool
-        Whether a scheme is asked it on each problem by itself.
+        Whether the check of a scheme is repeated on each problem.
     """
 
     name: str
@@ -54,45 +44,45 @@ class Check:
 
     @property
     def question(self) -> str:
-        """What it asks, in one line."""
+        """The expectation in one line, from the docstring of `function`."""
         return (self.function.__doc__ or "").strip().partition("\n")[0]
 
 
-def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
-    """Put a check to a subject; whatever it raises is a failure.
+def run_check(check: Check, subject: Any) -> tuple[Status, str, float]:
+    """Run a check on a subject; every exception counts as a failure.
 
     Parameters
     ----------
     check : Check
     subject : object
-        What the check's function takes.
+        Argument of the check's function.
 
     Returns
     -------
-    CheckStatus
+    Status
         ``passed``, ``failed`` or ``skipped``.
     str
-        The reason.
+        Reason of a failure or a skip.
     float
-        Seconds it took.
+        Elapsed time in seconds.
     """
     begun = time.perf_counter()
     try:
-        # Numbers that are not finite are evidence here: a check looks for them where they matter.
+        # Values that are not finite are evidence, which the checks themselves examine.
         with np.errstate(all="ignore"):
             reason = check.function(subject)
-        status = CheckStatus.FAILED if reason else CheckStatus.PASSED
+        status = Status.FAILED if reason else Status.PASSED
     except Inapplicable as words:
-        status, reason = CheckStatus.SKIPPED, str(words)
+        status, reason = Status.SKIPPED, str(words)
     except FAULTS as error:
-        # What the framework raises is a sentence that says who raised what.
+        # Errors of the framework already say who raised what.
         told = one_line(error) if isinstance(error, SdaeverifyError) else f"raises {one_line(error)}"
-        status, reason = CheckStatus.FAILED, told
+        status, reason = Status.FAILED, told
     return status, reason, time.perf_counter() - begun
 
 
 def error_text(call: Callable[..., object], *arguments: object) -> str:
-    """Return what a call refuses its arguments for, or an empty string."""
+    """Return the message of the framework's error that a call raises, or an empty string."""
     try:
         call(*arguments)
     except SdaeverifyError as error:

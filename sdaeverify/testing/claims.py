@@ -1,8 +1,8 @@
-"""Claims as tests: each claimed cell is one, all cells of a problem being run together when the first is asked for.
+"""Claims as tests: each claimed cell is a test, and all cells of a problem run together at the first request.
 
-Noise and reference are paid once a problem. What is decided is decided at a level that all tests of the session
-share, whether they are run or not, so that the outcome of a cell depends neither on the selection of the others nor
-on the worker that runs it. The lock file is the affair of ``sdaeverify gate``.
+Noise and reference are thus simulated once per problem. The error level is shared among all tests of the session,
+whether they are selected or not, so that the outcome of a cell depends neither on the selection nor on the worker
+that runs it. The lock file is only compared by ``sdaeverify gate``.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
+from ..contracts.finding import Status
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings, whole
@@ -19,14 +20,16 @@ from ..errors import UsageError
 from ..forms import Problem
 from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
-from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
+from ..gate.outcomes import ORDER, Outcome, is_red, outcomes
 from ..gate.policy import Policy
 from ..gate.words import command_of, message
 from ..registry.load import Registry
 from ..report.folders import key_in
 from ..report.plain import visible
+from ..report.tables.command import examination_command
 from ..study import Cell, CellResult, Finished, Plan, Study
 from ..study.class_results import class_cells, is_of_class, results_of_class
+from ..study.examination import Work, begin_all
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 
 Expected = FailingClaim | Mapping[str, Any]
 
-# Findings of a cell, and one-sided tests of each, that a session reckons with.
+# Assumed number of tests of a cell: its findings times the one-sided tests of each.
 TESTS_OF_A_CELL = 10
 
 
@@ -44,7 +47,7 @@ class ClaimError(AssertionError):
 
 @dataclass
 class ClaimRun:
-    """The claimed cells of a policy: each problem is run once, when one of its cells is asked for.
+    """The claimed cells of a policy; each problem is run once, when one of its cells is requested.
 
     Attributes
     ----------
@@ -60,13 +63,13 @@ class ClaimRun:
 
     @property
     def settings(self) -> Settings:
-        """Those of the tier, the level being shared among all tests there may be."""
+        """Settings of the tier, with the error level shared among all possible tests."""
         settings = self.policy.settings
         return replace(settings, tests_reserved=max(settings.tests_reserved, TESTS_OF_A_CELL * len(self.plan.cells)))
 
     @property
     def cells(self) -> list[Cell]:
-        """The claimed cells, those about classes of equations behind the others."""
+        """Claimed cells, followed by those about classes of equations."""
         return [
             *self.plan.cells,
             *(class_cells(self.plan.cells, self.settings.seed) if self.policy.asks_classes else ()),
@@ -81,13 +84,13 @@ class ClaimRun:
         label = cell.spec.label
         if label not in self._known:
             (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
-            # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
+            # Not the results of the study, which are corrected for a whole run; these hold for each cell separately.
             events = Study(Plan((made,)), self.settings).run()
             self._known[label] = [r for event in events if isinstance(event, Finished) for r in event.results]
         return [result for result in self._known[label] if result.cell == cell]
 
     def words(self, outcome: Outcome) -> str:
-        """Return an outcome in words, with the command that computes it again where its names are registered."""
+        """Return an outcome in words, with the command that reproduces it if its names are registered."""
         cell = outcome.cell
         named = self.registry.names(cell.scheme) and (is_of_class(cell) or self.registry.names(cell.spec))
         command = command_of(outcome, self.settings) if named else ""
@@ -96,21 +99,21 @@ class ClaimRun:
 
 @dataclass(frozen=True)
 class ClaimCheck:
-    """The check of one claimed cell, as a parameter of a test."""
+    """Check of one claimed cell, as a parameter of a test."""
 
     run: ClaimRun
     cell: Cell
 
     def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
-        """Raise what became of the cell: nothing if all its claims are verified.
+        """Raise the error of the cell; return if all its claims are verified.
 
         Raises
         ------
         ClaimError
-            If one is refuted, could not be measured, is undecided where the policy says that this fails, or is
+            If a claim is refuted, could not be measured, is undecided and the policy fails undecided claims, or is
             verified although it was expected to fail.
         pytest.skip.Exception, pytest.xfail.Exception
-            If one is undecided, or fails as expected.
+            If a claim is undecided, or fails as expected.
         """
         __tracebackhide__ = True
         found = self.run.outcomes(self.cell)
@@ -120,6 +123,45 @@ class ClaimCheck:
 
     def __repr__(self) -> str:
         return visible(f"{self.cell.measure.name} on {self.cell.spec.label}")
+
+
+@dataclass(frozen=True)
+class ExaminationCheck:
+    """An examination, as a parameter of a test.
+
+    Attributes
+    ----------
+    work : Work
+    policy : Policy
+        With what is expected to fail.
+    """
+
+    work: Work
+    policy: Policy
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Do the work, and raise what it came to: nothing if all claims are verified.
+
+        Raises
+        ------
+        ClaimError
+            If one is refuted, could not be measured, or is verified although it was expected to fail.
+        pytest.skip.Exception, pytest.xfail.Exception
+            If one is undecided, or fails as expected.
+        """
+        __tracebackhide__ = True
+        for _ in self.work.run():
+            pass
+        found = sorted(outcomes(self.work.results, self.policy), key=lambda each: ORDER.index(each.status))
+        if red := [outcome for outcome in found if is_red(outcome, self.policy)]:
+            raise ClaimError("\n".join(map(self._words, red)))
+        _skip_or_xfail(found)
+
+    def __repr__(self) -> str:
+        return "examination"
+
+    def _words(self, outcome: Outcome) -> str:
+        return message(outcome, self.policy.settings, examination_command(outcome.key[:3], self.work.command))
 
 
 def claim_run(registry: Registry, policy: Policy) -> ClaimRun:
@@ -142,9 +184,9 @@ def parametrize_with_claims(
     seed: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
 ) -> "pytest.MarkDecorator":
-    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
+    """Return a decorator for a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
 
-    Claims of orders are put to the order conditions of classes of equations and to random members of forms, too.
+    Claims of orders are also tested by order conditions of classes of equations and by random members of forms.
 
     ::
 
@@ -155,18 +197,18 @@ def parametrize_with_claims(
     Parameters
     ----------
     schemes : sequence of Scheme or str
-        Schemes and patterns of registered ones, mixed.
+        Schemes, and patterns of registered schemes.
     problems : sequence of str, ProblemSpec or callable, optional
-        Patterns, recipes and problem functions; those that the tier covers if left out.
+        Patterns, specifications and problem functions; by default those that the tier covers.
     measures : sequence of str or Measure, optional
-        Those about which something is claimed if left out.
+        Patterns and measures; by default those with a claim.
     tier : str, optional
         Budget: ``ci``, ``smoke`` (each claim on one problem alone) or ``nightly``.
     seed : int, optional
-        Of all noise.
+        Seed of all noise.
     expected_failures : sequence of mapping, optional
-        Each with a ``reason``, and globs ``scheme``, ``problem``, ``measure`` and ``quantity`` where it does not hold
-        for all. A finding that matches is an expected failure of its test; if it is verified all the same, the test
+        Mappings with a ``reason``, and globs ``scheme``, ``problem``, ``measure`` and ``quantity`` if they do not
+        apply to all. A matching finding is an expected failure of its test; if it is verified nevertheless, the test
         fails, unless ``strict`` is False.
 
     Returns
@@ -176,7 +218,7 @@ def parametrize_with_claims(
     Raises
     ------
     UsageError
-        If a name is unknown, nothing is claimed, the seed is no whole number, or an expected failure is none or
+        If a name is unknown, there is no claim, the seed is not an integer, or an expected failure is malformed or
         matches no cell.
     """
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
@@ -193,8 +235,57 @@ def parametrize_with_claims(
     return pytest.mark.parametrize(("subject", "check"), [_parameters(run, cell) for cell in run.cells])
 
 
+def parametrize_with_examinations(
+    tables: Mapping[str, Mapping[str, Any]],
+    *,
+    tier: str = "ci",
+    seed: int | None = None,
+    expected_failures: Iterable[Expected] | None = None,
+) -> "pytest.MarkDecorator":
+    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each examination.
+
+    ::
+
+        @parametrize_with_examinations({"adaptive": {"solvers": ["my-heun"]}})
+        def test_solvers(subject, check):
+            check(subject)
+
+    Parameters
+    ----------
+    tables : mapping of str to mapping
+        By name of the examination, its table as in ``[tool.sdaeverify.examinations]`` of a policy.
+    tier, seed, expected_failures : optional
+        As of `parametrize_with_claims`.
+
+    Returns
+    -------
+    pytest.MarkDecorator
+
+    Raises
+    ------
+    UsageError
+        If no examination is named, a name is unknown, or a table asks for what there is not.
+    """
+    import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+    if not tables:
+        raise UsageError("tables is empty; name the examinations that are to be made")
+    policy = Policy(
+        tier=tier,
+        seed=Settings().seed if seed is None else whole("seed", seed),
+        expected_failures=read_expected(expected_failures, FailingClaim),
+        examinations={name: dict(table) for name, table in tables.items()},
+    )
+    works = begin_all(load_plugins(), policy.examinations, policy.settings)
+    cases = [
+        pytest.param(name, ExaminationCheck(work, policy), id=visible(name))
+        for name, work in zip(tables, works, strict=True)
+    ]
+    return pytest.mark.parametrize(("subject", "check"), cases)
+
+
 def describe_undecided(found: Sequence[Outcome]) -> str:
-    """Return in one line what is undecided of a cell, and why."""
+    """Return the undecided claims of a cell with their reasons, in one line."""
     open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
     return "; ".join(
         f"undecided: {visible(str(each.key))}: {visible(str(each.finding.reason))}" for each in open_ones

@@ -1,6 +1,6 @@
-"""Hunts as tests: the claims of each scheme are attacked by problems of their own, marked ``hunt``.
+"""Hunts as tests with the marker ``hunt``: a search for counterexamples to the claims of each scheme.
 
-``hunt`` is a marker to be registered with pytest, so that the quick run of a project leaves hunts out::
+Register the marker ``hunt`` with pytest, so that the quick run of a project can exclude hunts::
 
     [tool.pytest.ini_options]
     addopts = ["-m", "not hunt"]
@@ -23,30 +23,30 @@ from .subjects import load_plugins
 if TYPE_CHECKING:
     import pytest
 
-# The name of the marker, and how long a scheme is hunted where nobody says it.
+# Name of the marker, and default duration of a hunt per scheme in minutes.
 MARKER, MINUTES = "hunt", 0.5
 
 
 @dataclass(frozen=True)
 class HuntCheck:
-    """The hunt of a scheme, as a parameter of a test.
+    """Hunt of a scheme, as a parameter of a test.
 
     Attributes
     ----------
     options : mapping
-        Of the hunt.
+        Options of the hunt.
     """
 
     options: Mapping[str, Any]
 
     def __call__(self, subject: Scheme) -> None:
-        """Raise what is found: nothing if no counterexample is confirmed.
+        """Raise if a counterexample is found and confirmed.
 
         Raises
         ------
         ClaimError
-            If a claim is refuted on a problem that was drawn, and again by a run on its plugin file, whose text is
-            at the end of the message.
+            If a claim is refuted on a random problem, and again by a run on its plugin file, whose text ends the
+            message.
         """
         __tracebackhide__ = True
         report = hunt(subject, **self.options)
@@ -59,7 +59,7 @@ class HuntCheck:
 
 
 def parametrize_with_hunts(schemes: Sequence[str | Scheme], **options: Any) -> "pytest.MarkDecorator":
-    """Return a decorator of a test function of ``subject`` and ``check`` that hunts each scheme, marked ``hunt``.
+    """Return a decorator for a test function of ``subject`` and ``check`` that runs a hunt for each scheme.
 
     ::
 
@@ -70,10 +70,10 @@ def parametrize_with_hunts(schemes: Sequence[str | Scheme], **options: Any) -> "
     Parameters
     ----------
     schemes : sequence of Scheme or str
-        Schemes and patterns of registered ones, mixed.
+        Schemes, and patterns of registered schemes.
     **options
-        As `sdaeverify.hunt` takes them; half a minute for each scheme where neither ``minutes`` nor ``examples`` is
-        given. With ``examples`` the outcome does not depend on the speed of the machine.
+        As in `sdaeverify.hunt`; half a minute for each scheme if neither ``minutes`` nor ``examples`` is given. With
+        ``examples`` the outcome does not depend on the speed of the machine.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def parametrize_with_hunts(schemes: Sequence[str | Scheme], **options: Any) -> "
     if not schemes:
         raise UsageError("schemes is empty; name the schemes that are to be hunted")
     timed = options if {"minutes", "examples"} & set(options) else {**options, "minutes": MINUTES}
-    # Said when tests are collected, not where one of them runs.
+    # Check the options at collection, before any test runs.
     read_options(timed)
     found = select_schemes(load_plugins(), schemes)
     marks = getattr(pytest.mark, MARKER)

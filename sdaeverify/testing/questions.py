@@ -1,7 +1,7 @@
-"""What a scheme or a problem is asked, every check with its subject, and the answers, as data or as tests.
+"""Checks applied to subjects, and their results as data or as tests.
 
-`check_scheme` and `check_problem` are the kit as plain functions, `parametrize_with_checks` is the kit as parameters
-of a test, one for each check. Failures that an author expects have a reason each.
+`check_scheme` and `check_problem` run the kit as plain functions; `parametrize_with_checks` turns each check into a
+test. Every expected failure of an author has a reason.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..contracts.finding import Status
 from ..contracts.labels import parse_label
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
@@ -17,7 +18,7 @@ from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem
 from ..gate.expected import FailingCheck, read_expected, require_matches
 from ..report.plain import visible
-from .check import LEVEL, Check, CheckStatus, run_check
+from .check import LEVEL, Check, run_check
 from .checks.declarations import check_usable
 from .checks.problem_declarations import check_builds
 from .checks.problem_declarations import check_usable as check_function
@@ -27,26 +28,26 @@ from .table import checks
 Expected = FailingCheck | Mapping[str, Any]
 Row = dict[str, object]
 
-# What a problem is asked even if it cannot be built.
+# Checks of a problem that are made even if it cannot be built.
 FIRST = ("declaration", "builds", "docstring")
 NEWER = "the check came with level {since} of the kit, and level {level} is asked for"
 
 
 @dataclass(frozen=True)
 class Question:
-    """A check that is put to a subject; as a parameter of a test it is called with that subject.
+    """A check with its subject; as a parameter of a test, it is called with that subject.
 
     Attributes
     ----------
     check : Check
     label, kind : str
-        Of the scheme or problem.
+        Label and kind of the subject, a scheme or a problem.
     problem : str
-        Label of the problem on which a scheme is asked; empty if on none.
+        Label of the problem on which a scheme is checked; empty if there is none.
     subject : object
-        What the check's function takes.
+        Argument of the check's function.
     skipped : str
-        Why it is not asked; empty if it is.
+        Why the check is skipped; empty if it is not.
     """
 
     check: Check
@@ -58,23 +59,23 @@ class Question:
 
     @property
     def names(self) -> dict[str, str]:
-        """What an expected failure may name of it."""
+        """Names that the globs of an expected failure are matched with."""
         scheme, problem = (self.label, self.problem) if self.kind == "scheme" else ("", self.label)
         return {"check": self.check.name, "scheme": scheme, "problem": problem}
 
     def expectation(self, expected: Iterable[FailingCheck]) -> FailingCheck | None:
-        """Return the first expected failure that the question matches, or None."""
+        """Return the first matching expected failure, or None."""
         return next((one for one in expected if one.matches(**self.names)), None)
 
     def answer(self, expected: Iterable[FailingCheck] = ()) -> Row:
-        """Ask, and compare with the failures that are expected: a row of `check_scheme`."""
-        unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
+        """Run the check, compare with expected failures, and return a row of `check_scheme`."""
+        unasked = (Status.SKIPPED, self.skipped, 0.0)
         status, reason, seconds = unasked if self.skipped else run_check(self.check, self.subject)
         one = self.expectation(expected)
-        if one and status is CheckStatus.FAILED:
-            status, reason = CheckStatus.XFAILED, f"{one.reason}: {reason}"
-        elif one and one.strict and status is CheckStatus.PASSED:
-            status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {one.reason}"
+        if one and status is Status.FAILED:
+            status, reason = Status.XFAILED, f"{one.reason}: {reason}"
+        elif one and one.strict and status is Status.PASSED:
+            status, reason = Status.XPASSED, f"it passes, but was expected to fail: {one.reason}"
         return {
             "subject": self.label,
             "kind": self.kind,
@@ -92,9 +93,9 @@ class Question:
         import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
         row = self.answer()
-        if row["status"] == CheckStatus.SKIPPED:
+        if row["status"] == Status.SKIPPED:
             pytest.skip(visible(str(row["reason"])))
-        if row["status"] == CheckStatus.FAILED:
+        if row["status"] == Status.FAILED:
             where = f"{self.label} on {self.problem}" if self.problem else self.label
             raise AssertionError(visible(f"{where} fails {self.check.name}: {row['reason']}"))
 
@@ -103,15 +104,15 @@ class Question:
 
 
 def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: int | None) -> list[Question]:
-    """Return everything that a scheme is asked.
+    """Return all checks of a scheme with their subjects.
 
     Parameters
     ----------
     subject : SchemeSubject
     problems : str or sequence, optional
-        As `cells_of` takes them.
+        As in `cells_of`.
     level : int, optional
-        Newest level of the kit whose checks are made; the newest there is if left out.
+        Newest level of the kit whose checks are made; by default the newest level.
     """
     scheme = subject.scheme
     broken = check_usable(subject)
@@ -130,7 +131,7 @@ def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: i
 
 
 def problem_questions(subject: ProblemSubject, level: int | None) -> list[Question]:
-    """Return everything that a problem is asked; see `scheme_questions` for the parameters."""
+    """Return all checks of a problem with their subjects; see `scheme_questions` for the parameters."""
     unusable = check_function(subject)
     broken = unusable or _unbuilt(subject)
     label = subject.spec.name if unusable else subject.spec.label
@@ -174,32 +175,31 @@ def check_scheme(
     level: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
 ) -> list[Row]:
-    """Put a scheme to every check of the kit.
+    """Run every check of the kit on a scheme.
 
     Parameters
     ----------
     scheme : Scheme or str
         A scheme, registered or not, or the label of a registered one.
     problems : str or sequence of str, ProblemSpec or callable, optional
-        Labels of registered problems and problem functions, mixed. Where left out, the registered problems that the
-        scheme does not refuse, but for those on request: of its own form rather than in a view, and of these the
-        three whose states have the fewest components.
+        Labels of registered problems, and problem functions. By default the three registered problems with the fewest
+        components that the scheme accepts, excluding those on request and preferring the scheme's own form.
     level : int, optional
-        Checks that came with a later level of the kit are skipped; by default none is.
+        Checks introduced by a later level of the kit are skipped; by default none.
     expected_failures : sequence of mapping, optional
-        Each with a ``reason``, and globs ``check``, ``scheme`` and ``problem`` where it does not hold for all.
+        Mappings with a ``reason``, and globs ``check``, ``scheme`` and ``problem`` if they do not apply to all.
 
     Returns
     -------
     list of dict
         For each check, on each problem: subject, kind, check, category, level, problem, status (``passed``,
-        ``failed``, ``skipped``, ``xfailed``, ``xpassed``), reason and seconds, as JSON can hold them. Nothing is
-        raised for a check that fails.
+        ``failed``, ``skipped``, ``xfailed``, ``xpassed``), reason and seconds, in types that JSON can represent. A
+        failed check does not raise.
 
     Raises
     ------
     UsageError
-        If it is no scheme, a problem is unknown or refused, or an expected failure names no check.
+        If `scheme` is not a scheme, a problem is unknown or refused, or an expected failure matches no check.
     """
     registry = load_plugins()
     questions = scheme_questions(SchemeSubject(scheme_of(scheme, registry), registry), problems, level)
@@ -212,26 +212,26 @@ def check_problem(
     level: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
 ) -> list[Row]:
-    """Put a problem to every check of the kit.
+    """Run every check of the kit on a problem.
 
     Parameters
     ----------
     problem : callable, ProblemSpec or str
-        A problem function, uncalled, or the label of a registered one.
+        Problem function (not called), or the label of a registered problem.
     level : int, optional
-        Checks that came with a later level of the kit are skipped; by default none is.
+        Checks introduced by a later level of the kit are skipped; by default none.
     expected_failures : sequence of mapping, optional
-        As for `check_scheme`.
+        As in `check_scheme`.
 
     Returns
     -------
     list of dict
-        As of `check_scheme`, ``problem`` being empty.
+        As in `check_scheme`, with ``problem`` empty.
 
     Raises
     ------
     UsageError
-        If it is no problem function, or an expected failure names no check.
+        If `problem` is not a problem function, or an expected failure matches no check.
     """
     registry = load_plugins()
     questions = problem_questions(ProblemSubject(problem_of(problem, registry), registry), level)
@@ -251,7 +251,7 @@ def parametrize_with_checks(
     level: int | None = None,
     expected_failures: Iterable[Expected] | None = None,
 ) -> "pytest.MarkDecorator":
-    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each check.
+    """Return a decorator for a test function of ``subject`` and ``check`` that makes a test of each check.
 
     ::
 
@@ -262,9 +262,9 @@ def parametrize_with_checks(
     Parameters
     ----------
     subjects : sequence of Scheme, callable, ProblemSpec or str
-        Schemes and problem functions, mixed, and labels of registered ones.
+        Schemes and problem functions, and labels of registered ones.
     problems, level, expected_failures
-        As for `check_scheme`. Expected failures become xfail marks: a check that passes all the same fails the test,
+        As in `check_scheme`. Expected failures become xfail marks: a check that passes nevertheless fails the test,
         unless ``strict`` is False.
 
     Returns
@@ -274,7 +274,7 @@ def parametrize_with_checks(
     Raises
     ------
     UsageError
-        As for `check_scheme`, or if there is no subject.
+        As in `check_scheme`, or if there is no subject.
     """
     if isinstance(subjects, str | bytes) or not isinstance(subjects, Iterable):
         raise UsageError(f"subjects expects a list of schemes and problems, got {subjects!r:.200}")

@@ -1,4 +1,4 @@
-"""What the checks of the kit are put to: a scheme, a scheme on a problem, a problem."""
+"""Subjects of the checks: a scheme, a scheme on a problem, a problem."""
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
@@ -28,15 +28,15 @@ from .check import Inapplicable
 
 Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
 
-# Problems a scheme is put to where none are named.
+# Default number of problems on which a scheme is checked.
 FEW = 3
-# Steps over the horizon at which truncation shows, and paths of a scheme's own run.
+# Number of steps over the horizon at which truncation shows, and of paths of the scheme's run.
 LONG, OWN_PATHS = 2, 32
 
 
 @dataclass(frozen=True)
 class SchemeSubject:
-    """A scheme, and what is registered: measures that it may claim something about.
+    """A scheme, and the registry with the measures of its claims.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ class CellSubject:
     ----------
     scheme : Scheme
     problem : Problem
-        In the view that the scheme solves.
+        Problem in the view that the scheme solves.
     label : str
-        Of the problem.
+        Label of the problem.
     """
 
     scheme: Scheme
@@ -67,20 +67,20 @@ class CellSubject:
 
     @property
     def trials(self) -> Iterator[Trial]:
-        """A fine step at the states of the cloud, and a long one at states of the scheme's own run.
+        """A fine step at probe states, and a long step at states of a run of the scheme.
 
-        They are made anew, so that no check sees the steps of another.
+        Trials are created anew for each call, so that checks do not affect each other.
         """
         yield replace(self._at_the_cloud[0])
         yield replace(self._on_its_own)
 
     @property
     def coarse(self) -> Trial:
-        """A coarse step at the states of the cloud, made anew."""
+        """A coarse step at probe states, created anew for each call."""
         return replace(self._at_the_cloud[1])
 
     def of_paths(self, paths: int, steps: int) -> Trial:
-        """Return a step on so many paths, of which so many make the horizon."""
+        """Return a step on `paths` paths, with `steps` steps over the horizon."""
         return Trial(self.scheme, self.problem, self.problem.horizon / steps, None, paths)
 
     @cached_property
@@ -95,17 +95,17 @@ class CellSubject:
 
 @cache
 def load_plugins() -> Registry:
-    """Return what is registered by installed plugins, loaded once in a process."""
+    """Return the registry of installed plugins, loaded once per process."""
     return load_registry()
 
 
 def scheme_of(given: object, registry: Registry) -> Scheme:
-    """Return a scheme, given itself or by its label.
+    """Return a scheme, given as such or by its label.
 
     Raises
     ------
     UsageError
-        If it is neither, or its label means none or several.
+        If `given` is neither, or its label matches no scheme or several.
     """
     if isinstance(given, Scheme):
         return given
@@ -116,14 +116,14 @@ def scheme_of(given: object, registry: Registry) -> Scheme:
 
 
 def problem_of(given: object, registry: Registry) -> ProblemSpec:
-    """Return the recipe of a problem, given as such, as its function or by its label.
+    """Return the specification of a problem, given as such, as its function or by its label.
 
-    A function that cannot be registered is let pass: that is a check's business.
+    A function that cannot be registered is accepted here, because a check reports it.
 
     Raises
     ------
     UsageError
-        If it is none of these, or its label means none or several.
+        If `given` is none of these, or its label matches no problem or several.
     """
     if inspect.isfunction(given):
         return ProblemSpec(problem_name(given), given)
@@ -131,20 +131,20 @@ def problem_of(given: object, registry: Registry) -> ProblemSpec:
 
 
 def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> list[CellSubject]:
-    """Return a scheme with each of the problems it is put to.
+    """Return a scheme with each of the problems on which it is checked.
 
     Parameters
     ----------
     scheme : Scheme
     problems : str or sequence of str, ProblemSpec or callable, optional
-        Where left out, registered problems that the scheme does not refuse, but for those on request: of its own
-        form rather than in a view, and of these the three whose states have the fewest components.
+        By default the three registered problems with the fewest components that the scheme accepts, excluding those
+        on request and preferring the scheme's own form to a view.
     registry : Registry
 
     Raises
     ------
     UsageError
-        If a problem that is named does not match the scheme, or nothing does.
+        If a named problem does not match the scheme, or no problem does.
     """
     if problems is None:
         return _smallest_cells(scheme, registry)
@@ -171,7 +171,7 @@ def _matching(scheme: Scheme, spec: ProblemSpec) -> Iterator[CellSubject]:
     try:
         problem = spec.build()
     except FAULTS:
-        # Somebody else's problem is broken: that is found out where it is checked itself.
+        # A broken problem is reported by its own checks.
         return
     if (found := _match(scheme, problem, spec.label)).problem is not None:
         yield CellSubject(scheme, found.problem, spec.label)
@@ -186,15 +186,15 @@ def _match(scheme: Scheme, problem: Problem, label: str) -> Match:
         raise UsageError(text) from error
 
 
-# Paths of the run, and the time at which coefficients are looked at.
+# Number of paths of the run, and time at which coefficients are evaluated.
 PATHS, WHEN = 12, 0.2
-# How far states are moved off a manifold, in parts of their size.
+# Distance by which states are moved off a manifold, relative to their size.
 MOVED = 0.01
 
 
 @dataclass(frozen=True)
 class Euler(Scheme):
-    """x+ = x + f h + B dW: the run along which states are taken, and the simulation that truths are compared with."""
+    """Euler scheme x+ = x + f h + B dW, which provides states along a run."""
 
     name: ClassVar[str] = "euler-of-the-kit"
     form: ClassVar[type[Problem]] = Problem
@@ -206,7 +206,7 @@ class Euler(Scheme):
 
 @dataclass(frozen=True)
 class ProblemSubject:
-    """A problem, and what is registered: schemes that its controls name.
+    """A problem, and the registry with the schemes of its controls.
 
     Attributes
     ----------
@@ -219,12 +219,12 @@ class ProblemSubject:
 
     @cached_property
     def problem(self) -> Any:
-        """The problem itself, of whatever form."""
+        """The problem, built once."""
         return self.spec.build()
 
     @cached_property
     def equation(self) -> Any:
-        """Its Ito equation, with a delay that of the solution now and one delay ago."""
+        """Ito equation of the problem; with a delay, that of the solution now and one delay ago."""
         delayed = self.problem.capability(Delayed)
         seen = as_sde(self.problem) if delayed is None else linked_equation(delayed, 2)
         if seen is None:
@@ -233,10 +233,10 @@ class ProblemSubject:
 
     @cached_property
     def x(self) -> Array:
-        """States of the equation along a run, shape (d, 12); off a manifold by what the run has left it.
+        """States of the equation along an Euler run, shape (d, 12); off a manifold by the drift of the run.
 
-        Where a step of the drift is larger than the state, Euler's scheme leads to where no solution is: the states
-        are then those at which steps are probed, moved at random.
+        If a step of the drift is larger than the state, Euler's scheme may leave the domain of the solution. The
+        states are then the probe states of single steps, moved at random.
         """
         with np.errstate(all="ignore"):
             states: Array = stopped_states(Euler(), self.equation, PATHS)
@@ -250,17 +250,17 @@ class ProblemSubject:
 
     @property
     def B(self) -> Array:
-        """The diffusion matrix at these states, shape (d, l, 12)."""
+        """Diffusion matrix at these states, shape (d, l, 12)."""
         shape = (len(self.x), self.equation.noise_dim, PATHS)
         return np.asarray(np.broadcast_to(self.equation.diffusion(WHEN, self.x), shape))
 
     def offering(self, *kinds: type[Problem]) -> Any:
-        """Return the problem, if it offers one of some kinds.
+        """Return the first of the given kinds that the problem offers.
 
         Raises
         ------
         Inapplicable
-            If it does not.
+            If it offers none of them.
         """
         offered = [found for kind in kinds if (found := self.problem.capability(kind)) is not None]
         if not offered:
@@ -268,7 +268,7 @@ class ProblemSubject:
         return offered[0]
 
     def start(self, paths: int = 1) -> Parts:
-        """Return the initial components, with what else a constraint may depend on."""
+        """Return the initial components, and for index 1 the lagged values and time, for constraints."""
         problem = self.problem
         parts: Parts = problem.parts(problem.initial(paths))
         if problem.capability(IndexOne) is None:
@@ -277,22 +277,22 @@ class ProblemSubject:
 
 
 def directions(x: Array, count: int = 3) -> list[Array]:
-    """Return unit vectors in random directions on each path."""
+    """Return random unit vectors, each of shape (d, P), normalised on each path."""
     vectors = np.random.default_rng(5).standard_normal((count, *x.shape))
     return list(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 def excess(value: Array, bound: float, *terms: Array) -> str:
-    """Return in words how far a number is from a rounding error of terms that cancel, or an empty string.
+    """Return in words by how much a value exceeds the rounding error of cancelling terms, or an empty string.
 
     Parameters
     ----------
     value : ndarray
-        What should be 0.
+        Value that should be 0.
     bound : float
         Rounding error relative to the terms.
     *terms : ndarray
-        What cancels in it.
+        Terms that cancel in `value`.
     """
     size = max(1.0, *(float(np.max(np.abs(term), initial=0.0)) for term in terms), 0.0)
     worst = float(np.max(np.abs(value), initial=0.0))

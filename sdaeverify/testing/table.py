@@ -1,4 +1,4 @@
-"""The table of checks: what the kit asks of a scheme, and of a problem."""
+"""Table of the checks of schemes and problems."""
 
 from collections.abc import Callable
 from typing import Any
@@ -25,7 +25,7 @@ def checks(kind: str) -> tuple[Check, ...]:
     Raises
     ------
     UsageError
-        If there is no such kind.
+        If `kind` is unknown.
     """
     if kind not in TABLE:
         raise UsageError(f"there are checks of {' and '.join(TABLE)}, not of {kind!r}")

@@ -1,19 +1,20 @@
-"""Order conditions of a black box: one step on the universal SDE of a class tells every elementary weight.
+"""Order conditions of a black box: one step on the universal SDE of a class gives every elementary weight.
 
-Rooted trees whose nodes are drift, noise or time (`grow`) are the components of the `universal` SDE; what a step
-makes of each of them (`weights`) is compared with the exact solution, path by path as far as the noise of a step
-tells it (`record`), and in the mean (`moments`). Relations between elementary differentials make classes (`classes`).
+The components of the `universal` SDE are rooted trees whose nodes are drift, noise or time (`grow`). The increment of
+each component in a step (`weights`) is compared with the exact solution: path by path, as far as the noise of a step
+determines it (`record`), and in the mean (`moments`). Relations between elementary differentials define classes
+(`classes`).
 
-A form of one's own has order conditions as soon as it offers a class of its equations::
+A form defined by a plugin has order conditions if it offers a class of its equations::
 
     class Mine(Problem):
         @classmethod
         def tree_classes(cls):
             return (MyTrees(),)                   # a TreeClass: kinds of nodes, a problem for given trees, relatives
 
-Where it has `written` too, a failing condition can be written as a plugin file. `Langevin` and `IndexOneSDAE` do the
-same; these are the names that such a class is written with. Where order conditions are not known, a form offers a
-class of its equations from which random members are drawn, a `GenericClass`, in the same way::
+If the class has `written`, a failing condition can be written as a plugin file. `Langevin` and `IndexOneSDAE` are
+examples; the public names of this package serve to define such a class. If order conditions are not known, a form can
+offer a `GenericClass`, from which random members are drawn::
 
         @classmethod
         def generic_classes(cls):

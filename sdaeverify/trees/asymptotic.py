@@ -1,10 +1,10 @@
-"""Orders of a step that is no B-series of fixed weights: how fast its defects vanish as h tends to 0.
+"""Orders of a step that is not a B-series with fixed weights, from the rates at which its defects vanish.
 
-With the defect of each tree path by path, of size h^q, and of the mean of each forest, of size h^r,
+If the defect of each tree on paths has size h^q, and that of the mean of each forest size h^r, then
 
     strong order  min(q - 1/2, r - 1) over trees,    weak order  min(r - 1) over forests,
 
-as far as the trees go that are looked at: a step may be wrong beyond them, so that this verifies nothing.
+up to the largest examined weight. A step may be wrong beyond it, so that these orders do not verify a claim.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,27 +15,27 @@ import numpy as np
 from ..arrays import Array
 from .conditions import STRONG, Condition
 
-# Step sizes, and what is rounding in a component of the step.
+# Step sizes, and the bound for rounding in a component of the step.
 SIZES = (2.0**-8, 2.0**-12, 2.0**-16)
 ROUNDING = 1e-13
 
 
 class Rate(NamedTuple):
-    """How fast the defect of a condition vanishes.
+    """Rate at which the defect of a condition vanishes.
 
     Attributes
     ----------
     condition : Condition
-        As it was found with the finer steps.
+        Condition with the defect at the finest step size.
     power : float
-        Of h; infinite where there is no defect beyond rounding.
+        Power of h of the defect; infinite if no defect exceeds rounding.
     """
 
     condition: Condition
     power: float
 
     def order(self, measure: str) -> float:
-        """Return the order that the defect leaves to a measure; infinite if it does not concern it."""
+        """Return the order that the defect permits; infinite if the measure does not depend on the condition."""
         condition = self.condition
         if measure != STRONG and condition.on_paths:
             return np.inf
@@ -44,12 +44,12 @@ class Rate(NamedTuple):
 
 
 def rates(found: Sequence[Sequence[Condition]]) -> Iterator[Rate]:
-    """Yield the rates of the defects of conditions between the finest step sizes at which they are above rounding.
+    """Yield the rates of the defects of conditions, at the finest pair of step sizes with a defect above rounding.
 
     Parameters
     ----------
     found : sequence of sequence of Condition
-        The same ones at each of `SIZES`, in units of h^(w/2).
+        The same conditions at each of `SIZES`, with defects in units of h^(w/2).
     """
     for same in zip(*found, strict=True):
         sizes = np.array([each.defect * h ** (0.5 * each.weight) for each, h in zip(same, SIZES, strict=True)])
@@ -62,7 +62,7 @@ def rates(found: Sequence[Sequence[Condition]]) -> Iterator[Rate]:
 
 
 def slowest(found: Sequence[Rate], measure: str) -> Rate:
-    """Return the rate that leaves the least order to a measure.
+    """Return the rate that permits the least order of a measure.
 
     Parameters
     ----------
@@ -73,18 +73,18 @@ def slowest(found: Sequence[Rate], measure: str) -> Rate:
 
 
 def order_left(found: Sequence[Rate], measure: str, top: int) -> float:
-    """Return the order that defects leave, as far as trees up to a weight tell.
+    """Return the order that the defects of trees up to a weight permit.
 
     Parameters
     ----------
     found : sequence of Rate
     measure : str
     top : int
-        The largest weight.
+        Largest weight.
     """
     return max(0.0, min(0.5 * (top - 1), slowest(found, measure).order(measure)))
 
 
 def largest_change(first: Array, other: Array) -> float:
-    """Return how far weights differ between step sizes, relative to them."""
+    """Return the largest relative difference of weights between step sizes."""
     return float(np.max(np.abs(other - first) / (1.0 + np.abs(first)), initial=0.0))

@@ -1,29 +1,21 @@
 """The verdict on one claim about one class of equations."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from math import nan
 
+from ..contracts.finding import Verdict
 from ..contracts.scheme import Claim
+from ..contracts.spelling import counted
 from .conditions import Condition
 
 ORDER_CONDITIONS, RANDOM_MEMBERS = "order conditions", "random members"
-
-
-class ClassVerdict(StrEnum):
-    """What order conditions say of a claim for a class of equations."""
-
-    VERIFIED = "verified"
-    REFUTED = "refuted"
-    PREMISE = "premise fails"
-    NOT_CLAIMED = "not claimed"
-    ERROR = "error"
-    NOT_APPLICABLE = "not applicable"
+# Label of the equations of a class in the column of problems.
+EVERY_EQUATION = "every-equation"
 
 
 @dataclass(frozen=True)
 class ClassRow:
-    """What is found of one claim for one class.
+    """Result for one claim and one class.
 
     Attributes
     ----------
@@ -31,30 +23,31 @@ class ClassRow:
         Label of the scheme, name of the class, ``strong``, ``weak`` or ``invariant``.
     motions : int
         Number of Brownian motions.
-    verdict : ClassVerdict
+    verdict : Verdict
+        Inconclusive if a premise of the conditions fails, out of scope if the scheme claims no order for the class.
     order : float
-        That conditions give, as far as they were looked at; NaN where none were.
+        Order from the examined conditions; NaN if there are none.
     claim : float
-        The order claimed; NaN without a claim.
+        Claimed order; NaN without a claim.
     held, of : int
-        How many of the conditions of the claimed order, without a claim of all that are looked at, hold, of how many.
+        Number of conditions that hold, out of those of the claimed order, or of all examined ones without a claim.
     first : Condition or None
-        The first one that does not hold.
+        First condition that does not hold.
     premise : str
-        The premises, or why one fails, or why nothing applies.
+        The premises, or why one fails, or why the class does not apply.
     promise : Claim or None
-        What is claimed.
+        Claim that was examined; None without a claim.
     conditions : str
-        What the claim was put to: ``order conditions`` or ``random members``.
+        Kind of the test: ``order conditions`` or ``random members``.
     mistake : str
-        What a refuted scheme does instead, if it is a mistake that is known.
+        Known mistake of a refuted scheme; empty if it is not recognised.
     """
 
     scheme: str
     kind: str
     motions: int
     measure: str
-    verdict: ClassVerdict
+    verdict: Verdict
     order: float = nan
     claim: float = nan
     held: int = 0
@@ -67,29 +60,35 @@ class ClassRow:
 
     @property
     def why(self) -> str:
-        """Why the verdict is what it is, in a sentence."""
-        if self.verdict is ClassVerdict.REFUTED and self.first:
+        """Reason of the verdict in a sentence."""
+        named = f"{self.mistake}; " if self.mistake else ""
+        if self.verdict is Verdict.REFUTED and self.first:
             found, wanted = self.first.texts
-            named = f"{self.mistake}; " if self.mistake else ""
             return (
                 f"{named}order {self.order:g}: the condition {self.first.name} fails, found {found}, wanted {wanted}"
             )
-        if self.verdict is ClassVerdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
-            return f"{self.held} of {self.of} conditions hold for up to {self.motions} motions; {self.premise}"
-        return self.premise
+        if self.verdict is Verdict.VERIFIED and self.conditions == ORDER_CONDITIONS:
+            noise = f" for up to {counted(self.motions, 'Brownian motion')}" if self.motions else ""
+            return f"order conditions hold, {self.held} of {self.of}{noise}"
+        if self.verdict is Verdict.VERIFIED:
+            return f"holds on {self.held} of {self.of} random members"
+        if self.verdict is Verdict.OUT_OF_SCOPE:
+            return f"no claim about the class {self.kind}"
+        return f"{named}{self.premise}"
 
     @property
     def cells(self) -> dict[str, object]:
-        """The row of a table."""
+        """Cells of the table row by column."""
+        named = {"scheme": self.scheme, "class": self.kind, "measure": self.measure}
+        return {**named, "claim": self.claim, "verdict": self.verdict.value, **self.details}
+
+    @property
+    def details(self) -> dict[str, object]:
+        """Further columns from conditions or members."""
         found, wanted = self.first.texts if self.first else ("", "")
         return {
-            "scheme": self.scheme,
-            "class": self.kind,
             "motions": self.motions,
-            "measure": self.measure,
             "order": self.order,
-            "claim": self.claim,
-            "verdict": self.verdict.value,
             "held": self.held,
             "of": self.of,
             "first": self.first.name if self.first else "",

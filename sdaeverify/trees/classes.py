@@ -1,8 +1,8 @@
 """Classes of SDEs as quotients of the space of trees by relations between elementary differentials.
 
-A class is given by relations sum r_tau F(tau) = 0 that hold for each of its equations. Solved for as many trees as
-there are independent ones, they leave a basis of trees tau, and sum Delta(tau)/sigma(tau) F(tau) = 0 becomes one
-condition for each of these:
+A class is defined by relations sum r_tau F(tau) = 0 that hold for each of its equations. Solving the independent
+relations for one tree each leaves a basis of trees tau, and sum Delta(tau)/sigma(tau) F(tau) = 0 becomes one
+condition for each tree of the basis:
 
     Delta(tau) - sum_p r_p,tau sigma(tau)/sigma(p) Delta(p) = 0    where F(p) + sum_tau r_p,tau F(tau) = 0.
 """
@@ -24,17 +24,17 @@ Relation = dict[Tree, Fraction]
 
 @dataclass(frozen=True)
 class EquationClass:
-    """A class of SDEs that is closed under what a Runge-Kutta method makes of an equation.
+    """A class of SDEs, closed under the operations that a Runge-Kutta method applies to an equation.
 
     Attributes
     ----------
     name : str
     traits : frozenset of str
-        What a problem of the class states.
+        Traits that a problem of the class declares.
     motions : int or None
         Number of Brownian motions; None for any number.
     linear : bool
-        Whether coefficients are A x + a, constant in time.
+        Whether coefficients have the form A x + a, constant in time.
     """
 
     name: str
@@ -49,23 +49,23 @@ class EquationClass:
 
     @property
     def diagonal(self) -> bool:
-        """Whether each noise moves one component, which alone its coefficient depends on."""
+        """Whether each Brownian motion acts on one component, on which alone its coefficient depends."""
         return "diagonal-noise" in self.traits
 
     @property
     def overdamped(self) -> bool:
-        """Whether the drift is a gradient and the noise sigma dW: conditions are those of the invariant measure."""
+        """Whether the drift is a gradient and the noise sigma dW, with conditions of the invariant measure only."""
         return "overdamped-gradient" in self.traits
 
     @property
     def covers(self) -> str:
-        """What else the equations and a scheme have to be, in words."""
+        """Further requirements on equations and scheme, in words."""
         if not self.overdamped:
             return ""
         return "drift -grad V, noise sigma dW, both equation and scheme ergodic (nothing of Langevin dynamics)"
 
     def trees(self, motions: int, top: int) -> list[Tree]:
-        """Return the trees up to a weight that do not vanish by themselves."""
+        """Return the trees up to a weight, without those whose elementary differential vanishes identically."""
         grown = grow(motions, top, additive=self.additive)
         if self.overdamped:
             return [each for each in grown if TIME not in each.colours]
@@ -74,7 +74,7 @@ class EquationClass:
         return [each for each in grown if is_diagonal(each)] if self.diagonal else grown
 
     def basis(self, trees: Sequence[Tree], motions: int) -> list[Combination]:
-        """Return the conditions as combinations of trees, each led by the tree that it is named after."""
+        """Return the conditions as combinations of trees, each with the tree that names it first."""
         if self.diagonal:
             return dual_basis(trees, coincidences(trees))
         if not (self.ties and motions):
@@ -83,7 +83,7 @@ class EquationClass:
 
     @property
     def ties(self) -> str:
-        """Which products DB_k B_j are tied: to each other, or to zero; empty where none is."""
+        """Relation between the products DB_k B_j: "commuting", "vanishing", or empty without a relation."""
         if "vanishing-milstein-term" in self.traits and not self.additive:
             return "vanishing"
         return "commuting" if "commutative-noise" in self.traits else ""
@@ -99,14 +99,15 @@ OF_SDES = (
     EquationClass("general"),
     EquationClass("overdamped-gradient", frozenset({"overdamped-gradient", "additive-noise"})),
 )
-# Those of the framework; a form of somebody else's brings its own.
+# Classes of the framework; forms of plugins offer further ones.
 CLASSES: tuple[EquationClass | TreeClass, ...] = (*OF_SDES, *Langevin.tree_classes(), *IndexOneSDAE.tree_classes())
 
 
 def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -> dict[Tree, Relation]:
     """Return the relations of a class, each solved for a tree: F(p) + sum r F(tau) = 0 for the key p.
 
-    DB_k B_j = DB_j B_k, or DB_k B_j = 0, is derived by any arguments, and put at any place of a tree.
+    The relation DB_k B_j = DB_j B_k, or DB_k B_j = 0, is differentiated in the direction of arbitrary arguments, and
+    grafted at arbitrary places of a tree.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -
     pairs = [(k, j) for k in range(1, motions + 1) for j in range(1, motions + 1) if every_pair or j < k]
     arguments = [list(_arguments(trees, weight)) for weight in range(top)]
     for weight in range(2, top + 1):
-        # In a product lower relations have been used already: it is enough to graft those that are solved.
+        # Grafting the solved relations suffices, since relations of lower weight have been used in them.
         lower = [(each.weight, {each: Fraction(1), **rest}) for each, rest in solved.items()]
         roots = _roots(arguments[weight - 2], pairs, every_pair=every_pair)
         new = [*roots, *_grafted(arguments, weight, lower, motions)]
@@ -133,7 +134,7 @@ def solved_relations(trees: Sequence[Tree], motions: int, *, every_pair: bool) -
 def _roots(
     some: Iterable[Sequence[Tree]], pairs: Sequence[tuple[int, int]], *, every_pair: bool
 ) -> Iterator[Relation]:
-    """Yield the derivatives of DB_k B_j, or of DB_k B_j - DB_j B_k, by some arguments."""
+    """Yield the derivatives of DB_k B_j, or of DB_k B_j - DB_j B_k, in the direction of given arguments."""
     for arguments in some:
         for k, j in pairs:
             relation = _derived(arguments, k, j)
@@ -150,7 +151,7 @@ def _arguments(trees: Sequence[Tree], weight: int) -> Iterator[list[Tree]]:
 
 
 def _derived(arguments: Sequence[Tree], k: int, j: int) -> Relation:
-    """Return D^S (DB_k B_j) as trees: each argument goes to B_j or to B_k."""
+    """Return D^S (DB_k B_j) as trees: each argument acts on B_j or on B_k."""
     relation: Relation = {}
     places = range(len(arguments))
     for inner in (some for n in range(len(arguments) + 1) for some in combinations(places, n)):
@@ -163,7 +164,7 @@ def _derived(arguments: Sequence[Tree], k: int, j: int) -> Relation:
 def _grafted(
     arguments: Sequence[list[list[Tree]]], weight: int, lower: Iterable[tuple[int, Relation]], motions: int
 ) -> Iterator[Relation]:
-    """Yield relations of lower weight as one of the arguments of a coefficient, beside others of each weight."""
+    """Yield relations of lower weight grafted as an argument of a coefficient, with other arguments of any weight."""
     for below, relation in lower:
         for colour in range(motions + 1):
             rest = weight - below - root_weight(colour)
@@ -176,7 +177,7 @@ def _grafted(
 
 
 def _solve_for_trees(relations: Iterable[Relation], solved: dict[Tree, Relation]) -> None:
-    """Add relations of one weight to those that are solved, which stay free of solved trees."""
+    """Add relations of one weight to the solved ones, keeping these free of solved trees."""
     for relation in relations:
         rest = _reduced(relation, solved)
         if not rest:
@@ -208,7 +209,7 @@ def _add(to: Relation, other: Relation, scale: Fraction) -> None:
 
 
 def dual_basis(trees: Sequence[Tree], solved: dict[Tree, Relation]) -> list[Combination]:
-    """Return the conditions of a quotient by solved relations, one for each tree that is left."""
+    """Return the conditions of the quotient by solved relations, one for each remaining tree."""
     found = {each: {each: Fraction(1)} for each in trees if each not in solved}
     for pivot, relation in solved.items():
         for each, c in relation.items():
@@ -217,18 +218,18 @@ def dual_basis(trees: Sequence[Tree], solved: dict[Tree, Relation]) -> list[Comb
 
 
 def is_straight(each: Tree) -> bool:
-    """Tell whether no coefficient is differentiated twice, nor by time."""
+    """Return whether no coefficient is differentiated twice, nor with respect to time."""
     return len(each.kids) <= 1 and all(kid.colour != TIME and is_straight(kid) for kid in each.kids)
 
 
 def is_diagonal(each: Tree) -> bool:
-    """Tell whether no noise node stands right above one of another noise: b_j depends on the component j alone."""
+    """Return whether no noise node has a child of another noise, since b_j depends on the component j alone."""
     moved = {kid.colour for kid in each.kids if kid.colour > DRIFT}
     return (each.colour <= DRIFT or moved <= {each.colour}) and all(map(is_diagonal, each.kids))
 
 
 def coincidences(trees: Iterable[Tree]) -> dict[Tree, Relation]:
-    """Return which trees have the same elementary differential as another one where noise is diagonal."""
+    """Return the relations between trees with equal elementary differentials for diagonal noise."""
     first: dict[object, Tree] = {}
     solved: dict[Tree, Relation] = {}
     for each in trees:
@@ -239,10 +240,10 @@ def coincidences(trees: Iterable[Tree]) -> dict[Tree, Relation]:
 
 
 def diagonal_factors(each: Tree) -> object:
-    """Return the numbers that an elementary differential is the product of where noise is diagonal.
+    """Return the factors of which an elementary differential is the product for diagonal noise.
 
-    A node of the noise j is a derivative of b_j by x_j and t, a number, wherever in the tree it stands. Nodes of the
-    drift are held together by sums over components; what such a cluster ends in is the root or a component j.
+    A node of noise j is a derivative of b_j with respect to x_j and t, a scalar wherever it stands in the tree. Nodes
+    of the drift are coupled by sums over components; such a cluster ends in the root or in a component j.
 
     Parameters
     ----------
@@ -277,7 +278,7 @@ def _number(each: Tree, numbers: list[tuple[int, int, int]], clusters: list[tupl
 
 
 def tree_classes_of(scheme: Scheme) -> tuple["EquationClass | TreeClass", ...]:
-    """Return the classes whose order conditions a scheme can be asked for: of its own forms, and of SDEs."""
+    """Return the classes with order conditions for a scheme: those of its forms, and those of SDEs."""
     own = (kind for form in scheme.forms for kind in form.tree_classes())
-    # Those of the framework's own forms are asked once.
+    # Without duplicates of classes that the framework's forms offer as well.
     return tuple(dict.fromkeys([*own, *CLASSES]))

@@ -1,6 +1,7 @@
 """Order conditions: path by path, and of the means of forests.
 
-With the defects Delta = phi - I of a step, whose weights are h^(w/2) times functions of the noise over sqrt(h),
+For a step with defects Delta = phi - I, where the weights are h^(w/2) times functions of the noise divided by
+sqrt(h),
 
     strong order p:  Delta(tau) = 0 on every path for w <= 2p,  and  E Delta(tau) = 0 for w <= 2p + 1
     weak order p:    E prod phi(tau_i) = E prod I(tau_i)  for all forests of weight <= 2p + 1
@@ -24,9 +25,9 @@ from .moments import Combination, ExactMoments
 from .record import ROUNDING, Record
 from .stationary import ForestCombination, stationary_conditions
 
-# Of a weight in units of h^(w/2), relative: roundings are 1e-12 and less, updates of Newton's method 1e-10.
+# Relative tolerance of a weight in units of h^(w/2): rounding is at most 1e-12, updates of Newton's method 1e-10.
 TOLERANCE = 1e-8
-# Forests whose products are taken at once; denominators that a number is told with.
+# Number of forests per batch of products; largest denominator of a fraction; tolerance factor of a fraction.
 AT_ONCE, DENOMINATOR, SIMPLE = 512, 48, 1.0
 STRONG: str = "strong"
 WEAK: str = "weak"
@@ -34,29 +35,29 @@ INVARIANT: str = "invariant"
 
 
 class Condition(NamedTuple):
-    """One condition and how far it is from holding.
+    """An order condition and its defect.
 
     Attributes
     ----------
     forest : Forest
-        One tree of a condition on paths.
+        Forest of the condition; a single tree for a condition on paths.
     on_paths : bool
     defect : float
-        In units of h^(w/2) and relative to what is wanted, the largest on paths.
+        Defect in units of h^(w/2), relative to the required value; on paths the largest one.
     found : float
-        The mean; on paths the factor of I, as far as the record tells it.
+        Mean of the step; on paths the factor of the projection of I on the record.
     wanted : Fraction
-        The mean; on paths 1.
+        Required mean; on paths 1.
     rest : float
-        On paths: root mean square of what is not proportional to I.
+        On paths: root mean square of the part not proportional to I.
     known : bool
         Whether I is a function of the record of increments.
     tolerance : float
-        Below which a defect is none.
+        Tolerance up to which a defect counts as zero.
     power : float
-        Of h, with which the defect vanishes where weights depend on h; NaN where they do not.
+        Power of h of the defect if weights depend on h; NaN if they do not.
     others : tuple of (Forest, Fraction)
-        What else is in a linear combination of means, which the forest leads.
+        Further terms of a linear combination of means, after the leading `forest`.
     """
 
     forest: Forest
@@ -72,37 +73,37 @@ class Condition(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether it holds as far as weights are known."""
+        """Whether the defect is within the tolerance."""
         return bool(self.defect <= self.tolerance)
 
     @property
     def weight(self) -> int:
-        """Twice the order of the terms it is about."""
+        """Sum of the weights of the trees, twice the order of the terms."""
         return sum(each.weight for each in self.forest)
 
     @property
     def spent(self) -> int:
-        """By how much later than other conditions it counts, in weight: products are not added up over steps.
+        """Shift in weight for conditions on products, which do not accumulate over steps.
 
-        An error of an algebraic component is one of that step alone, and what the next step makes of it in the others
-        has one more factor h, or dW with the mean 0.
+        An error of an algebraic component belongs to its step alone; its effect on the other components in the next
+        step has one more factor h, or dW with mean 0.
         """
         is_product = any(each.colour == PRODUCT for each in self.forest)
         return (1 if self.on_paths else 2) * is_product
 
     @property
     def due(self) -> int:
-        """The weight at which conditions that are added up over steps count as much."""
+        """Weight of the accumulating conditions that affect the same order: `weight` plus `spent`."""
         return self.weight + self.spent
 
     @property
     def name(self) -> str:
-        """The forest, or the combination of forests, as a formula."""
+        """Formula of the forest, or of the combination of forests."""
         return formula(self.forest) + "".join(map(_term, self.others))
 
     @property
     def texts(self) -> tuple[str, str]:
-        """What is found and what is wanted, in words."""
+        """Found and required value in words."""
         if not isnan(self.power):
             return f"off by h^{self.power:.2f}", "I" if self.on_paths else str(self.wanted)
         if not self.on_paths:
@@ -120,20 +121,20 @@ def _term(other: tuple[Forest, Fraction]) -> str:
 
 
 def number_text(value: float, tolerance: float) -> str:
-    """Return a number as a fraction if it is a simple one to a tolerance."""
+    """Return a number as a fraction if a simple one lies within a tolerance."""
     near = Fraction(value).limit_denominator(DENOMINATOR)
     return str(near) if abs(near - value) < SIMPLE * tolerance else f"{value:.4g}"
 
 
 class Weighed(NamedTuple):
-    """What some steps have in the place of the integrals of the conditions.
+    """Combinations of weights of steps that correspond to the integrals of the conditions.
 
     Attributes
     ----------
     psi : ndarray, shape (n, K)
         Combinations of weights, in units of h^(w/2).
     nodes : Nodes
-        The noise of a step of length 1.
+        Noise of a step of length 1.
     """
 
     psi: Array
@@ -149,12 +150,12 @@ class Conditions:
     trees : sequence of Tree
         Components of the universal SDE.
     basis : sequence of Combination
-        Combinations of trees, each led by the tree that it is named after, by weight.
+        Combinations of trees sorted by weight, each with the tree that names it first.
     moments : ExactMoments
     tolerance : float
-        What a defect is beyond, relative and in units of h^(w/2).
+        Relative tolerance of defects in units of h^(w/2).
     posed : sequence of Combination
-        What the solution has in the place of the basis, in trees of an SDE, where these are not the basis itself.
+        Integrals of the solution for the basis, in trees of an SDE; empty if they are the basis itself.
     """
 
     trees: Sequence[Tree]
@@ -165,12 +166,12 @@ class Conditions:
 
     @property
     def integrals(self) -> Sequence[Combination]:
-        """What the solution has in the place of the basis."""
+        """Integrals of the solution that correspond to the basis."""
         return self.posed or self.basis
 
     @cached_property
     def names(self) -> list[Tree]:
-        """The trees after which conditions are named."""
+        """Trees that name the conditions."""
         return [next(iter(each)) for each in self.basis]
 
     @property
@@ -179,7 +180,7 @@ class Conditions:
         return [each.weight for each in self.names]
 
     def combined(self, phi: Array) -> Array:
-        """Return the conditions' combinations of weights of trees, shape (n, K)."""
+        """Return the combinations of weights of trees for the conditions, shape (n, K)."""
         places = {each: place for place, each in enumerate(self.trees)}
         sums = phi[[places[each] for each in self.names]]
         for place, each in enumerate(self.basis):
@@ -193,9 +194,9 @@ class Conditions:
         Parameters
         ----------
         random : Weighed
-            At random points, where a polynomial vanishes only if it is zero.
+            Weights at random points, where only the zero polynomial vanishes.
         rule : Weighed
-            At the nodes of a rule for expectations.
+            Weights at the nodes of a quadrature rule for expectations.
         record : Record
         top : int
         """
@@ -219,7 +220,7 @@ class Conditions:
         return groups
 
     def of_means(self, rule: Weighed, forests: Sequence[tuple[int, ...]]) -> list[Condition]:
-        """Return the conditions on means of forests, given as places in the basis."""
+        """Return the conditions on means of forests, given as indices into the basis."""
         found = means_of_products(rule.psi, rule.nodes.weights, forests)
         return [self._mean_condition(places, value) for places, value in zip(forests, found, strict=True)]
 
@@ -234,12 +235,12 @@ class Conditions:
 
     @cached_property
     def stationary(self) -> list[ForestCombination]:
-        """The combinations of means that an invariant measure depends on."""
+        """Combinations of means on which the invariant measure depends."""
         motions = max(each.colour for each in self.trees)
         return stationary_conditions(self.trees, motions, max(each.weight for each in self.trees))
 
     def of_stationary(self, rule: Weighed) -> list[Condition]:
-        """Return the conditions of the invariant measure; none of the trees is itself a combination."""
+        """Return the conditions of the invariant measure, for a basis of single trees."""
         combinations = self.stationary
         places = {each: place for place, each in enumerate(self.names)}
         forests = list({forest: None for some in combinations for forest in some})
@@ -249,7 +250,7 @@ class Conditions:
 
     def _combined_condition(self, combination: ForestCombination, found: Mapping[Forest, float]) -> Condition:
         wanted = {forest: self.moments.mean(forest) for forest in combination}
-        # Increments have the moments of the solution nearly always: what is left says more without them.
+        # Forests of increments almost always have the right moments, so they are omitted from the text.
         told = {
             forest: c
             for forest, c in combination.items()
@@ -268,7 +269,7 @@ class Conditions:
         return all(list(each.values()) == [1] for each in self.integrals)
 
     def forests(self, top: int) -> list[tuple[int, ...]]:
-        """Return all forests up to a weight, as places in the basis, by weight; with a product up to two less."""
+        """Return all forests up to a weight, as indices into the basis, by weight; with a product up to two less."""
         added = [i for i, each in enumerate(self.names) if each.colour != PRODUCT]
         weights = [self.weights[i] for i in added]
         low = [places for weight in range(1, top - 1) for places in multisets(self.weights, weight)]
@@ -281,12 +282,12 @@ def _is_increments(forest: Forest) -> bool:
 
 
 def _noises(of: Combination) -> int:
-    """Return the most nodes of noise in a tree: its integral is orthogonal to polynomials beyond that degree."""
+    """Return the largest number of noise nodes in a tree; its integral is orthogonal to higher polynomials."""
     return max(sum(colour > DRIFT for colour in each.colours) for each in of)
 
 
 def _part_of(found: Array, wanted: Array, weights: Array) -> tuple[float, float]:
-    """Return the multiple of what is wanted that is nearest in mean square, and the distance that is left."""
+    """Return the multiple of `wanted` nearest to `found` in mean square, and the remaining distance."""
     square = float((wanted * wanted) @ weights)
     factor = float((found * wanted) @ weights) / square if square > ROUNDING else 0.0
     return factor, float(np.sqrt((found - factor * wanted) ** 2 @ weights))
@@ -299,9 +300,9 @@ def means_of_products(psi: Array, weights: Array, forests: Sequence[tuple[int, .
     ----------
     psi : ndarray, shape (n, K)
     weights : ndarray, shape (K,)
-        Probabilities of the nodes.
+        Probability weights of the nodes.
     forests : sequence of tuple of int
-        Which rows are multiplied.
+        Indices of the rows to multiply.
     """
     means = np.empty(len(forests))
     by_length: dict[int, list[int]] = {}
@@ -316,13 +317,13 @@ def means_of_products(psi: Array, weights: Array, forests: Sequence[tuple[int, .
 
 
 def order_of(conditions: Sequence[Condition], top: int, measure: str) -> float:
-    """Return the largest order up to (top - 1)/2 whose conditions hold; 0 if none is.
+    """Return the largest order up to (top - 1)/2 whose conditions hold, or 0.
 
     Parameters
     ----------
     conditions : sequence of Condition
     top : int
-        The largest weight that was looked at.
+        Largest examined weight.
     measure : str
         ``strong``, ``weak`` or ``invariant``.
     """
@@ -334,7 +335,7 @@ def order_of(conditions: Sequence[Condition], top: int, measure: str) -> float:
 
 
 def belongs(condition: Condition, measure: str, p: float) -> bool:
-    """Tell whether a condition is one of those of an order p.
+    """Return whether a condition is required for order p.
 
     Parameters
     ----------
@@ -351,7 +352,7 @@ def belongs(condition: Condition, measure: str, p: float) -> bool:
 
 
 def breaking(conditions: Sequence[Condition], measure: str) -> list[Condition]:
-    """Return the conditions of a measure that do not hold, those of the lowest order first.
+    """Return the conditions of a measure that do not hold, lowest order first.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the conditions of a class say of a scheme: orders, and which conditions limit them."""
+"""Results of the conditions of a class for a scheme: orders, and the conditions that limit them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,28 +15,28 @@ from .probes import Probe
 from .record import Record
 from .weights import H
 
-# Rates are compared with orders, which are multiples of 1/2.
+# Tolerance for rates, because orders are multiples of 1/2.
 HALF = 0.25
-# How far below a claim the order of what memory changes may be: as far as orders of single steps.
+# Tolerance below a claim for the order of the effect of memory, the same as for orders of single steps.
 MARGINS = {STRONG: 0.1, WEAK: 0.25, INVARIANT: 0.25}
 MEMORY = "memory changes runs by errors of order {:.2f}, which steps without a history do not show"
 
 
 @dataclass(frozen=True, eq=False)
 class Examined:
-    """A scheme and a class of equations.
+    """A scheme and a class of equations, with the results of the conditions.
 
     Attributes
     ----------
     probe : Probe
-        Where weights are found.
+        Computes the weights.
     """
 
     probe: Probe
 
     @property
     def why_not(self) -> str:
-        """Why order conditions cannot be asked of the scheme on this class, or an empty text."""
+        """Why the class has no order conditions for the scheme, or an empty text."""
         scheme, problem = self.probe.scheme, self.probe.problem
         if scheme.view_of(problem) is not problem:
             forms = " or ".join(form.__name__ for form in scheme.forms)
@@ -47,11 +47,11 @@ class Examined:
 
     @cached_property
     def found(self) -> list[Condition]:
-        """All conditions with what is found, at a step size at which weights of a B-series are best known."""
+        """All conditions with their defects, at a step size that determines the weights of a B-series best."""
         return self.found_at(H)
 
     def found_at(self, h: float) -> list[Condition]:
-        """Return all conditions with what is found in units of h^(w/2) with steps of size h."""
+        """Return all conditions with their defects for steps of size h, in units of h^(w/2)."""
         probe, conditions = self.probe, self.probe.conditions
         rule = probe.weighed(probe.rule, h)
         if probe.overdamped:
@@ -65,20 +65,20 @@ class Examined:
 
     @cached_property
     def rates(self) -> list[Rate]:
-        """How fast defects vanish, where weights depend on h; none of diagonal noise, whose weights do not."""
+        """Rates of the defects if weights depend on h; empty for diagonal noise, whose weights hold for all h."""
         return [] if self.probe.all_sizes else list(rates([self.found_at(h) for h in SIZES]))
 
     def order(self, measure: str) -> float:
-        """Return the order that the conditions give; as information only where weights depend on h."""
+        """Return the order from the conditions; only informative if weights depend on h."""
         if self.probe.fixed:
             return order_of(self.found, self.probe.top, measure)
         return order_left(self.rates, measure, self.probe.top) if self.rates else nan
 
     def is_below(self, measure: str, p: float) -> bool:
-        """Return whether conditions that were looked at speak against an order.
+        """Return whether the examined conditions contradict an order.
 
-        Conditions hold or do not at every step size: the margin of a claim, which is for coarse steps along paths,
-        does not lower p. Orders by rates, where weights depend on h, are known to `HALF`.
+        Conditions hold or fail at every step size. Therefore the margin of a claim, which allows for coarse steps
+        along paths, does not lower p. Orders from rates, if weights depend on h, are accurate to `HALF`.
 
         Parameters
         ----------
@@ -89,9 +89,10 @@ class Examined:
         return self.order(measure) < min(least, 0.5 * (self.probe.top - 1))
 
     def held_of(self, measure: str, p: float) -> tuple[int, int]:
-        """Return how many of the conditions of an order hold, or have a rate that is enough for it, and how many are.
+        """Return the number of conditions of an order that hold, or have a sufficient rate, and their total number.
 
-        A defect that vanishes too slowly counts whatever its weight: a coefficient at a wrong time spoils each order.
+        A defect that vanishes too slowly counts regardless of its weight, because a coefficient taken at a wrong time
+        spoils every order.
 
         Parameters
         ----------
@@ -106,7 +107,7 @@ class Examined:
         return sum(held), len(held)
 
     def breaking(self, measure: str) -> Sequence[Condition]:
-        """Return the conditions that limit the order, the first one first."""
+        """Return the conditions that limit the order, lowest order first."""
         if self.probe.fixed:
             return breaking(self.found, measure)
         if not self.rates:
@@ -115,16 +116,17 @@ class Examined:
         return [slow.condition._replace(power=slow.power)] if slow.order(measure) < 0.5 * (self.probe.top - 1) else []
 
     def why_not_exact(self, measure: str, p: float) -> str:
-        """Return why a mean is not known, or an empty text: two rules disagree on it.
+        """Return why a mean is not known exactly because two rules disagree on it, or an empty text.
 
-        Rules are exact for polynomials of the noise. A step that is none, as one with the modulus of dW, has means
-        that no rule gives exactly. Those of an order count, and where weights depend on h, the first that fails.
+        Rules are exact for polynomials of the noise. If a step is not a polynomial, such as one with the modulus of
+        dW, no rule gives its means exactly. The means of the conditions of an order are compared or, if weights
+        depend on h, that of the first failing condition.
 
         Parameters
         ----------
         measure : str
         p : float
-            The order.
+            Order of the conditions.
         """
         probe, failing = self.probe, list(self.breaking(measure))
         if probe.scheme.law.bounded or (failing and failing[0].on_paths):
@@ -147,19 +149,19 @@ class Examined:
         return [each for each in self.found if not each.on_paths and belongs(each, measure, p)]
 
     def why_spoilt(self, measure: str, claim: float) -> str:
-        """Return that the memory of runs changes them by errors of a lower order than the claim, or an empty text.
+        """Return that memory changes runs by errors of a lower order than the claim, or an empty text.
 
         Parameters
         ----------
         measure : str
         claim : float
-            The order; NaN without a claim.
+            Claimed order; NaN without a claim.
         """
         most = self.probe.memory_order(measure)
         return MEMORY.format(most) if most < claim - MARGINS[measure] else ""
 
     def why_taken_back(self, measure: str) -> str:
-        """Return that what the memory of runs changes may take back errors of single steps, or an empty text.
+        """Return that the effect of memory may cancel errors of single steps, or an empty text.
 
         Parameters
         ----------
@@ -176,7 +178,7 @@ class Examined:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """The measures whose orders follow: a bounded law tells no paths."""
+        """Measures with an order from the conditions; a bounded law determines no paths."""
         if self.probe.overdamped:
             return (INVARIANT,)
         return (WEAK,) if self.probe.scheme.law.bounded else (STRONG, WEAK)

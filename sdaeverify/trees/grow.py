@@ -1,8 +1,9 @@
 """Rooted trees with coloured nodes: 0 the drift f, j > 0 the column b_j of the diffusion, and leaves t for time.
 
-The tree [tau_1, ..., tau_k]_c is the elementary differential D^k c (F(tau_1), ..., F(tau_k)) of the coefficient c;
-a leaf t is a derivative by time. Its weight is twice its order in h: 1 for each noise node, 2 for each other one.
-Equations of other forms have nodes of other names (`posed`), some of which are products of what is below and weigh 0.
+The tree [tau_1, ..., tau_k]_c is the elementary differential D^k c (F(tau_1), ..., F(tau_k)) of the coefficient c; a
+leaf t is a derivative with respect to time. The weight of a tree is twice its order in h: 1 for each noise node, 2
+for each other node. Equations of other forms have nodes with other names (`posed`); some of these are products of
+their subtrees and have weight 0.
 """
 
 from collections import Counter
@@ -19,13 +20,13 @@ class Tree(NamedTuple):
     Attributes
     ----------
     colour : int
-        Of the root: -1 time, 0 drift, j > 0 the j-th noise, -2 a product.
+        Colour of the root: -1 time, 0 drift, j > 0 the j-th noise, -2 a product.
     kids : tuple of Tree
-        The subtrees at the root, sorted.
+        Subtrees at the root, sorted.
     name : str
-        How the root is written, but for the number of a noise, where it is none of t, f and b.
+        Symbol of the root without the number of a noise; empty for t, f and b.
     weight : int
-        Twice the order in h: the sum of the weights of all nodes.
+        Sum of the weights of all nodes, twice the order in h.
     """
 
     colour: int
@@ -39,25 +40,25 @@ class Tree(NamedTuple):
 
     @property
     def root(self) -> str:
-        """How the root is written."""
+        """Symbol of the root."""
         return node_name(self.colour, self.name)
 
     @property
     def symmetry(self) -> int:
-        """The number sigma of permutations of nodes that leave the tree as it is."""
+        """Number sigma of permutations of nodes that leave the tree unchanged."""
         counts = Counter(self.kids)
         return prod(factorial(n) * kid.symmetry**n for kid, n in counts.items())
 
     @property
     def colours(self) -> Iterator[int]:
-        """The colours of all nodes."""
+        """Colours of all nodes."""
         yield self.colour
         for kid in self.kids:
             yield from kid.colours
 
     @property
     def subtrees(self) -> "Iterator[Tree]":
-        """All subtrees, each before the tree it is in, without leaves of time."""
+        """All subtrees, each before the tree that contains it, without leaves of time."""
         for kid in self.kids:
             yield from kid.subtrees
         if self.colour != TIME:
@@ -68,28 +69,28 @@ Forest = tuple[Tree, ...]
 
 
 def root_weight(colour: int) -> int:
-    """Return the weight of a node."""
+    """Return the weight of a node: 1 for noise, 0 for a product, otherwise 2."""
     if colour > DRIFT:
         return 1
     return 0 if colour == PRODUCT else 2
 
 
 def node_name(colour: int, name: str = "") -> str:
-    """Return how a node is written: t, f, b1, b2, ..., or with another name."""
+    """Return the symbol of a node: t, f, b1, b2, ..., or one with another name."""
     if colour > DRIFT:
         return f"{name or 'b'}{colour}"
     return name or {TIME: "t", DRIFT: "f"}[colour]
 
 
 def tree(colour: int, kids: Iterable[Tree] = (), name: str = "") -> Tree:
-    """Return the tree with such a root and these subtrees in any order.
+    """Create a tree from its root colour and subtrees in any order.
 
     Parameters
     ----------
     colour : int
     kids : iterable of Tree
     name : str
-        Of the root, where it has one of its own.
+        Symbol of the root, if it is not t, f or b.
     """
     below = tuple(sorted(kids))
     return Tree(colour, below, name, root_weight(colour) + sum(each.weight for each in below))
@@ -104,7 +105,7 @@ def formula(forest: Iterable[Tree]) -> str:
 
 
 def picture(of: Tree) -> list[str]:
-    """Return the lines of a drawing, the root on top."""
+    """Return the lines of a drawing of a tree, root first."""
     lines = [of.root]
     for place, kid in enumerate(of.kids):
         first, further = ("└─ ", "   ") if place == len(of.kids) - 1 else ("├─ ", "│  ")
@@ -114,7 +115,7 @@ def picture(of: Tree) -> list[str]:
 
 
 def grow(motions: int, top: int, *, additive: bool = False) -> list[Tree]:
-    """Return all trees up to a weight, by weight: each behind its subtrees.
+    """Return all trees up to a weight, sorted by weight, each after its subtrees.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def grow(motions: int, top: int, *, additive: bool = False) -> list[Tree]:
     top : int
         Largest weight.
     additive : bool
-        Whether noise nodes are leaves, the diffusion being constant.
+        Whether noise nodes are leaves, because the diffusion is constant.
     """
     grown: list[Tree] = []
     for weight in range(1, top + 1):
@@ -137,12 +138,12 @@ def grow(motions: int, top: int, *, additive: bool = False) -> list[Tree]:
 
 
 def closure(trees: Iterable[Tree]) -> list[Tree]:
-    """Return trees with all their subtrees, each once and behind its own."""
+    """Return trees with all their subtrees, without duplicates, each after its subtrees."""
     return list(dict.fromkeys(part for each in trees for part in each.subtrees))
 
 
 def closed_sets(trees: Sequence[Tree], size: int) -> list[list[Tree]]:
-    """Return closed sets of at most about so many trees that hold all of them together."""
+    """Return closed sets of about `size` trees at most that together contain all trees."""
     sets: list[dict[Tree, None]] = [{}]
     for each in reversed(trees):
         if any(each in some for some in sets):
@@ -154,15 +155,15 @@ def closed_sets(trees: Sequence[Tree], size: int) -> list[list[Tree]]:
 
 
 def multisets(weights: Sequence[int], total: int, start: int = 0) -> Iterator[tuple[int, ...]]:
-    """Yield the multisets of places whose weights have a sum, as sorted tuples.
+    """Yield the multisets of indices whose weights have a given sum, as sorted tuples.
 
     Parameters
     ----------
     weights : sequence of int
-        Positive, in ascending order.
+        Positive weights in ascending order.
     total : int
     start : int
-        The least place.
+        Least index.
     """
     if total == 0:
         yield ()

@@ -1,8 +1,8 @@
 """Exact moments of iterated integrals: E prod I(tau_i) over a step of length 1.
 
-By Ito's formula the derivative by the length of E prod I is a sum over one root of drift that is removed, and over
-pairs of roots of the same noise that are removed together; what is left has the weight w - 2. All have a power of the
-length, so that N = (w/2)! E is the sum of the N of what is left: a whole number, 1 for the empty forest.
+By Ito's formula the derivative of E prod I with respect to the length is a sum over one removed drift root, and over
+pairs of removed roots of the same noise; the remaining forest has the weight w - 2. Each moment is a power of the
+length, so that N = (w/2)! E is the sum of the N of the remaining forests: an integer, 1 for the empty forest.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,16 +19,16 @@ Combination = Mapping[Tree, Fraction]
 
 @dataclass(frozen=True)
 class ExactMoments:
-    """ExactMoments of forests, each found once; trees are numbered, and time is a drift of 1.
+    """Cache of the exact moments of forests, with numbered trees; time is a drift of 1.
 
     Attributes
     ----------
     places : dict of Tree to int
-        The number of each tree.
+        Number of each tree.
     nodes : list of (int, tuple of int, int)
-        Of each number the root's colour, the subtrees and in bits whether the number of nodes of a noise is odd.
+        By number: colour of the root, subtrees, and a bit mask of the noises with an odd number of nodes.
     known : dict of tuple of int to int
-        N of the forests that were asked for.
+        N of forests computed so far.
     """
 
     places: dict[Tree, int] = field(default_factory=dict)
@@ -56,14 +56,14 @@ class ExactMoments:
         return Fraction(total, factorial(sum(each.weight for each in first) // 2))
 
     def parity(self, forest: Forest) -> int:
-        """Return in bits which noises have an odd number of nodes: the moment vanishes if any has."""
+        """Return the bit mask of noises with an odd number of nodes; the moment vanishes unless it is 0."""
         odd = 0
         for each in forest:
             odd ^= self.nodes[self.place(each)][2]
         return odd
 
     def place(self, each: Tree) -> int:
-        """Return the number of a tree."""
+        """Return the number of a tree, assigning one if it is new."""
         place = self.places.get(each)
         if place is None:
             colour = DRIFT if each.colour == TIME else each.colour
@@ -75,7 +75,7 @@ class ExactMoments:
         return place
 
     def _numbered(self, node: tuple[int, tuple[int, ...], int]) -> int:
-        # The leaf f has the number of the leaf t: both are the time that has passed.
+        # The leaf f has the number of the leaf t, because both integrals are the elapsed time.
         if node == (DRIFT, (), 0) and node in self.nodes:
             return self.nodes.index(node)
         self.nodes.append(node)
@@ -103,5 +103,5 @@ class ExactMoments:
 
 
 def _whole(c: Fraction) -> Fraction | int:
-    """Return a number as a whole one, which is faster, if it is one."""
+    """Convert a fraction to an integer if it is one, because integers are faster."""
     return c.numerator if c.denominator == 1 else c

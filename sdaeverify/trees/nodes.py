@@ -1,7 +1,7 @@
-"""Noise of one step of length 1: random points where paths are compared, and rules for expectations.
+"""Noise of one step of length 1: random points for conditions on paths, and rules for expectations.
 
-A polynomial can vanish at all nodes of a rule, as dW^3 - 3 h dW does at three: paths are compared at random points.
-The rules are exact for forests up to the weight 5, whatever of dW, H, K and A a step uses.
+A polynomial can vanish at all nodes of a rule, as dW^3 - 3 h dW does at three nodes. Therefore paths are compared at
+random points. The rules are exact for forests up to the weight 5, for any combination of dW, H, K and A.
 """
 
 from itertools import combinations, product
@@ -15,16 +15,16 @@ from ..noise.laws import Law
 from ..probing import Nodes, step_nodes
 
 SEED = 20260101
-# Points where paths are compared, and nodes a variable of a rule; fewer where rules are long.
+# Number of random points, and nodes per variable of a rule; fewer for rules with many variables.
 POINTS, COUNT, FEWEST = 12, 5, 3
-# Standard deviations that a line through the noise goes to either side.
+# Extent of a line through the noise to either side, in standard deviations.
 REACH = 2.0
-# A rule of signs of more variables than three is one of strength 3 for up to eight of them.
+# Number of variables up to which all signs are used; for up to eight, an orthogonal array of strength 3.
 FEW_SIGNS = 3
 
 
 def random_points(motions: int, law: Law) -> Nodes:
-    """Return random noise with dW, H, K and A: of a bounded law some atoms, else independent normals.
+    """Return random noise with dW, H, K and A: atoms of a bounded law, or independent normal variables.
 
     Parameters
     ----------
@@ -41,15 +41,15 @@ def random_points(motions: int, law: Law) -> Nodes:
 
 
 def line_points(motions: int, noise: frozenset[str], count: int) -> Nodes:
-    """Return noise of a step of length 1 on a straight line that does not meet 0, at roots of a Chebyshev polynomial.
+    """Return noise of a step of length 1 on a straight line that avoids 0, at roots of a Chebyshev polynomial.
 
-    Each variable, and most products of two, change their sign along it, and each goes beyond a standard deviation.
+    Each variable, and most products of two, change sign along the line, and each exceeds one standard deviation.
 
     Parameters
     ----------
     motions : int
     noise : frozenset of str
-        What of dW, H, K and A is used.
+        Which of dW, H, K and A are used.
     count : int
         Number of points.
     """
@@ -67,22 +67,22 @@ def line_points(motions: int, noise: frozenset[str], count: int) -> Nodes:
 
 
 def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT, *, other: bool = False) -> Nodes:
-    """Return a rule for the noise of a step of length 1.
+    """Return a quadrature rule for the noise of a step of length 1.
 
-    K is a normal variable of its own, and so is what dW, H and K leave of A, of which signs have the moments that
-    count: products of three areas have the weight 6.
+    K is an independent normal variable. The part of A that is independent of dW, H and K is replaced by signs with
+    the same relevant moments, since products of three areas already have the weight 6.
 
     Parameters
     ----------
     motions : int
     noise : frozenset of str
-        What of dW, H, K and A is used.
+        Which of dW, H, K and A are used.
     law : Law
-        Of dW, and of H where it is bounded.
+        Law of dW, and of H if it is bounded.
     count : int
-        Nodes a variable at most.
+        Largest number of nodes per variable.
     other : bool
-        Whether dW, H and K are at other nodes, which give the means of polynomials as well.
+        Whether dW, H and K have other nodes, which also give the means of polynomials exactly.
     """
     nodes = step_nodes(motions, count, areas="H" in noise, law=law, other=other)
     if "K" in noise:
@@ -96,7 +96,7 @@ def rule_nodes(motions: int, noise: frozenset[str], law: Law, count: int = COUNT
 
 
 def _crossed(nodes: Nodes, weights: Array) -> Nodes:
-    """Return each node once for each of some weights of an independent variable."""
+    """Return the product of the nodes with an independent variable with given weights."""
 
     def spread(part: Array | None) -> Array | None:
         return None if part is None else np.repeat(part, len(weights), axis=1)

@@ -1,4 +1,4 @@
-"""Where the weights of a class are found: on the universal SDE, or on one rich equation with diagonal noise."""
+"""Computation of the weights of a class: on the universal SDE, or on a rich equation with diagonal noise."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,15 +24,15 @@ from .sdes.equivariance import Family, related_equations
 from .sdes.taylor import RichEquation, TaylorWeights, taylor_weights
 from .weights import OTHERS, H, NoStepError, Weighing
 
-# Relative: updates of Newton's method are 1e-10 and less, what is no B-series 1e-4 and more.
+# Relative tolerance: updates of Newton's method are at most 1e-10, deviations from a B-series at least 1e-4.
 SAME = 1e-8
-# Of weights from a Taylor series: those of weight 4 have errors of 1e-6, those of weight 5 of 1e-4.
+# Tolerance of weights from a Taylor series, whose errors are 1e-6 at weight 4 and 1e-4 at weight 5.
 TAYLOR, SERIES = 1e-3, 1e-7
-# Points on a line, beyond the degree of a polynomial.
+# Points on a line in excess of the degree of a polynomial.
 FURTHER = 5
-# Conditions that are kept: of the classes that one scheme is asked about.
+# Size of caches of conditions: the number of classes examined for one scheme.
 SHARED = 16
-# Random points of a series are no farther out than so many standard deviations of a normal variable.
+# Standard deviation of random points for a series, relative to normal increments.
 NEARER = 0.7
 
 
@@ -57,7 +57,7 @@ class Probe:
 
     @property
     def noises(self) -> int:
-        """Number of Brownian motions a step is given: one that moves nothing where there is no noise."""
+        """Number of Brownian motions passed to a step; without noise, one with zero coefficient."""
         return max(1, self.motions)
 
     @property
@@ -71,39 +71,39 @@ class Probe:
 
     @property
     def overdamped(self) -> bool:
-        """Whether the invariant measure of overdamped dynamics alone is asked for."""
+        """Whether only the invariant measure of overdamped dynamics is examined."""
         return False
 
     @property
     def covers(self) -> str:
-        """What else the equations and the scheme have to be, in words."""
+        """Further requirements on equations and scheme, in words."""
         return ""
 
     @property
     def noise(self) -> frozenset[str]:
-        """What of the noise of a step can enter."""
+        """Which of dW, H, K and A can enter a step."""
         return self.scheme.noise
 
     @property
     def count(self) -> int:
-        """Nodes of a rule a variable at most."""
+        """Largest number of nodes per variable of a rule."""
         return COUNT
 
     @property
     def rule(self) -> Nodes:
-        """A rule for expectations."""
+        """Quadrature rule for expectations."""
         return rule_nodes(self.noises, self.noise, self.scheme.law, self.count)
 
     @property
     def other_rule(self) -> Nodes:
-        """A rule at other nodes, which gives the means of polynomials as well."""
+        """Quadrature rule with other nodes, also exact for polynomials."""
         return rule_nodes(self.noises, self.noise, self.scheme.law, self.count, other=True)
 
     @cached_property
     def is_polynomial(self) -> bool:
-        """Whether weights are polynomials of the noise of degree `top` at most along a line, so that rules are exact.
+        """Whether weights are polynomials of the noise of degree at most `top` along a line, so that rules are exact.
 
-        Weights have to be known at each step size; see `fixed`.
+        Weights must be known at each step size; see `fixed`.
         """
         points = line_points(self.noises, self.noise, self.top + FURTHER)
         psi = self.weighed(points).psi
@@ -119,17 +119,17 @@ class Probe:
 
     @property
     def conditions(self) -> Conditions:
-        """The conditions of the class."""
+        """Conditions of the class."""
         raise NotImplementedError
 
     @property
     def tolerance(self) -> float:
-        """What is rounding in a condition."""
+        """Rounding error of a condition."""
         raise NotImplementedError
 
     @cached_property
     def why_not_weighed(self) -> str:
-        """Why a step has no weights though the scheme solves the class, or an empty text."""
+        """Why a step has no weights although the scheme solves the class, or an empty text."""
         step = OneStep(self.scheme, self.problem)
         if (
             reason := step.why_not_comparable()
@@ -145,11 +145,11 @@ class Probe:
 
     @property
     def steps_of_runs(self) -> OneStep:
-        """The scheme on an equation of the class, on which runs tell what memory changes."""
+        """The scheme on an equation of the class, on which runs measure the effect of memory."""
         return OneStep(self.scheme, self.problem)
 
     def memory_order(self, measure: str) -> float:
-        """Return the order of what memory changes in a run on an equation of the class; infinite without memory.
+        """Return the order of the effect of memory in a run on an equation of the class; infinite without memory.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class Probe:
 
     @cached_property
     def fault(self) -> str:
-        """What the scheme raises, or an empty text."""
+        """Error that the scheme raises in one line, or an empty text."""
         try:
             self.why_not_weighed  # noqa: B018 - it makes the first steps
         except FAULTS as error:
@@ -170,22 +170,22 @@ class Probe:
         return ""
 
     def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
-        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        """Return the combinations of weights of the conditions, for noise of steps of size h."""
         raise NotImplementedError
 
     @property
     def at_points(self) -> Weighed:
-        """The combinations of weights that are conditions, at random points."""
+        """Combinations of weights of the conditions at random points."""
         raise NotImplementedError
 
     @property
     def distant(self) -> Sequence[Relatives]:
-        """Related equations of the class, one of them far out and one late."""
+        """Related equations of the class, one of them far from the origin and one at late times."""
         raise NotImplementedError
 
     @cached_property
     def unlike_far_out(self) -> float:
-        """How far a step is from commuting with the maps of `distant`, relative to its motion."""
+        """Distance of a step from commuting with the maps of `distant`, relative to its motion."""
         pairs = self.distant
         if not pairs:
             return 0.0
@@ -193,90 +193,90 @@ class Probe:
 
     @property
     def why_not_far_out(self) -> str:
-        """Why conditions say nothing of equations far out, late or of more motions, or an empty text."""
+        """Why the conditions do not cover equations far out, late or with more motions, or an empty text."""
         found = self.unlike_far_out
         return f"a step is another one far out, late or with further motions ({found:.2g})" if found > SAME else ""
 
     @property
     def far_premise(self) -> str:
-        """The premise about equations far out in words; empty for a class that offers none."""
+        """Premise on equations far from the origin in words; empty if the class has none."""
         return f", far out and late to {self.unlike_far_out:.0e}" if self.distant else ""
 
     @property
     def fixed(self) -> bool:
-        """Whether weights do not depend on the step size, so that each condition holds or does not."""
+        """Whether weights are independent of the step size, so that each condition either holds or fails."""
         raise NotImplementedError
 
     @property
     def all_sizes(self) -> bool:
-        """Whether weights are those of all step sizes at once, from a series, and known no better than that."""
+        """Whether weights come from a series for all step sizes, with its accuracy."""
         return False
 
     @property
     def why_not_every(self) -> str:
-        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        """Why the conditions do not cover every equation of the class, or an empty text."""
         raise NotImplementedError
 
     @property
     def premises(self) -> str:
-        """The premises in words, where they hold."""
+        """The premises in words, if they hold."""
         raise NotImplementedError
 
 
 class AffineProbe(Probe):
-    """A scheme on problems that have trees as components, and on equations that affine maps relate."""
+    """A scheme on problems whose components are trees, and on equations related by affine maps."""
 
     def weights(self, nodes: Nodes, h: float) -> Array:
-        """Return the weights of all trees at the noise of steps of size h, in units of h^(w/2)."""
+        """Return the weights of all trees for noise of steps of size h, in units of h^(w/2)."""
         raise NotImplementedError
 
     def combined(self, phi: Array) -> Array:
-        """Return the combinations of weights that are conditions, shape (n, K)."""
+        """Return the combinations of weights of the conditions, shape (n, K)."""
         raise NotImplementedError
 
     def weighed(self, nodes: Nodes, h: float = H) -> Weighed:
-        """Return the combinations of weights that are conditions, at the noise of steps of size h."""
+        """Return the combinations of weights of the conditions, for noise of steps of size h."""
         return Weighed(self.combined(self.weights(nodes, h)), nodes)
 
     @cached_property
     def first_weights(self) -> Array:
-        """The weights of all trees at random points."""
+        """Weights of all trees at random points."""
         return self.weights(self.points, H)
 
     @property
     def at_points(self) -> Weighed:
-        """The combinations of weights that are conditions, at random points."""
+        """Combinations of weights of the conditions at random points."""
         return Weighed(self.combined(self.first_weights), self.points)
 
     @property
     def equivariance(self) -> float:
-        """How far a step is from commuting with affine maps, relative to the states."""
+        """Distance of a step from commuting with affine maps, relative to the states."""
         raise NotImplementedError
 
     @property
     def homogeneity(self) -> float:
-        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        """Largest relative difference between step sizes of weights in units of h^(w/2)."""
         raise NotImplementedError
 
     @property
     def fixed(self) -> bool:
-        """Whether weights do not depend on the step size."""
+        """Whether weights are independent of the step size."""
         return self.homogeneity <= SAME
 
     @property
     def why_not_every(self) -> str:
-        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        """Why the conditions do not cover every equation of the class, or an empty text."""
         reasons = []
         if self.equivariance > SAME:
             reasons.append(f"a step does not commute with affine maps and shifts of time ({self.equivariance:.2g})")
         if not self.fixed:
             reasons.append(f"weights depend on h ({self.homogeneity:.2g})")
-        # What is no sum over trees at any place is not asked for at further ones.
+        # If a step is not a sum over trees near the origin, equations far out are not examined.
         return ", ".join(reasons) or self.why_not_far_out
 
     @property
     def premises(self) -> str:
-        """The premises in words, where they hold."""
+        """The premises in words, if they hold."""
         near = f"equivariant to {self.equivariance:.0e}, weights independent of h to {self.homogeneity:.0e}"
         return near + self.far_premise
 
@@ -288,21 +288,21 @@ class SDEProbe(Probe):
 
     @property
     def overdamped(self) -> bool:
-        """Whether the invariant measure of overdamped dynamics alone is asked for."""
+        """Whether only the invariant measure of overdamped dynamics is examined."""
         return self.kind.overdamped
 
     @property
     def covers(self) -> str:
-        """What else the equations and the scheme have to be, in words."""
+        """Further requirements on equations and scheme, in words."""
         return self.kind.covers
 
     def trees(self, top: int) -> list[Tree]:
-        """Return the trees up to a weight that do not vanish by themselves."""
+        """Return the trees up to a weight, without those whose elementary differential vanishes identically."""
         return self.kind.trees(self.motions, top)
 
     @property
     def conditions(self) -> Conditions:
-        """The conditions of the class."""
+        """Conditions of the class."""
         return conditions_of(self.kind, self.motions, self.top, self.tolerance)
 
 
@@ -313,17 +313,17 @@ class UniversalProbe(AffineProbe, SDEProbe):
 
     @property
     def related(self) -> Family:
-        """Equations of the class that affine maps relate."""
+        """Equations of the class that are related by affine maps."""
         return related_equations(self.kind, self.motions)
 
     @property
     def distant(self) -> Sequence[Relatives]:
-        """Related equations of the class, one of them far out and one late."""
+        """Related equations of the class, one of them far from the origin and one at late times."""
         return self.related.distant
 
     @property
     def problem(self) -> SDE:
-        """A random equation of the class in the plane."""
+        """Random equation of the class in the plane."""
         found: SDE = self.related.near.below
         return found
 
@@ -334,21 +334,21 @@ class UniversalProbe(AffineProbe, SDEProbe):
         return Weighing(self.scheme, self.conditions.trees, self.noises, self.kind.traits, solves)
 
     def weights(self, nodes: Nodes, h: float) -> Array:
-        """Return the weights of all trees at the noise of steps of size h, in units of h^(w/2), shape (N, K)."""
+        """Return the weights of all trees for noise of steps of size h, in units of h^(w/2), shape (N, K)."""
         return self.weighing.weights(nodes, h)
 
     def combined(self, phi: Array) -> Array:
-        """Return the combinations of weights that are conditions, shape (n, K)."""
+        """Return the combinations of weights of the conditions, shape (n, K)."""
         return self.conditions.combined(phi)
 
     @property
     def equivariance(self) -> float:
-        """How far a step is from commuting with affine maps, relative to the states."""
+        """Distance of a step from commuting with affine maps, relative to the states."""
         return distance(self.scheme, self.related.near, self.points)
 
     @cached_property
     def homogeneity(self) -> float:
-        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        """Largest relative difference between step sizes of weights in units of h^(w/2)."""
         return max(largest_change(self.first_weights, self.weights(self.points, h)) for h in OTHERS)
 
 
@@ -359,42 +359,42 @@ class DiagonalProbe(SDEProbe):
 
     @property
     def equation(self) -> RichEquation:
-        """The equation."""
+        """Rich equation that distinguishes the trees of the conditions."""
         return rich_equation(self.motions, tuple(self.conditions.names))
 
     @property
     def problem(self) -> SDE:
-        """The equation as a problem."""
+        """The rich equation as a problem."""
         return self.equation.sde
 
     @property
     def distant(self) -> Sequence[Relatives]:
-        """The equation, far out and late."""
+        """The rich equation, far from the origin and at late times."""
         return self.equation.distant
 
     @property
     def noise(self) -> frozenset[str]:
-        """What of the noise of a step can enter: no areas."""
+        """Which of dW, H and K can enter a step; Lévy areas do not."""
         return self.scheme.noise - {"A"}
 
     @property
     def count(self) -> int:
-        """Nodes of a rule a variable at most: fewer where there are many variables."""
+        """Largest number of nodes per variable of a rule; fewer with many variables."""
         return FEWEST if "H" in self.noise else COUNT
 
     @property
     def points(self) -> Nodes:
-        """Random noise, not too far out: what a series needs to converge fast."""
+        """Random noise of reduced size, so that the series converges fast."""
         found = super().points
         return found if self.scheme.law.bounded else found._replace(dW=NEARER * found.dW)
 
     def weighed(self, nodes: Nodes, h: float = H) -> Weighed:  # noqa: ARG002 - weights of all sizes at once
-        """Return the combinations of weights that are conditions; they are those of all step sizes."""
+        """Return the combinations of weights of the conditions, which hold for all step sizes."""
         return Weighed(self._at(nodes).psi, nodes)
 
     @property
     def at_points(self) -> Weighed:
-        """The combinations of weights that are conditions, at random points."""
+        """Combinations of weights of the conditions at random points."""
         return Weighed(self.series.psi, self.points)
 
     def _at(self, nodes: Nodes) -> TaylorWeights:
@@ -402,12 +402,12 @@ class DiagonalProbe(SDEProbe):
 
     @cached_property
     def series(self) -> TaylorWeights:
-        """What is found at random points."""
+        """Weights at random points, with their distances from a series and from sums over trees."""
         return self._at(self.points)
 
     @property
     def fixed(self) -> bool:
-        """Whether there are weights."""
+        """Whether a step is a power series in sqrt(h) and a sum over trees, so that weights exist."""
         return self.series.no_series <= SERIES and self.series.no_trees <= TAYLOR
 
     @property
@@ -421,7 +421,7 @@ class DiagonalProbe(SDEProbe):
 
     @property
     def premises(self) -> str:
-        """The premises in words, where they hold."""
+        """The premises in words, if they hold."""
         found = self.series
         near = f"a power series in sqrt(h) to {found.no_series:.0e}, a sum over trees to {found.no_trees:.0e}"
         return near + self.far_premise
@@ -429,23 +429,23 @@ class DiagonalProbe(SDEProbe):
 
 @lru_cache(maxsize=SHARED)
 def rich_equation(motions: int, basis: tuple[Tree, ...]) -> RichEquation:
-    """Return the equation with diagonal noise that tells some trees apart, which all schemes share."""
+    """Return the equation with diagonal noise that distinguishes some trees, cached for all schemes."""
     return RichEquation(motions, basis)
 
 
 @lru_cache(maxsize=SHARED)
 def conditions_of(kind: EquationClass, motions: int, top: int, tolerance: float) -> Conditions:
-    """Return the conditions of a class, which many schemes share.
+    """Return the conditions of a class, cached because many schemes share them.
 
     Parameters
     ----------
     kind : EquationClass
-        The class.
+        Class of equations.
     motions : int
     top : int
         Largest weight of trees and forests.
     tolerance : float
-        What is rounding in a condition.
+        Rounding error of a condition.
     """
     trees = kind.trees(motions, top)
     return Conditions(trees, kind.basis(trees, motions), ExactMoments(), tolerance)

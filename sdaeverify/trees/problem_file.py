@@ -1,4 +1,4 @@
-"""The problem that a failing condition is about, as a plugin file: an equation with a component for each tree."""
+"""The problem of a failing condition as a plugin file: an equation with one component for each tree."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -52,7 +52,7 @@ def sdaeverify_problems():
     """Register the problem."""
     return [counterexample]
 '''
-# What scaled nodes are multiplied with.
+# Factor of scaled nodes.
 NUMBER = -0.5
 OF_SDE = '''def drift(t, x):
     """Return f(t, x), shape ({d}, P)."""
@@ -81,16 +81,16 @@ def problem_file(condition: Condition, scheme: Scheme, kind: EquationClass | Tre
     ----------
     condition : Condition
     scheme : Scheme
-        For which it fails, and whose noise the problem has drawn.
+        Scheme for which the condition fails, and whose noise the problem declares.
     kind : EquationClass or TreeClass
-        The class that the condition is of.
+        Class of the condition.
     motions : int
         Number of Brownian motions.
 
     Raises
     ------
     UsageError
-        If there is no such problem in the class.
+        If the class has no such problem.
     """
     written: Written | None
     if isinstance(kind, EquationClass):
@@ -148,7 +148,7 @@ def _written(condition: Condition, trees: Sequence[Tree], motions: int, traits: 
     Raises
     ------
     UsageError
-        If it is no equation of the class, because the condition is one modulo relations.
+        If the closure is not an equation of the class, because the condition is one modulo relations.
     """
     if traits - {"additive-noise"} and not all(map(_vanishes, trees)):
         raise UsageError(
@@ -170,7 +170,7 @@ def _written(condition: Condition, trees: Sequence[Tree], motions: int, traits: 
 
 
 def _vanishes(each: Tree) -> bool:
-    """Tell whether no noise node stands right above another one."""
+    """Return whether no noise node has another noise node as a child."""
     return each.colour <= DRIFT or all(kid.colour <= DRIFT for kid in each.kids)
 
 

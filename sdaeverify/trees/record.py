@@ -1,11 +1,11 @@
-"""What a step's noise tells of an iterated integral: its projection on polynomials of the record of increments.
+"""Projection of iterated integrals on polynomials of the record of increments of a step.
 
-The record of a step of length 1 is made of iterated integrals itself,
+The record of a step of length 1 consists of iterated integrals,
 
     dW_j = I(b_j),  H_j + dW_j/2 = I(f(b_j)),  dW_j/3 + H_j/2 - K_j = I(f(b_j,t)),  A_ij + dW_i dW_j/2 = I(b_j(b_i)),
 
-so that all products that a projection needs are moments of forests. What is not a function of the record is its own
-best approximation with a distance that is not 0: no scheme that is given this record can have it right on each path.
+so that all products needed for a projection are moments of forests. An integral that is not a function of the record
+has a best approximation at a positive distance: no scheme with this record can reproduce it on each path.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,19 +20,19 @@ from ..probing import Nodes
 from .grow import DRIFT, TIME_LEAF, Forest, Tree, multisets, tree
 from .moments import Combination, ExactMoments
 
-# Rounding of a variance that is found from moments of size 1.
+# Rounding error of a variance computed from moments of size 1.
 ROUNDING = 1e-9
 
 
 class RecordedIntegral(NamedTuple):
-    """A number of the record.
+    """A random variable of the record.
 
     Attributes
     ----------
     integral : Tree
-        It is I of this tree over a step of length 1.
+        Tree whose I over a step of length 1 is the variable.
     degree : int
-        Its power of sqrt(h), for the increments over a step of any length.
+        Power of sqrt(h) by which the variable scales with the length of a step.
     value : callable, Nodes -> ndarray, shape (K,)
     """
 
@@ -42,16 +42,16 @@ class RecordedIntegral(NamedTuple):
 
 
 class Projection(NamedTuple):
-    """What the record tells of some integrals of one parity.
+    """Projection of integrals of one parity on the record.
 
     Attributes
     ----------
     monomials : list of Forest
-        Products of integrals of the record.
+        Products of variables of the record.
     coefficients : ndarray, shape (n, m)
-        Of each of n integrals, of each monomial.
+        Coefficient of each monomial for each of n integrals.
     distances : ndarray, shape (n,)
-        Variances of what is left.
+        Variances of the residuals.
     """
 
     monomials: list[Forest]
@@ -61,12 +61,12 @@ class Projection(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The noise of a step as iterated integrals.
+    """Noise of a step as iterated integrals.
 
     Attributes
     ----------
     noise : frozenset of str
-        What a scheme uses out of dW, H, K and A.
+        Which of dW, H, K and A a scheme uses.
     motions : int
     moments : ExactMoments
     """
@@ -77,14 +77,14 @@ class Record:
 
     @property
     def entries(self) -> dict[Tree, RecordedIntegral]:
-        """All numbers of the record by their integrals, those of degree 1 first."""
+        """All variables of the record by their integrals, those of degree 1 first."""
         linear = [part for j in range(self.motions) for part in _of_motion(j, self.noise)]
         pairs = enumerate(combinations(range(self.motions), 2)) if "A" in self.noise else ()
         areas = [_area(place, i, j) for place, (i, j) in pairs]
         return {each.integral: each for each in (*linear, *areas)}
 
     def monomials(self, degree: int, parity: int) -> list[Forest]:
-        """Return the products of numbers of the record up to a degree, whose noises are odd as told in bits."""
+        """Return the products of variables of the record up to a degree with a given bit mask of odd noises."""
         entries = list(self.entries)
         degrees = [self.entries[each].degree for each in entries]
         some = (multisets(degrees, n) for n in range(degree % 2, degree + 1, 2))
@@ -92,16 +92,16 @@ class Record:
         return [forest for forest in forests if self.moments.parity(forest) == parity]
 
     def projected(self, of: Sequence[Combination], degree: int, parity: int) -> Projection:
-        """Return what the record tells of combinations of integrals of one parity.
+        """Return the projections of combinations of integrals of one parity on the record.
 
         Parameters
         ----------
         of : sequence of Combination
-            Of trees of one weight.
+            Combinations of trees of one weight.
         degree : int
-            The largest number of nodes of noise in one of them: Hermite polynomials beyond it have no part in them.
+            Largest number of noise nodes in a tree; the integrals are orthogonal to Hermite polynomials beyond it.
         parity : int
-            In bits which noises they have an odd number of nodes of.
+            Bit mask of the noises with an odd number of nodes.
         """
         monomials = self.monomials(degree, parity)
         mean = self.moments.mean_of_product
@@ -114,7 +114,7 @@ class Record:
         return Projection(monomials, coefficients, squares - np.sum(coefficients * mixed, axis=1))
 
     def values(self, projection: Projection, nodes: Nodes) -> Array:
-        """Return the projections at noise of a step of length 1, shape (n, K)."""
+        """Evaluate the projections for noise of a step of length 1, shape (n, K)."""
         count = nodes.dW.shape[1]
         entries = {each: entry.value(nodes) for each, entry in self.entries.items()}
         products = [

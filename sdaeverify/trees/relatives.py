@@ -1,4 +1,4 @@
-"""Whether a step commutes with the affine maps between related equations, near and far out."""
+"""Test whether a step commutes with affine maps between related equations, near the origin and far out."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -8,32 +8,32 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, one_line
+from ..forms.tree_class import TIME_0
 from ..numerics import largest
 from ..numerics.statistics import EPS
 from ..probing import Nodes, OneStep
 from . import Relatives
-from .sdes.universal import TIME_0
 from .weights import NoStepError, moved
 
-# How long the steps are by which related equations are compared.
+# Step size for the comparison of related equations.
 H = 2.0**-4
-# Far out a step whose drift is truncated by its size and h is compared where it is not: the shortest one with a drift
-# of 2^20 moves it by 2^-4, of which rounding in a state of that size is 2^-28.
+# Far out, where a step may truncate a drift by its size and h, shorter steps are compared that do not: the shortest
+# one with a drift of 2^20 moves the state by 2^-4, of which rounding in a state of that size is 2^-28.
 SHORTER = (H, 2.0**-14, 2.0**-24)
-# Rounding errors of a state in a step: sums over a few components and motions, and the maps before and after it.
+# Rounding errors of a state in a step: sums over a few components and motions, and the maps before and after.
 ROUNDINGS = 64.0
 
 
 def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
-    """Return how far a step is from commuting with the maps of two problems, relative to the states.
+    """Return the distance of a step from commuting with the maps of two problems, relative to the states.
 
     Parameters
     ----------
     scheme : Scheme
     relatives : Relatives
-        The problems.
+        The problems and their maps.
     nodes : Nodes
-        Of the noise of the problem above.
+        Noise of the problem `above`.
 
     Raises
     ------
@@ -46,16 +46,16 @@ def distance(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
 def distance_far(scheme: Scheme, relatives: Sequence[Relatives], nodes: Nodes) -> float:
     """Return the largest distance beyond rounding over pairs with a problem far out, relative to the step's motion.
 
-    The problem below has states and coefficients of size 1, into which the map takes the rounding errors of the one
-    above, eps of its size each. What a step moves is as small as h where there is no noise: it is the unit here, and
-    what rounding explains of it is subtracted.
+    The problem `below` has states and coefficients of size 1. The map takes rounding errors of the problem `above`,
+    eps of its size each, to it. Without noise a step moves the state by as little as h. Therefore the motion is the
+    unit, and the part explained by rounding is subtracted.
 
     Parameters
     ----------
     scheme : Scheme
     relatives : sequence of Relatives
     nodes : Nodes
-        Of the noise of the problems above.
+        Noise of the problems `above`.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def distance_far(scheme: Scheme, relatives: Sequence[Relatives], nodes: Nodes) -
 
 
 def _shortened(scheme: Scheme, relatives: Relatives, nodes: Nodes) -> float:
-    """Return the distance for the longest step that can be made."""
+    """Return the distance for the longest step size at which all steps can be computed."""
     for h in SHORTER:
         try:
             return max(map(_beyond_rounding, *zip(*_compared(scheme, relatives, nodes, h), strict=True)))
@@ -84,14 +84,14 @@ def _beyond_rounding(off: Array, size: Array, motion: Array) -> float:
 
 
 def _compared(scheme: Scheme, relatives: Relatives, nodes: Nodes, h: float) -> list[tuple[Array, Array, Array]]:
-    """Return of each component below the distance, the size of the states and the motion, shapes (S K,)."""
+    """Return the distance, the size of the states and the motion for each component of `below`, shapes (S K,)."""
     above, below = (OneStep(scheme, problem) for problem in (relatives.above, relatives.below))
     states = above.equation.initial(1) if relatives.states is None else relatives.states
     x = np.repeat(states, len(nodes.weights), axis=1)
     z = np.concatenate(
         [A @ x[above.names[name]] + c for name, (A, c) in relatives.maps.items() if name in above.names]
     )
-    higher = scheme.parts(relatives.above, moved(above, x, nodes, h)[1])
+    higher = scheme.parts(relatives.above, moved(above, x, nodes, h, TIME_0 + relatives.delay)[1])
     begin, end = moved(below, z, driven(nodes, relatives.driven), h, TIME_0 + relatives.later)
     before, lower = (scheme.parts(relatives.below, state) for state in (begin, end))
     found = []
@@ -104,14 +104,14 @@ def _compared(scheme: Scheme, relatives: Relatives, nodes: Nodes, h: float) -> l
 
 
 def driven(nodes: Nodes, by: Array) -> Nodes:
-    """Return the noise of Brownian motions that are combinations of others.
+    """Return the noise of Brownian motions that are linear combinations of given ones.
 
     Parameters
     ----------
     nodes : Nodes
-        With dW, H, K and A, or some of these, of m motions.
+        Noise of m motions, with some of dW, H, K and A.
     by : ndarray, shape (l, m)
-        The combinations.
+        Coefficients of the combinations.
     """
     dW, H, K = (None if part is None else by @ part for part in (nodes.dW, nodes.H, nodes.K))
     assert dW is not None

@@ -6,11 +6,12 @@ from math import ceil, inf, nan
 
 from ..conformance.own_numbers import draws_own_numbers
 from ..contracts.claimed import Order
+from ..contracts.finding import Verdict
 from ..contracts.scheme import Claim, Scheme
 from ..errors import UsageError
 from ..forms import SDE
 from . import TreeClass
-from .class_row import ClassRow, ClassVerdict
+from .class_row import ClassRow
 from .classes import OF_SDES, EquationClass
 from .conditions import INVARIANT, STRONG, WEAK, Condition, belongs
 from .examined import Examined
@@ -20,23 +21,23 @@ from .probes import Probe
 from .sdes.universal import Universal
 from .weights import NoStepError
 
-# Without a claim, trees up to this weight are looked at. One more where there are about so many trees at most: each
-# weight brings a multiple of those before.
+# Largest weight of trees without a claim; one more if there are at most about CHEAP trees, where each weight
+# multiplies the number of trees by GROWTH.
 LEAST, CHEAP, GROWTH = 3, 500, 4
-# Rules for expectations are exact up to this weight, whatever noise a step uses.
+# Weight up to which rules for expectations are exact, for any noise.
 EXACT = 5
 # Invariant measures of order 2 need the weight 5.
 STATIONARY = 5
-# Motions where nobody says how many: many up to a weight and a number of trees, few above.
+# Default numbers of motions: MANY up to a weight and a number of trees, FEW above.
 FEW, MANY, QUICK, QUICK_TREES = 2, 3, 4, 200
-# A tamed drift f/(1 + h |f|) leaves the drift by a term of the weight 4.
+# Weight of the term by which a tamed drift f/(1 + h |f|) deviates from the drift.
 TAMED = 4
 MEASURES = (STRONG, WEAK, INVARIANT)
 ALONE = "the claim is about the mean of {} alone; the order of all smooth functions is {:g}"
 
 
 def every_equation(of: str = "general") -> SDE:
-    """Return the universal SDE of a class with two motions, which stands for all smooth SDEs of it.
+    """Return the universal SDE of a class with two motions, which represents all smooth SDEs of the class.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def every_equation(of: str = "general") -> SDE:
     Raises
     ------
     UsageError
-        If it is no class of SDEs: a form poses its problems itself.
+        If `of` is not a class of SDEs; other forms define their own problems.
     """
     kind = next((each for each in OF_SDES if each.name == of), None)
     if kind is None:
@@ -58,16 +59,16 @@ def every_equation(of: str = "general") -> SDE:
 def rows_of(
     scheme: Scheme, kinds: Iterable[EquationClass | TreeClass], motions: int | None = 3, weight: int | None = None
 ) -> Iterator[ClassRow]:
-    """Yield what is found of a scheme for some classes; see `orders` for the numbers.
+    """Yield the results for a scheme on some classes; see `orders` for the numbers.
 
     Parameters
     ----------
     scheme : Scheme
     kinds : iterable of EquationClass or TreeClass
-        The classes.
+        Classes of equations.
     motions : int or None
-        None for what takes little time: 3 where few trees of low weights are asked for, else 2, and no weight beyond
-        what claims need.
+        None for a quick test: 3 motions for few trees of low weight, otherwise 2, and no weight beyond those of the
+        claims.
     weight : int or None
     """
     for kind in kinds:
@@ -80,11 +81,11 @@ def rows_of(
 
 
 def _quick_probe(scheme: Scheme, kind: EquationClass | TreeClass) -> Probe:
-    """Return a probe of many motions where few trees of low weights, or none at all, are asked for, else of few."""
+    """Return a probe with many motions for few trees of low weight or an inapplicable class, else with few."""
     many = probe_of(scheme, kind, _motions_of(kind, MANY), LEAST)
     if Examined(many).why_not:
         return many
-    # Diagonal noise: trees of the weight 4 tell a tamed step, which is no sum over trees.
+    # For diagonal noise, trees of weight 4 reveal a tamed step, which is not a sum over trees.
     is_diagonal = isinstance(kind, EquationClass) and kind.diagonal
     top = max(TAMED, _claimed_top(many)) if is_diagonal else _claimed_top(many)
     is_quick = top <= QUICK and len(many.trees(top)) <= QUICK_TREES
@@ -96,34 +97,34 @@ def _motions_of(kind: EquationClass | TreeClass, motions: int) -> int:
 
 
 def _claimed_top(probe: Probe) -> int:
-    """Return the largest weight that claims need."""
+    """Return the largest weight that the claims need."""
     claimed = [needed(found[1]) for name in measures_of(probe.kind) if (found := claimed_order(probe, name))]
     least = STATIONARY if INVARIANT in measures_of(probe.kind) else LEAST
     return max([least, *claimed])
 
 
 def _top(probe: Probe) -> int:
-    """Return up to which weight trees are looked at: one more than claims need where that costs little."""
+    """Return the largest weight of trees: one more than the claims need if that is cheap."""
     top = _claimed_top(probe)
     cheap = top < EXACT and GROWTH * len(probe.trees(top)) <= CHEAP
     return top + 1 if cheap else top
 
 
 def measures_of(kind: EquationClass | TreeClass) -> tuple[str, ...]:
-    """Return what is asked of a class.
+    """Return the measures with order conditions for a class.
 
     Parameters
     ----------
     kind : EquationClass or TreeClass
-        The class.
+        Class of equations.
     """
     return (INVARIANT,) if isinstance(kind, EquationClass) and kind.overdamped else (STRONG, WEAK)
 
 
 def claimed_order(probe: Probe, measure: str) -> tuple[Claim, Order] | None:
-    """Return the claim of the largest order of a scheme for a class, and this order.
+    """Return the claim of a scheme with the largest order for a class, and this order.
 
-    A claim about the means of all functions comes before one about those that it names.
+    A claim about the means of all functions takes precedence over one about named functions.
 
     Parameters
     ----------
@@ -142,24 +143,24 @@ def _in_scope(probe: Probe, measure: str) -> list[Claim]:
 
 
 def named_means(claim: Claim | None) -> str:
-    """Return the functions whose means alone a claim is about, in words; empty if it is about paths or all means."""
+    """Return the functions to whose means a claim is restricted, in words; empty without a restriction."""
     return "" if claim is None or claim.measure == STRONG else " and ".join(claim.quantities)
 
 
 def _of_others(probe: Probe, measure: str) -> str:
-    """Return that a scheme claims an order of means of functions that no condition is about, or an empty text."""
+    """Return that an order is claimed only for means of functions without a condition, or an empty text."""
     names = [named for each in _in_scope(probe, measure) if (named := named_means(each))]
     return f"claimed of {' and '.join(names)} alone, and not of all smooth functions" if names else ""
 
 
 def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[str]:
-    """Return of which measures a scheme claims an order for a class; nothing is run.
+    """Return the measures for which a scheme claims an order on a class, without running a step.
 
     Parameters
     ----------
     scheme : Scheme
     kind : EquationClass or TreeClass
-        The class.
+        Class of equations.
     """
     probe = probe_of(scheme, kind, _motions_of(kind, FEW), LEAST)
     return [] if Examined(probe).why_not else [each for each in measures_of(kind) if claimed_order(probe, each)]
@@ -167,9 +168,9 @@ def claimed_measures(scheme: Scheme, kind: EquationClass | TreeClass) -> list[st
 
 def _rows(of: Examined) -> Iterator[ClassRow]:
     probe = of.probe
-    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", ClassVerdict.PREMISE)
+    row = ClassRow(probe.scheme.label, probe.kind.name, probe.motions, "", Verdict.INCONCLUSIVE)
     if why := of.why_not or draws_own_numbers(probe.scheme, probe.problem):
-        yield replace(row, verdict=ClassVerdict.NOT_APPLICABLE, premise=why)
+        yield replace(row, verdict=Verdict.NOT_APPLICABLE, premise=why)
         return
     for measure in measures_of(probe.kind):
         promise, claim = claimed_order(probe, measure) or (None, None)
@@ -183,26 +184,26 @@ def _told(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     least = claim.least if claim else nan
     unasked = "" if row.measure in of.measures else "a bounded law tells no paths"
     if why := of.probe.fault or of.probe.why_not_weighed or unasked:
-        verdict = ClassVerdict.ERROR if of.probe.fault else _open(claim)
+        verdict = Verdict.ERROR if of.probe.fault else _open(claim)
         return replace(row, claim=least, premise=why, verdict=verdict)
     try:
         return _compared(of, row, claim)
     except NoStepError as error:
-        # Steps that test a premise are other ones than those that have given the weights.
+        # A premise needs further steps, which may fail although the weights could be computed.
         return replace(row, claim=least, premise=str(error), verdict=_open(claim))
 
 
-def _open(claim: Order | None) -> ClassVerdict:
-    return ClassVerdict.PREMISE if claim else ClassVerdict.NOT_CLAIMED
+def _open(claim: Order | None) -> Verdict:
+    return Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
 
 
 def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
-    """Return what the conditions say of a claim.
+    """Return the row with the verdict of the conditions on a claim.
 
     Raises
     ------
     NoStepError
-        If a step that tests a premise cannot be made.
+        If a step that tests a premise cannot be computed.
     """
     least = claim.least if claim else nan
     order = of.order(row.measure)
@@ -226,15 +227,15 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
         of=count,
         first=next(iter(failing or of.breaking(row.measure)), None),
         premise=premise_fails or ", ".join(filter(None, (impossible, of.probe.covers, of.probe.premises))),
-        mistake=_mistake(of, order) if verdict is ClassVerdict.REFUTED and not impossible else "",
+        mistake=_mistake(of, order) if verdict is Verdict.REFUTED and not impossible else "",
     )
 
 
 def _failing(of: Examined, row: ClassRow, claim: Order | None) -> Sequence[Condition]:
-    """Return the conditions that limit the order of what is claimed, the first one first.
+    """Return the conditions that limit the claimed order, lowest order first.
 
-    Of a claim about the mean of x alone these are the means of single trees: where one of them fails, E x is off by
-    that order at the end of a short time. Products of trees are about other functions.
+    For a claim about the mean of x alone, these are the means of single trees: if one of them fails, E x has an error
+    of that order after a short time. Products of trees concern other functions.
     """
     found = of.breaking(row.measure)
     if claim is None or not named_means(row.promise):
@@ -252,7 +253,7 @@ def _mistake(of: Examined, order: float) -> str:
 
 
 def _impossible(of: Examined, measure: str, claim: Order | None) -> str:
-    """Return that the record of the noise cannot give an order, whatever a scheme makes of it, or an empty text."""
+    """Return that no scheme can reach an order with its record of the noise, or an empty text."""
     asked = (each for each in of.breaking(measure) if claim and belongs(each, measure, claim.least))
     beyond = next((each for each in asked if not each.known), None)
     if claim is None or beyond is None:
@@ -262,27 +263,27 @@ def _impossible(of: Examined, measure: str, claim: Order | None) -> str:
     return f"{text} ({beyond.name} is beyond it)"
 
 
-def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> ClassVerdict:
+def _verdict(of: Examined, claim: Order | None, *, refutes: bool, premise_fails: bool) -> Verdict:
     if claim is None:
-        return ClassVerdict.NOT_CLAIMED
+        return Verdict.OUT_OF_SCOPE
     if refutes:
-        return ClassVerdict.REFUTED if of.probe.scheme.local_order_is_global else ClassVerdict.PREMISE
-    return ClassVerdict.PREMISE if premise_fails else ClassVerdict.VERIFIED
+        return Verdict.REFUTED if of.probe.scheme.local_order_is_global else Verdict.INCONCLUSIVE
+    return Verdict.INCONCLUSIVE if premise_fails else Verdict.VERIFIED
 
 
 def needed(claim: Order) -> int:
-    """Return the largest weight of the conditions of an order."""
+    """Return the largest weight in the conditions of an order."""
     return ceil(2.0 * claim.least + 1.0)
 
 
 def _why_clipped(of: Examined, row: ClassRow, claim: Order | None) -> str:
-    """Return why increments that are clipped have no such order, or an empty text."""
+    """Return why clipped increments cannot have the claimed order, or an empty text."""
     most = of.probe.scheme.law.most(paths=row.measure == STRONG) if of.probe.motions else inf
     return f"clipped increments allow no order above {most:g}" if claim is not None and claim.least > most else ""
 
 
 def _why_not_enough(of: Examined, claim: Order | None) -> str:
-    """Return why the trees that were looked at are too few for the claim, or an empty text."""
+    """Return why the examined trees are too few for the claim, or an empty text."""
     if claim is None or of.probe.top >= needed(claim):
         return ""
     return f"the order claimed needs trees up to the weight {needed(claim)}"

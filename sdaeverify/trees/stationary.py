@@ -6,10 +6,10 @@ order p if the integrals of A_j u against rho vanish for all u and j < p (Abdull
 
     sum over forests of  Delta(F)/sigma(F)  int D^n u (F(tau_1), ..., F(tau_n)) rho dx = 0     for all u and V.
 
-Integrations by parts take all derivatives from u, which leaves polynomials in derivatives of V; each of their
+Integration by parts removes all derivatives from u and leaves polynomials in derivatives of V. Each of their
 coefficients is a linear equation for the Delta (Laurent & Vilmart 2020, whose exotic aromatic trees are these terms).
-A power of sigma goes with the number of factors V alone: sigma^2 = 2 loses nothing, and rho is then exp(phi) with the
-drift grad phi.
+The power of sigma is determined by the number of factors V. Therefore sigma^2 = 2 is no restriction, and rho is then
+exp(phi) with the drift grad phi.
 """
 
 from collections import Counter
@@ -20,10 +20,10 @@ from math import factorial, prod
 
 from .grow import DRIFT, Forest, Tree, multisets
 
-# A product of derivatives of phi by coordinates 1, ..., d, each sorted, and a polynomial of such with whole numbers.
+# A product of derivatives of phi by coordinates 1, ..., d, each sorted, and a polynomial of these over the integers.
 Monomial = tuple[tuple[int, ...], ...]
 Polynomial = dict[Monomial, int]
-# A linear combination of means of forests of one weight, led by the one that it is named after.
+# A linear combination of means of forests of one weight, beginning with the forest that names it.
 ForestCombination = dict[Forest, Fraction]
 
 
@@ -33,23 +33,23 @@ def stationary_conditions(trees: Sequence[Tree], motions: int, top: int) -> list
     Parameters
     ----------
     trees : sequence of Tree
-        Those of additive noise without leaves of time, by weight.
+        Trees of additive noise without leaves of time, sorted by weight.
     motions : int
         Number d of Brownian motions and of components.
     top : int
-        The largest weight.
+        Largest weight.
     """
     weights = [each.weight for each in trees]
     found: list[ForestCombination] = []
     for weight in range(1, top + 1):
         forests = [tuple(trees[i] for i in places) for places in multisets(weights, weight)]
-        # Conditions are solved for the means of few large trees.
+        # Conditions are solved for the means of forests with few, large trees.
         found += _solved(sorted(sorted(forests, reverse=True), key=len), motions)
     return found
 
 
 def _solved(forests: Sequence[Forest], motions: int) -> list[ForestCombination]:
-    """Return a basis of the equations of some forests of one weight, each solved for the first forest in it."""
+    """Return a basis of the equations of some forests of one weight, each solved for its first forest."""
     place = {forest: i for i, forest in enumerate(forests)}
     equations: dict[Monomial, dict[int, Fraction]] = {}
     for forest in forests:
@@ -63,7 +63,7 @@ def _solved(forests: Sequence[Forest], motions: int) -> list[ForestCombination]:
 
 
 def _solve(equation: dict[int, Fraction], solved: dict[int, dict[int, Fraction]]) -> None:
-    """Add an equation to those that are solved for their first unknowns, which stay free of each other's."""
+    """Add an equation to the solved ones, keeping each free of the first unknowns of the others."""
     rest = dict(equation)
     for pivot in [each for each in equation if each in solved]:
         _add(rest, solved[pivot], -rest[pivot])
@@ -86,15 +86,15 @@ def _add(to: dict[int, Fraction], other: dict[int, Fraction], scale: Fraction) -
 
 
 def forest_symmetry(forest: Forest) -> int:
-    """Return the number of permutations of nodes that leave a forest as it is."""
+    """Return the number of permutations of nodes that leave a forest unchanged."""
     counts = Counter(forest)
     return prod(factorial(n) * each.symmetry**n for each, n in counts.items())
 
 
 def by_parts(forest: Forest, dimension: int) -> Polynomial:
-    """Return q with int D^n u (F(tau_1), ..., F(tau_n)) exp(phi) dx = int u q exp(phi) dx, but for a factor.
+    """Return q with int D^n u (F(tau_1), ..., F(tau_n)) exp(phi) dx = int u q exp(phi) dx, up to a factor.
 
-    The factor sqrt(2) of an odd number of noise nodes is left out.
+    The factor sqrt(2) for an odd number of noise nodes is omitted.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def by_parts(forest: Forest, dimension: int) -> Polynomial:
 
 
 def _components(each: Tree, dimension: int) -> Iterator[tuple[int, Monomial]]:
-    """Yield the terms of F(tau), each with its component and factors; the vectors of noise have length 1."""
+    """Yield the terms of F(tau), each with its component and factors, for noise vectors of length 1."""
     if each.colour > DRIFT:
         yield each.colour, ()
         return
@@ -126,7 +126,7 @@ def _components(each: Tree, dimension: int) -> Iterator[tuple[int, Monomial]]:
 
 
 def _moved(q: Polynomial, direction: int) -> Polynomial:
-    """Return -(d_i q + q d_i phi): what a derivative of u leaves of q."""
+    """Return -(d_i q + q d_i phi), the result of moving a derivative from u to q."""
     moved: Polynomial = {}
     for monomial, c in q.items():
         _sum(moved, [(_sorted((*monomial, (direction,))), -c)])

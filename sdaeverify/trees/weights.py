@@ -1,4 +1,4 @@
-"""The elementary weights of a scheme: what one step makes of each component of the universal SDE."""
+"""Elementary weights of a scheme: the increment of each component of the universal SDE in one step."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,19 +10,20 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..forms import SDE
+from ..forms.tree_class import TIME_0
 from ..probing import Nodes, OneStep
 from .grow import Tree, closed_sets
-from .sdes.universal import TIME_0, Universal
+from .sdes.universal import Universal
 
-# Numbers in the diffusion at so many nodes at once, and components of a step that solves equations.
+# Largest number of entries of the diffusion per batch, and of components for a step that solves equations.
 LARGEST, IMPLICIT = 4_000_000, 60
-# Step sizes: weights in units of h^(w/2) are compared at these, one ratio being odd.
+# Step sizes at which weights in units of h^(w/2) are compared; one ratio is odd.
 H, OTHERS = 0.25, (0.0625, 0.25 / 3.0)
 NOT_SEEN = ": the order is never seen"
 
 
 class NoStepError(Exception):
-    """A step that cannot be evaluated at all noises, which its message explains."""
+    """A step cannot be computed for all noises; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +34,11 @@ class Weighing:
     ----------
     scheme : Scheme
     trees : sequence of Tree
-        Each behind its subtrees.
+        Trees, each after its subtrees.
     motions : int
     traits : frozenset of str
     solves : bool
-        Whether a step solves equations that are as large as the problem: trees are then taken in small closed sets.
+        Whether a step solves equations as large as the problem; trees are then split into small closed sets.
     """
 
     scheme: Scheme
@@ -48,7 +49,7 @@ class Weighing:
 
     @cached_property
     def problems(self) -> list[tuple[Array, Array, SDE]]:
-        """Places of the trees and their powers of h, with a problem whose components they are."""
+        """Indices of trees, their powers of h, and the problem whose components they are."""
         places = {each: place for place, each in enumerate(self.trees)}
         sets = closed_sets(self.trees, IMPLICIT) if self.solves else [list(self.trees)]
         return [
@@ -61,7 +62,7 @@ class Weighing:
         ]
 
     def weights(self, nodes: Nodes, h: float) -> Array:
-        """Return phi(tau) h^(-w/2), shape (N, K), at the nodes of the noise of a step of size h.
+        """Return phi(tau) h^(-w/2) at the nodes of the noise of a step of size h, shape (N, K).
 
         Raises
         ------
@@ -77,7 +78,7 @@ class Weighing:
 
 
 def _parts(nodes: Nodes, sde: SDE) -> Iterator[tuple[slice, Nodes]]:
-    """Yield nodes in parts of bounded memory."""
+    """Yield nodes in batches of bounded memory."""
     size = max(1, LARGEST // (sde.dimension * (sde.noise_dim + 1)))
     for begin in range(0, len(nodes.weights), size):
         part = slice(begin, begin + size)
@@ -90,17 +91,17 @@ def _after(step: OneStep, nodes: Nodes, h: float) -> Array:
 
 
 def stepped(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) -> Array:
-    """Return the states after a step of size h.
+    """Return the states after a step of size h as arrays.
 
     Parameters
     ----------
     step : OneStep
     x : ndarray, shape (d, S K)
-        The states before, each for all nodes.
+        States before the step, each repeated for all nodes.
     nodes : Nodes
     h : float
     t : float
-        When it begins.
+        Time at the beginning of the step.
 
     Raises
     ------
@@ -111,17 +112,17 @@ def stepped(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) 
 
 
 def moved(step: OneStep, x: Array, nodes: Nodes, h: float, t: float = TIME_0) -> tuple[Any, Any]:
-    """Return the scheme's own states before and after such a step.
+    """Return the states of the scheme before and after a step of size h.
 
     Parameters
     ----------
     step : OneStep
     x : ndarray, shape (d, S K)
-        The states before, each for all nodes.
+        States before the step, each repeated for all nodes.
     nodes : Nodes
     h : float
     t : float
-        When the step begins.
+        Time at the beginning of the step.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What covers a quantity: the strongest claim of a scheme about it on a problem."""
+"""The strongest claim of a scheme about a quantity of a problem."""
 
 from collections.abc import Iterable
 from math import inf
@@ -12,14 +12,14 @@ from ..forms import Problem
 
 
 class Coverage(NamedTuple):
-    """A quantity with the strongest claim that covers it.
+    """Pair a quantity with the strongest claim that covers it.
 
     Attributes
     ----------
     quantity : str
     claim : Claim or None
     gap : Reason
-        Why there is none; empty if there is one.
+        Why no claim covers the quantity; empty if `claim` is given.
     """
 
     quantity: str
@@ -28,28 +28,28 @@ class Coverage(NamedTuple):
 
 
 def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
-    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell.
+    """Return a quantity of a measure with the strongest claim that covers it in a cell.
 
     Parameters
     ----------
     evidence : Evidence
-        Of one cell.
+        Evidence of the cell; it holds the claims of the scheme and the traits of the problem.
     measure : str
         Name of the measure.
     quantity : str
-        What it measures: a component, an observable, a constraint.
+        Component, observable or constraint that is measured.
     """
     return _strongest(evidence.promises, evidence.view.traits, measure, quantity)
 
 
 def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
-    """Return a quantity with the strongest claim of a scheme that covers it on a problem with these traits.
+    """Return a quantity with the strongest claim of a scheme that covers it on a problem with given traits.
 
     Parameters
     ----------
     scheme : Scheme
     traits : iterable of str
-        Of the problem as the scheme sees it.
+        Traits of the scheme's view of the problem.
     measure, quantity : str
 
     Returns
@@ -60,16 +60,16 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
 
 
 def why_not_claimed(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
-    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does.
+    """Return the reason that a scheme has no claim about a measure on a problem, or an empty string if it has one.
 
     Parameters
     ----------
     scheme : Scheme
     problem : Problem
     measure : str
-        A claim about it counts where its traits are among those of the problem as the scheme sees it.
+        Only claims whose required traits all belong to the scheme's view of the problem count.
     what : str
-        What the reason names in place of the measure.
+        Name of the measured quantity, used in the reason instead of `measure`.
     """
     view = scheme.view_of(problem)
     traits = frozenset() if view is None else view.traits
@@ -91,7 +91,7 @@ def _strongest(claims: Iterable[Claim], traits: Iterable[str], measure: str, qua
 
 
 def _strength(claim: Claim) -> tuple[float, bool]:
-    """Return what claims are compared by: the value first, then the sense, as mean square implies probability."""
+    """Return the sort key of a claim: its value, then its sense, because mean square implies probability."""
     value = 0.0
     match claim.value:
         case Exact():

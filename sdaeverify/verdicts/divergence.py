@@ -1,4 +1,4 @@
-"""Which claims cannot hold because moments of the scheme tend to infinity as the step size falls."""
+"""Claims that cannot hold because moments of the scheme tend to infinity as the step size tends to 0."""
 
 from ..contracts.measure import STATIONARY, Measure, rests_on_moments
 from ..contracts.scheme import Claim
@@ -13,9 +13,9 @@ def why_divergent(claim: Claim | None, measure: Measure, probed: Tally) -> str:
     ----------
     claim : Claim or None
     measure : Measure
-        That the claim is about.
+        Measure of the claim.
     probed : Tally
-        Evidence of the cell without paths.
+        Evidence of the cell from single steps, without paths.
     """
     found = unpacked(NAME, Explosion, probed)
     if claim is None or found is None or not found.explodes:

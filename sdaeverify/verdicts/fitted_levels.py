@@ -1,4 +1,4 @@
-"""Which levels of a cell a slope is fitted to, and what went wrong on the others."""
+"""Selection of the levels to which a slope is fitted, and reasons why levels are left out."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from ..arrays import Array, Mask
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 
-# A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
+# Number of finest levels to which a slope is fitted. With fewer than FEWEST levels, no slope is fitted.
 # Size: levels of a slope, whose intervals reports/calibration counts.
 FITTED = 4
 # Chosen: slope and intercept leave one degree of freedom.
@@ -17,16 +17,16 @@ UNSEEN = "no step size is without them: the order is never seen"
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
-    """Return the levels finer than every one that went wrong, and what went wrong.
+    """Return the levels finer than every level with failures, and a description of the failures.
 
-    An order is about h tending to 0: coarse levels may fail, but what fails on a finer level than another that
-    does not is no matter of too coarse a step.
+    Orders are statements about h tending to 0, so coarse levels may fail. A failure on a level finer than a sound
+    level is not due to too coarse a step, and excludes the sound level as well.
 
     Parameters
     ----------
     health : mapping of str to ndarray, shape (L,)
-        Counts ``failed`` of paths and ``truncated`` of steps; ``singular`` with ``singular_time``, if the problem may
-        lose its root.
+        Counts ``failed`` of paths and ``truncated`` of steps; ``singular`` and ``singular_time`` if the problem can
+        lose its algebraic root.
 
     Returns
     -------
@@ -41,12 +41,12 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
 
 
 def name_wrong(failed: Array, truncated: Array) -> list[str]:
-    """Return at how many step sizes paths failed and steps were truncated, and whether no step size is without.
+    """Return the number of step sizes with failed paths and with truncated steps, in words.
 
     Parameters
     ----------
     failed, truncated : ndarray, shape (L,)
-        Number of failed paths and of truncated steps at each level.
+        Number of failed paths and of truncated steps at each level. If every level has some, `UNSEEN` is appended.
     """
     wrong = {"failed paths": failed > 0, "truncated steps": truncated > 0}
     unseen = len(failed) > 0 and bool((wrong["failed paths"] | wrong["truncated steps"]).all())
@@ -55,12 +55,12 @@ def name_wrong(failed: Array, truncated: Array) -> list[str]:
 
 
 def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:
-    """Return the sound levels of a cell; see `sound_levels`."""
+    """Return the sound levels of a cell from its evidence; see `sound_levels`."""
     return sound_levels(evidence.health.sums)
 
 
 def lost_index(health: Mapping[str, Array]) -> Reason:
-    """Return where the problem itself loses its root, at the finest level where it does, or an empty reason."""
+    """Return the finest level at which du/dy of the problem becomes singular, as a reason; empty if none."""
     if "singular" not in health or not (count := health["singular"]).any():
         return Reason()
     level = int(np.flatnonzero(count)[-1])
@@ -70,6 +70,6 @@ def lost_index(health: Mapping[str, Array]) -> Reason:
 
 
 def at_levels(what: str, levels: Mask) -> str:
-    """Return at how many step sizes something happened."""
+    """Return the phrase "`what` at n step sizes", where n counts the True entries of `levels`."""
     count = int(levels.sum())
     return f"{what} at {count} step size{'' if count == 1 else 's'}"

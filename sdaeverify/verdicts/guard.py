@@ -1,4 +1,4 @@
-"""A guard as data: what bars a verdict that the evidence by itself would allow, and the cell that needs it."""
+"""The record of a guard: a check that bars a verdict, and the test cell that is judged wrongly without it."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,21 +10,21 @@ DECIDE = VERIFY | REFUTE
 
 
 class Guard(NamedTuple):
-    """A guard.
+    """Check that bars verdicts which the evidence alone would allow.
 
     Attributes
     ----------
     asks : callable
-        The function that finds the doubt. A run without the guard is one in which it returns its first argument, if
-        it returns an opinion, tests or findings, or else False, an empty text, 1 or None.
+        Function that raises the doubt. To run without the guard, replace it by a function that returns its first
+        argument if that is an opinion, tests or findings, and False, an empty text, 1 or None otherwise.
     bars : frozenset of Verdict
-        Verdicts that cannot be given as long as the doubt stands.
+        Verdicts that are excluded while the doubt stands.
     tier : int or None
-        Tier of the evidence that is doubted; None if it is any.
+        Tier of the doubted evidence; None if the guard applies to all tiers.
     reason : str
         Why the verdict is barred, in a sentence.
     remedy : str
-        What would decide; empty if nothing does.
+        Evidence or change that would decide; empty if none would.
     planted : str
         Name of the cell in `tests/guard_cells.py` that is judged wrongly without the guard.
     """
@@ -38,5 +38,5 @@ class Guard(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the function, in words; of a method with its class."""
+        """Qualified name of `asks` in words: the function name, or class and method."""
         return self.asks.__qualname__.strip("_").replace("_", " ").replace(".", ": ")

@@ -1,4 +1,4 @@
-"""All guards in the order of events: of one step, of paths, of the problem and of the run.
+"""All guards in the order in which they apply: to one step, to paths, to the problem and to the run.
 
 Each entry names the cell of `tests/guard_cells.py` that is judged wrongly without it. `reports/ablate.py` takes the
 guards out one at a time and judges these cells again; the site shows its table.

@@ -1,4 +1,4 @@
-"""What is said of a claim, and how: what one step decides is guarded by paths, which decide the rest alone."""
+"""Opinions on a claim: paths guard the decision of one step, and decide alone if one step does not."""
 
 from collections.abc import Callable, Container
 from math import ceil, floor, isfinite, log10
@@ -19,17 +19,17 @@ from .path_tests import CALIBRATED_PATHS, SUSPECT, PathTests, unknown_value
 def judge_claim(
     covered: Coverage, judge: Callable[[Any], Opinion], words: Container[str] = (), tier: int = 3
 ) -> Opinion:
-    """Return the opinion on a claim; out of scope where there is none, undecided where its value is not known.
+    """Return the opinion on a claim, out of scope without a claim and inconclusive if its kind is unknown.
 
     Parameters
     ----------
     covered : Coverage
     judge : callable, Claim -> Opinion
-        Of a claim whose value the measure knows.
+        Judge a claim whose kind of value the measure has a test for.
     words : container of str
-        Words, bounded or not, that the measure knows; if left out, it knows orders.
+        Names of the `Word` and `Bound` values that the measure has a test for. If empty, it tests orders.
     tier : int
-        Of an opinion without a judgement.
+        Tier of the opinion when `judge` is not called.
     """
     claim = covered.claim
     if claim is None:
@@ -45,50 +45,51 @@ def judge_claim(
 
 
 def leave_open(covered: Coverage, reason: Reason | str) -> Opinion:
-    """Return that a claim, if there is one, is not decided, and why."""
+    """Return an inconclusive opinion for a given reason, or out of scope if no claim covers the quantity."""
     undecided = Opinion(Verdict.INCONCLUSIVE, Reason.of(reason))
     return undecided if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
 
 
 def local_opinion(verdict: Verdict, text: str, kind: str = Kind.PLAIN) -> Opinion:
-    """Return what one step says (T1).
+    """Return an opinion of tier T1, from one step.
 
     Parameters
     ----------
     verdict : Verdict
     text : str
-        The reason in words.
+        Reason of the verdict.
     kind : str, optional
-        Reasons of one kind say the same with other numbers.
+        Kind of the reason; reasons of the same kind differ only in their numbers.
     """
     return Opinion(verdict, Reason(text, kind), 1)
 
 
 def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> Opinion:
-    """Return that one step does not decide, and why.
+    """Return an inconclusive opinion from one step.
 
     Parameters
     ----------
     text : str
-        The reason in words.
+        Reason why one step does not decide.
     kind : str, optional
-        Of the reason; one step that does not follow the equation speaks against all claims of the scheme there.
+        Kind of the reason. A step that does not follow the equation speaks against all claims of the scheme there.
     against : bool, optional
-        Whether it speaks against the claim all the same, so that paths do not verify it; it says nothing if left out.
+        Whether the doubt speaks against the claim, so that paths must not verify it.
     """
     found = local_opinion(Verdict.INCONCLUSIVE, text, kind)
     return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
 
 
 def too_coarse(h: float) -> Opinion:
-    """Return that a claim is left open by all tiers: steps may have the order, but shorter ones than paths can have.
+    """Return an opinion that no tier decides because only step sizes below those of a run can show the order.
 
-    A scheme that bounds its drift by 1/h, or its noise by 1, does so in the units of the state and of time.
+    Taming is an example: a scheme that bounds its drift by 1/h, or its noise by 1, does so in the units of the state
+    and of time.
 
     Parameters
     ----------
     h : float
-        The shortest step size at which the order of one step is too low.
+        Shortest step size at which the order of one step is too low.
     """
     text = f"one step has too low an order at h = {h:.2g}, and at far shorter ones no such order is seen"
     doubt = local_doubt(f"{text}: steps of a run are too long")
@@ -96,22 +97,22 @@ def too_coarse(h: float) -> Opinion:
 
 
 def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: bool = False) -> Opinion:
-    """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
+    """Withhold a verdict of a local order if a coefficient is not smooth enough for it.
 
-    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1). Nor does the low order of steps that
-    begin on a kink say anything against a claim, where other steps have the order: hardly any step begins there. Nor
-    does any low order where a coefficient jumps in time: it may be that of the one step of a run across the jump.
+    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1). A low order of steps that begin on a kink
+    does not refute a claim if other steps have the order, because hardly any step of a run begins there. Where a
+    coefficient jumps in time, no low order refutes: it may be that of the single step of a run across the jump.
 
     Parameters
     ----------
     opinion : Opinion
-        Of one step.
+        Opinion from one step.
     claim : float
-        The order that is claimed.
+        Claimed order.
     evidence : Evidence
-        Of its cell.
+        Evidence of the cell.
     at_few : bool
-        Whether what refutes the claim is the order at few states alone.
+        Whether the claim is refuted by the order at a few states alone.
     """
     verified = opinion.verdict is Verdict.VERIFIED
     if not (verified or opinion.verdict is Verdict.REFUTED):
@@ -123,20 +124,20 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: boo
 
 
 def up_to(most: float, opinion: Opinion, claim: float, words: str, *, against: bool = False) -> Opinion:
-    """Return what a local order says of a claim: nothing for one above the order that steps in a row allow.
+    """Withhold verification by a local order above the highest order that consecutive steps allow.
 
     Parameters
     ----------
     most : float
-        That order.
+        Highest order that consecutive steps allow.
     opinion : Opinion
-        Of one step.
+        Opinion from one step.
     claim : float
-        The order that is claimed.
+        Claimed order.
     words : str
-        For which steps it holds, and what others there are.
+        For which steps the local order holds, and which other steps a run has.
     against : bool
-        Whether the claim is known to be wrong if it is of more.
+        Whether a claim above `most` is known to be wrong, so that paths must not verify it either.
     """
     if opinion.verdict is not Verdict.VERIFIED or claim <= most:
         return opinion
@@ -144,16 +145,16 @@ def up_to(most: float, opinion: Opinion, claim: float, words: str, *, against: b
 
 
 def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -> Opinion:
-    """Return what a local order says of a claim along paths, or in law: nothing above what clipped increments allow.
+    """Withhold verification by a local order above the order that clipped increments allow.
 
     One step is compared at nodes of the normal law, and paths hardly meet its tails.
 
     Parameters
     ----------
     opinion, claim, evidence
-        As of `of_smooth`.
+        See `of_smooth`.
     paths : bool
-        Whether the order is one along paths, or in law.
+        Whether the order is one along paths (strong) or in law (weak).
     """
     most = evidence.scheme.law.most(paths=paths)
     words = f"for normal increments; clipped as these are, {most:g} is the most"
@@ -161,21 +162,21 @@ def of_law(opinion: Opinion, claim: float, evidence: Evidence, *, paths: bool) -
 
 
 def of_memory(opinion: Opinion, bar: float, most: float, order: float) -> Opinion:
-    """Return what a local order says of a claim: nothing above the order of what the memory of a run changes.
+    """Withhold a verdict of a local order above the order of the errors due to a scheme's memory.
 
-    Steps are probed without a history. Memory may spoil their order, and take back errors that are no smaller than
-    what it changes: an order refutes a claim only if it is surely below.
+    Steps are probed without a history. Memory can spoil their order, and can cancel errors no smaller than its own
+    effect. Therefore a local order refutes a claim only if it lies surely below `most`.
 
     Parameters
     ----------
     opinion : Opinion
-        Of one step.
+        Opinion from one step.
     bar : float
-        The least order that counts as the claimed one.
+        Least order that counts as the claimed one.
     most : float
-        Order of what memory changes; infinite without memory.
+        Order of the effect of memory; infinite without memory.
     order : float
-        That one step has.
+        Order of one step.
     """
     decided = opinion.verdict in {Verdict.VERIFIED, Verdict.REFUTED}
     enough = bar <= most if opinion.verdict is Verdict.VERIFIED else order + NEAR <= most
@@ -185,13 +186,13 @@ def of_memory(opinion: Opinion, bar: float, most: float, order: float) -> Opinio
 
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
-    """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
+    """Return the verdict of the paths alone, never verified if the paths also speak against the claim."""
     found, doubted = Verdict.INCONCLUSIVE, is_suspect(tests)
     if tests.refuted <= evidence.level:
         found = Verdict.REFUTED
     elif tests.verified <= evidence.level and not doubted:
         found = Verdict.VERIFIED
-    # Of a measure with paths of its own there may be an opinion before the run has any.
+    # A measure with separate paths may give an opinion before the run has drawn any.
     more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth) and evidence.paths > 0
     paths = tests.growth * evidence.paths
     needed = "" if found is not Verdict.INCONCLUSIVE else tests.remedy or _ask_to_decide(tests, evidence)
@@ -202,19 +203,19 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
 
 
 def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:
-    """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
+    """Return the verdict of a deterministic tier guarded by paths, or that of the paths if it has none.
 
-    What is refuted without sampling stays so, and what is left open for good stays open. What is verified needs paths
-    that could be compared, that would show an error which the claim forbids, and that do not refute it. Where they
-    look as if they might, or are too few to show anything, more of them are asked for, and without more nothing is
-    decided.
+    A claim refuted without sampling stays refuted, and one left open for good stays open. A verified claim needs
+    paths that can be compared, that would show an error which the claim forbids, and that do not refute it. If the
+    paths point against the claim, or are too few to show anything, more of them are requested; without more, the
+    claim stays inconclusive.
 
     Parameters
     ----------
     local : Opinion or None
-        What one step says; None where it was not asked.
+        Opinion from one step; None if there is none.
     tests : PathTests
-        What paths say.
+        Tests on paths.
     evidence : Evidence
     """
     if local is not None and (local.final or local.verdict is Verdict.REFUTED):
@@ -232,14 +233,16 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
 
 
 def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
-    """Return what paths say of a claim that one step leaves open: they do not verify what it speaks against.
+    """Combine the opinion of paths with one of one step that leaves the claim open.
+
+    If one step speaks against the claim, paths cannot verify it.
 
     Parameters
     ----------
     local : Opinion or None
-        An inconclusive one of one step; None where it was not asked.
+        Inconclusive opinion from one step; None if there is none.
     opinion : Opinion
-        Of the paths.
+        Opinion from paths.
     """
     if local is None:
         return opinion
@@ -249,20 +252,23 @@ def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
         reason = local.reason.then(opinion.reason, ", although ")
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
     else:
-        # More paths do not verify it either.
+        # More paths do not verify the claim either.
         reason = opinion.reason.without(Kind.MORE_PATHS).without(Kind.TRUTH)
         opinion = opinion._replace(reason=reason.then(local.reason))
     return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
 
 
 def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
-    """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
+    """Return why paths that do not refute still cannot guard, and whether more paths would not help.
+
+    The reason is empty if the paths can guard.
+    """
     asked = (ask(tests, evidence) for ask in (doubt_few_paths, doubt_likeness, doubt_power))
     return next((doubt for doubt in asked if doubt is not None), (Reason(), True))
 
 
 def doubt_few_paths(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:  # noqa: ARG001
-    """Return that there are too few paths for an interval."""
+    """Return the doubt that there are too few paths for a calibrated interval, or None."""
     if evidence.paths >= CALIBRATED_PATHS:
         return None
     few = f"{{paths}} paths are too few to exclude a violation, {CALIBRATED_PATHS} are needed"
@@ -270,11 +276,11 @@ def doubt_few_paths(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]
 
 
 def doubt_likeness(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:
-    """Return that errors along paths do not look like the claim."""
+    """Return the doubt that errors along paths do not look like the claim, or None."""
     if tests.against > 1.0 - evidence.settings.confidence:
         return None
     unlike = Reason("paths do not show what is claimed at these step sizes", Kind.GUARD).then(tests.reason, ": ")
-    # What is sure and does not refute is held back: more paths leave it so.
+    # A significant contradiction that does not refute is held back by a guard, and more paths leave it so.
     held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
     more = (
         Reason("pre-asymptotic or wrong, finer steps would decide", Kind.FINER)
@@ -285,7 +291,7 @@ def doubt_likeness(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] 
 
 
 def doubt_power(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | None:
-    """Return that the paths would not show an error as large as the claim forbids."""
+    """Return the doubt that the paths could not show an error as large as the claim forbids, or None."""
     if tests.blind <= 1.0:
         return None
     doubt = Reason("{paths} paths cannot exclude a violation", Kind.GUARD, {"paths": evidence.paths})
@@ -297,18 +303,24 @@ def doubt_power(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool] | N
 
 
 def is_suspect(tests: PathTests) -> bool:
-    """Return whether paths speak against a claim that they would verify."""
+    """Return whether paths speak against a claim, at level `SUSPECT`."""
     return tests.suspected <= SUSPECT
 
 
 def _beyond_budget(evidence: Evidence, needed: float) -> bool:
-    """Tell whether half of all paths say that all are too few: the last look, as long as all others, is saved."""
+    """Return whether half of the largest number of paths shows that even the largest number is too few.
+
+    Stopping there saves the last look, which costs as much as all others.
+    """
     most = evidence.settings.paths
     return most <= 2 * evidence.paths < 2 * most < 2 * needed
 
 
 def _ask_to_decide(tests: PathTests, evidence: Evidence) -> Reason:
-    """Return how many paths would decide; no number where these are enough by their figures and do not decide."""
+    """Return how many paths would decide, as a reason.
+
+    The reason is without a number if the paths should suffice by their figures but do not decide.
+    """
     if not isfinite(tests.growth) or evidence.paths == 0:
         return Reason()
     if tests.growth > 1.0:
@@ -322,15 +334,15 @@ def _ask_to_decide(tests: PathTests, evidence: Evidence) -> Reason:
 
 
 def ask_to_resolve(signal: float, needed: float, paths: int) -> Reason:
-    """Return how many paths would tell an effect from 0, which does not decide what size it has.
+    """Return how many paths would distinguish an effect from 0, which does not decide its size.
 
     Parameters
     ----------
     signal, needed : float
-        Size of the effect in standard errors, now and as it is needed. Below 1 it may be noise alone, which grows
-        with the number of paths that is asked for: no number is given.
+        Size of the effect in standard errors, present and required. Below 1 the effect may be noise alone, for which
+        every prediction grows with the number of paths: no number is given.
     paths : int
-        Number of paths now.
+        Present number of paths.
     """
     if signal < 1.0:
         return Reason("no number of paths can be predicted from less than one standard error")
@@ -339,20 +351,20 @@ def ask_to_resolve(signal: float, needed: float, paths: int) -> Reason:
 
 
 def _ask_for_paths(text: str, beyond: str, paths: float) -> Reason:
-    """Return a number of paths in words, or other words where it is more than a run takes."""
+    """Return `text` with a number of paths, or `beyond` if the number exceeds the most that a run takes."""
     if paths > MOST_PATHS:
         return Reason(beyond, Kind.MORE_PATHS, {"paths": f"{paths:.2g}", "most": MOST_PATHS})
     return Reason(text, Kind.MORE_PATHS, {"paths": rounded_up(paths)})
 
 
 def rounded_up(number: float) -> str:
-    """Return a positive number with two digits, rounded up: 1024 paths do not say that 1000 would decide."""
+    """Return a positive number with two digits, rounded up so that 1024 paths never read as 1000."""
     unit = 10.0 ** max(floor(log10(number)) - 1, 0)
     return f"{ceil(number / unit) * unit:.0f}"
 
 
 def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
-    """Return the opinion on a quantity that has too few levels for a slope, and why they were left out.
+    """Return the opinion on a quantity that has too few levels for a slope.
 
     Parameters
     ----------
@@ -368,7 +380,7 @@ def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
 
 
 def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
-    """Return the row of a quantity: its claim, the opinion on it, and what is shown beside; see `Finding`.
+    """Return the finding on a quantity from its coverage and the opinion on it.
 
     Parameters
     ----------
@@ -377,7 +389,7 @@ def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
     opinion : Opinion
         Verdict and reason.
     **shown
-        Fields of `Finding` and details of the measure, such as ``estimate`` and ``method``.
+        Further fields of `Finding` and details of the measure, such as ``estimate`` and ``method``.
     """
     return Finding(quantity=covered.quantity, claim=covered.claim, **opinion._asdict(), **shown)
 

@@ -1,4 +1,4 @@
-"""What paths say of a claimed order: p-values, and by how much a sample must grow to decide."""
+"""Tests of a claimed order on paths: p-values, and the factor by which a sample must grow to decide."""
 
 from functools import reduce
 from math import inf, isfinite
@@ -13,13 +13,13 @@ from ..numerics.statistics import Estimate
 from ..probe.step.one_step import why_not_resolved
 from .fitted_levels import FITTED, at_levels
 
-# A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
+# Standard errors from which a mean difference counts as resolved; sampling does not stop because of it.
 # Level: p = 0.0074 of t_19, two-sided; it takes no share of alpha, as it decides no claim.
 RESOLVED = 3.0
-# No order shows on steps whose error is more than this part of what the solution does.
+# Largest error of a step, as part of the motion of the solution, at which an order can show.
 # Chosen.
 COARSE = 0.25
-# From this p-value on it matters whether a low order is one of coarse steps only.
+# p-value below which a contradiction counts: it then matters whether a low order is due to coarse steps only.
 # Level: 1 - confidence of the default run; it withholds verdicts and gives none.
 SUSPECT = 0.01
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
@@ -29,25 +29,25 @@ CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
 # Measured by reports/calibration.
 SHALLOW = 0.001
-# What paths alone verify leaves less of the error at the finest step to a term of half an order less. The squares of
-# the two terms add, and the share of the lower one grows like 1/h: from a tenth on it is half of the squares at a
-# ninth of the finest step, which is the range of the finer stages of a run (three halvings).
+# Largest share of the error at the finest step that a term of half an order less may have. The squares of the two
+# terms add, and the share of the lower one grows like 1/h: from a tenth on, it is half of the squares at a ninth of
+# the finest step, which is the range of the finer stages of a run (three halvings).
 # Theorem: squares 0.1 to 0.9 at the finest step become equal at a ninth of it, as their ratio grows like 1/h.
 LARGEST_SHARE = 0.1
 
 
 def why_vacuous(most: float, size: float) -> Reason:
-    """Return why a claimed bound says nothing, or an empty reason.
+    """Return why a claimed bound cannot be contradicted, or an empty reason.
 
-    An error as large as the quantity itself is granted by a bound that is no less than the size of the quantity: no
-    evidence could speak against such a claim.
+    A bound no smaller than the size of the quantity permits an error as large as the quantity, so that no evidence
+    could contradict the claim.
 
     Parameters
     ----------
     most : float
-        The claimed bound.
+        Claimed bound.
     size : float
-        Of the quantity; NaN or 0 if it is not known.
+        Size of the quantity; NaN or 0 if unknown.
     """
     if not (size > 0.0 and most >= size):
         return Reason()
@@ -56,27 +56,27 @@ def why_vacuous(most: float, size: float) -> Reason:
 
 
 class PathTests(NamedTuple):
-    """What the paths say of a claim.
+    """Hold the p-values of a claim on paths, and how many more paths would decide it.
 
     Attributes
     ----------
     verified, refuted : float
-        p-values of the two hypotheses which the verdicts reject; 1 where nothing can be rejected.
+        p-values of the null hypotheses whose rejection verifies or refutes the claim; 1 if they cannot be rejected.
     reason : Reason
-        The figures.
+        Estimates and intervals in words.
     growth : float
-        By which factor the number of paths must grow to decide; infinite if more paths cannot.
+        Factor by which the number of paths must grow to decide; infinite if more paths cannot decide.
     suspected : float
-        Least p-value of what speaks against the claim: what `refuted` would be if the sample and its steps could be
-        relied on. It asks for more paths or finer levels, and refutes nothing; nothing is verified in spite of it.
+        Least p-value against the claim: the value of `refuted` if the sample and its step sizes could be relied on.
+        It requests more paths or finer levels and bars verification, but does not refute.
     blind : float
-        By which factor the number of paths must grow until an error shows that is as large as the claim forbids; 1
-        where it would show now, infinite if more paths do not help.
+        Factor by which the number of paths must grow to show an error as large as the claim forbids; 1 if it would
+        show now, infinite if more paths do not help.
     limit : float
-        The part of `refuted` that a wrong limit has. An order that is held back leaves it as it is; steps that are
-        too coarse do not.
+        p-value against the limit of the quantity alone. It stays when an order is held back, and is 1 when steps are
+        too coarse.
     remedy : Reason
-        What would decide where that is not the number of paths that `growth` gives, such as a truth; empty if it is.
+        Evidence that would decide instead of more paths, such as a truth; empty if `growth` applies.
     """
 
     verified: float
@@ -90,39 +90,39 @@ class PathTests(NamedTuple):
 
     @property
     def against(self) -> float:
-        """Least p-value of all that speaks against the claim, whether it may refute or not."""
+        """Least p-value against the claim, of refuting and merely suspicious evidence."""
         return min(self.refuted, self.suspected)
 
     def held(self, *why: Reason | str, growth: float = inf) -> "PathTests":
-        """Return tests that refute nothing, for a reason; what they show stays suspicious."""
+        """Return tests that do not refute, for given reasons; the smallest p-value moves to `suspected`."""
         reason = reduce(Reason.then, why, self.reason)
         remedy = self.remedy if isfinite(growth) else Reason()
         return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason, remedy=remedy)
 
     def unless_vacuous(self, most: float, size: float) -> "PathTests":
-        """Return tests that verify nothing if a claimed bound is no less than the size of what it bounds.
+        """Return tests that do not verify if the claimed bound is no smaller than the bounded quantity.
 
         Parameters
         ----------
         most : float
-            The claimed bound.
+            Claimed bound.
         size : float
-            Of the quantity; NaN or 0 if it is not known.
+            Size of the quantity; NaN or 0 if unknown.
         """
         reason = why_vacuous(most, size)
         return self._replace(verified=1.0, growth=inf, reason=reason.then(self.reason)) if reason else self
 
     def without_truth(self, level: float, truth: str, *, reached: bool) -> "PathTests":
-        """Return tests that may refute and do not verify, because the problem has no truth to compare the limit with.
+        """Return tests that may refute but not verify, for a problem without a truth of the limit.
 
         Parameters
         ----------
         level : float
-            Of a test: what is above the bound of the claim at this level needs no more paths.
+            Level of a test. An estimate above the bound of the claim at this level needs no more paths.
         truth : str
-            What has to be attached to the problem, in words.
+            Truth that has to be attached to the problem, in words.
         reached : bool
-            Whether the estimate is as claimed: more paths do not refute then, if the figures stay.
+            Whether the estimate agrees with the claim, so that more paths would not refute it either.
         """
         growth = inf if self.verified <= level else self.growth
         remedy = ask_for_truth(truth) if reached or not isfinite(growth) else Reason()
@@ -130,17 +130,17 @@ class PathTests(NamedTuple):
 
     @classmethod
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
-        """Return tests that reject nothing, and why."""
+        """Return tests that reject no hypothesis, with the reason."""
         return cls(1.0, 1.0, Reason.of(reason), growth)
 
 
 def ask_for_truth(truth: str) -> Reason:
-    """Return that a truth, and no number of paths, would decide.
+    """Return the reason that only a truth would decide, and no number of paths.
 
     Parameters
     ----------
     truth : str
-        What has to be attached to the problem, in words.
+        Truth that has to be attached to the problem, in words.
     """
     text = "no number of paths verifies this without a truth: attach {truth} to the problem"
     return Reason(text, Kind.TRUTH, {"truth": truth})
@@ -151,19 +151,19 @@ def order_tests(
 ) -> PathTests:
     """Compare an estimated order with a claimed least order.
 
-    The claim is verified by rejecting order <= value - margin, provided that its interval at the run's confidence
-    is no wider than the margin on either side, and refuted by rejecting order >= value - margin.
+    The claim is verified by rejecting order <= value - margin, provided that the interval at the run's confidence is
+    no wider than the margin on either side, and refuted by rejecting order >= value - margin.
 
     Parameters
     ----------
     claim : Claim
-        One that claims exactness is refuted: whoever asks for an order has seen more than rounding.
+        A claim of exactness is refuted, because an order is only estimated from errors above round-off.
     order : Estimate
     evidence : Evidence
     bias : float
-        Bound of the bias of the estimate.
+        Bound on the bias of the estimate.
     of : str, optional
-        What the order is of, in words.
+        Sense of the order, in words.
 
     Returns
     -------
@@ -187,16 +187,18 @@ def order_tests(
 
 
 def order_resolution(share: Estimate, confidence: float, bias: float = 0.0) -> float:
-    """Return the largest share of a lower term that is not excluded, between 0 and 1; infinite if it is not known.
+    """Return the upper confidence bound on the share of a lower-order term, clipped to [0, 1].
+
+    The result is infinite if the bound is not finite.
 
     Parameters
     ----------
     share : Estimate
-        Of the error at the finest step.
+        Share of the term in the error at the finest step.
     confidence : float
-        Of the one-sided interval whose upper end is taken.
+        Confidence of the one-sided interval.
     bias : float, optional
-        Bound of the bias of the share.
+        Bound on the bias of the share.
     """
     bound = share.upper_bound(confidence, bias)
     return min(max(bound, 0.0), 1.0) if isfinite(bound) else inf
@@ -205,21 +207,22 @@ def order_resolution(share: Estimate, confidence: float, bias: float = 0.0) -> f
 def resolve_order(
     tests: PathTests, claimed: Order, share: Estimate, evidence: Evidence, bias: float = 0.0
 ) -> PathTests:
-    """Verify no order while a term of half an order less may have a tenth of the error at the finest step.
+    """Withhold verification while a term of half an order less may have a tenth of the error at the finest step.
 
-    Shares above the upper end of a one-sided interval at the run's confidence are excluded. Where the share itself is
-    no smaller than a tenth, finer steps decide, on which that of a lower order grows and that of a higher one falls.
+    Shares above the upper end of a one-sided interval at the run's confidence are excluded. If the estimated share is
+    itself a tenth or more, finer steps decide, because there the share of a lower order grows and that of a higher
+    falls.
 
     Parameters
     ----------
     tests : PathTests
-        Of the claimed order, by paths alone.
+        Tests of the claimed order on paths alone.
     claimed : Order
     share : Estimate
-        Of the lower term; see `Slopes.lower_share`.
+        Share of the lower term; see `Slopes.lower_share`.
     evidence : Evidence
     bias : float
-        Bound of the bias of the share.
+        Bound on the bias of the share.
 
     Returns
     -------
@@ -241,7 +244,7 @@ def resolve_order(
 
 
 def order_in(order: float, low: float, high: float, claimed: Order, of: str = "along paths") -> Reason:
-    """Return an order with its interval, beside what is claimed.
+    """Return an estimated order with its interval and the claimed bar, as a reason.
 
     Parameters
     ----------
@@ -249,7 +252,7 @@ def order_in(order: float, low: float, high: float, claimed: Order, of: str = "a
         Estimate and ends of its interval.
     claimed : Order
     of : str, optional
-        What the order is of.
+        Sense of the order, in words.
     """
     text = "order {of} {order:.2f} [{low:.2f}, {high:.2f}]; {bar}"
     figures = {"of": of, "order": order, "low": low, "high": high, "claimed": claimed.least, "bar": claimed.bar}
@@ -257,21 +260,23 @@ def order_in(order: float, low: float, high: float, claimed: Order, of: str = "a
 
 
 def unknown_value(claim: Claim) -> Reason:
-    """Return that a measure has no test for what is claimed."""
+    """Return the reason that a measure has no test for the claimed value."""
     text = "not tested: this measure has no test of the claim {value!r}"
     return Reason(text, Kind.UNKNOWN_VALUE, {"value": str(claim)})
 
 
 def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
-    """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated.
+    """Limit p-values to the levels for which intervals are calibrated at this sample size.
+
+    With fewer than `CALIBRATED_PATHS` paths, no hypothesis is rejected.
 
     Parameters
     ----------
     tests : PathTests
     paths : int
-        How many were sampled.
+        Number of sampled paths.
     heavy : bool
-        Whether the tails of the errors are heavy.
+        Whether the errors have heavy tails, in which case fewer than `DEEP_PATHS` paths do not refute.
     """
     if paths < CALIBRATED_PATHS:
         few = f"{paths} paths are too few for an interval, {CALIBRATED_PATHS} are needed"
@@ -291,16 +296,16 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
 def unlike(claimed: Order, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
     """Return the p-value of the hypothesis that errors look like a claimed order.
 
-    They do not where the slope is below claim - margin; nor where it is nearer to that than to the claim, unless
-    what it tends to with a further term of the expansion is not.
+    The hypothesis fails if the slope is below claim - margin, or if both the slope and its corrected estimate are
+    nearer to claim - margin than to the claim.
 
     Parameters
     ----------
     claimed : Order
     slope, corrected : Estimate
-        On the finest levels; with a further term.
+        Slope on the finest levels, and its limit estimated with a further term of the expansion.
     bias : float
-        By how much the true slope may be larger than it is found.
+        Bound on how far the estimated slope may lie below the true one.
     """
     middle = claimed.least - 0.5 * claimed.margin
     nearer = max(slope.p_below(middle, bias), corrected.p_below(middle, bias))
@@ -310,23 +315,23 @@ def unlike(claimed: Order, slope: Estimate, corrected: Estimate, bias: float = 0
 def hold_back(
     tests: PathTests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf
 ) -> PathTests:
-    """Refute nothing by levels that are too coarse for the problem, see `why_not_resolved`; that stays suspicious.
+    """Withhold refutation by levels that are too coarse for the problem, see `why_not_resolved`.
 
-    Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of. More
-    paths on the same steps do not decide what is held back.
+    Refutation is also withheld if levels look too coarse for another reason, which `growth` times as many paths would
+    confirm. The p-values remain as suspicion. More paths on the same steps do not decide a claim that is held back.
 
     Parameters
     ----------
     tests : PathTests
-        Of a claim, along paths.
+        Tests of a claim on paths.
     evidence : Evidence
-        Of its cell.
+        Evidence of the cell.
     levels : ndarray of int
         Levels that the tests use.
     coarse : str
-        Another reason why they look too coarse; empty if there is none.
+        Another reason why the levels look too coarse; empty if there is none.
     growth : float
-        How many times as many paths would make sure of it.
+        Factor by which the number of paths must grow to confirm `coarse`.
     """
     if tests.against == 1.0:
         return tests
@@ -335,14 +340,14 @@ def hold_back(
     if not why:
         return tests
     held = tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
-    # Steps that do not follow the equation are as far from its limit.
+    # Steps that do not follow the equation are equally far from its limit.
     return held._replace(limit=1.0)
 
 
 def why_lost(evidence: Evidence, levels: Array) -> str:
-    """Return that paths are lost on steps hardly longer than those that are left; empty if it is not so.
+    """Return the reason that paths are lost on step sizes hardly longer than the fitted ones, or an empty string.
 
-    Paths that all but explode carry the errors there, and an order shows on steps that keep clear of them.
+    Near-exploding paths dominate the errors there, and an order shows only on steps far from the loss.
     """
     lost = evidence.health.sums["lost"][: levels[0]]
     if len(levels) >= FITTED or not lost.any():

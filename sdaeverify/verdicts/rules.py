@@ -1,12 +1,12 @@
-"""The rules that a finding passes between its measure and the report: one tuple, `RULES`, in the order of events.
+"""Rules that a finding passes between its measure and the report: the tuple `RULES`, in the order of application.
 
-A rule is a guard, which bars verdicts, or a step, a pure function that counts tests or says what a run waits for.
-Both are given the finding and its `Case`, which holds what is known apart from the evidence of the cell. A rule for
-which the case has nothing leaves the finding as it is: code that learns something about a finding fills a field of a
-case and applies all rules.
+A rule is a guard, which bars verdicts, or a step: a pure function that counts tests or states why a run continues or
+stopped. Both receive the finding and its `Case`, which holds the knowledge from outside the evidence of the cell. A
+rule leaves the finding unchanged if its field of the case has the default value. Code that learns something about a
+finding fills a field of a case and applies all rules.
 
-Guards take verdicts back, or forbid them for good. Only `correct_for_all_tests` gives a verdict, which the p-values
-of the finding allow.
+Guards take verdicts back, or forbid them for good. Only `correct_for_all_tests` gives a verdict, if the p-values of
+the finding allow it.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,13 +22,13 @@ FINER = "finer steps decide"
 
 
 class Objection(NamedTuple):
-    """Why a claim cannot be verified.
+    """State why the controls of a problem bar verification of a claim.
 
     Attributes
     ----------
     reason : str
     verdict : Verdict
-        Inconclusive where the controls do not come out as they must; an error or not run where that is not known.
+        Inconclusive if the controls fail; an error or not run if their outcome is unknown.
     """
 
     reason: str
@@ -36,31 +36,32 @@ class Objection(NamedTuple):
 
 
 class Case(NamedTuple):
-    """What is known of a finding beside its cell's evidence; what is left out is not known, and changes nothing.
+    """Hold the knowledge about a finding from outside its cell's evidence; a default value changes nothing.
 
     Attributes
     ----------
     suspicion : str
-        Why the problem is suspect where paths refute, or may over all tests of the run: a scheme that is known to be
-        right is, or may be, refuted, too.
+        Why the problem is suspect when paths refute, or may refute after the correction for all tests: a scheme known
+        to be right is, or may be, refuted too.
     objection : Objection or None
-        Of the problem's controls to verifying the claim.
+        Objection of the problem's controls to verifying the claim.
     end : Reason
-        Where the problem loses its root, so that the solution ends.
+        Reason that states where the problem loses its algebraic root, so that the solution ends; empty if it does
+        not.
     looks : int
-        How often paths are looked at: each look is a test.
+        Number of interim analyses of the paths: each look is a test.
     finer : bool
-        Whether finer levels are drawn for it.
+        Whether finer levels are drawn for the finding.
     diverges : str
         Why the claim cannot hold in its sense: moments of the scheme tend to infinity, or it has no invariant law.
     elsewhere : str
-        What another finding of the run on the same scheme and problem has shown to be wrong.
+        Error that another finding of the run on the same scheme and problem has shown.
     stopped : str
         Why no further looks were taken.
     significant : frozenset of Verdict or None
-        Which verdicts its p-values allow over all tests of the run; None before that is known.
+        Verdicts that the p-values allow over all tests of the run; None before these are known.
     resolution : float
-        Largest error of the limit, as part of the quantity's size, that somebody accepts to be overlooked.
+        Largest undetected error of the limit that a policy accepts, as part of the quantity's size.
     """
 
     suspicion: str = ""
@@ -76,17 +77,17 @@ class Case(NamedTuple):
 
 
 class Doubt(NamedTuple):
-    """Why a guard bars a verdict of a finding.
+    """State why a guard bars a verdict of a finding.
 
     Attributes
     ----------
     reason : Reason or str
     verdict : Verdict
-        Given in place of the barred one.
+        Verdict given instead of the barred one.
     settled : bool or None
-        Whether more paths cannot change it; as before if None.
+        Whether more paths cannot change the verdict; None leaves the value of the finding.
     added : bool
-        Whether the reason is put behind that of the finding, not before it.
+        Whether the reason follows that of the finding instead of preceding it.
     """
 
     reason: Reason | str
@@ -96,14 +97,14 @@ class Doubt(NamedTuple):
 
 
 def doubt_problem(finding: Finding, case: Case) -> Doubt | None:  # noqa: ARG001
-    """Return the suspicion that the problem is wrong: a positive control is refuted on it as well."""
+    """Return the doubt that the problem is wrong because a positive control is refuted on it as well."""
     if not case.suspicion:
         return None
     return Doubt(f"the exact solution of the problem is in doubt: {case.suspicion}", Verdict.ERROR)
 
 
 def doubt_discrimination(finding: Finding, case: Case) -> Doubt | None:
-    """Return the objection of the controls: the problem does not tell orders apart."""
+    """Return the doubt raised by the controls: the problem does not distinguish orders."""
     if case.objection is None:
         return None
     reason, verdict = case.objection
@@ -112,12 +113,15 @@ def doubt_discrimination(finding: Finding, case: Case) -> Doubt | None:
 
 
 def doubt_moments(finding: Finding, case: Case) -> Doubt | None:  # noqa: ARG001
-    """Return why moments, or the invariant law, that the claim is about do not exist."""
+    """Return the doubt that the moments or the invariant law of the claim do not exist."""
     return Doubt(case.diverges) if case.diverges else None
 
 
 def doubt_end(finding: Finding, case: Case) -> Doubt | None:
-    """Return where the solution ends, unless paths refute the claim: they are compared up to there."""
+    """Return the doubt that the solution ends within the horizon.
+
+    A refutation by paths stands, because they are compared up to the end of the solution.
+    """
     by_paths = finding.verdict is Verdict.REFUTED and finding.tier == SAMPLED
     if not case.end or by_paths or finding.verdict not in DECIDE:
         return None
@@ -125,13 +129,13 @@ def doubt_end(finding: Finding, case: Case) -> Doubt | None:
 
 
 def doubt_other_findings(finding: Finding, case: Case) -> Doubt | None:
-    """Return what another finding on the same scheme and problem has shown to be wrong."""
+    """Return the doubt that another finding on the same scheme and problem has shown an error."""
     asked = finding.verdict in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}
     return Doubt(f"not confirmed: {case.elsewhere}") if case.elsewhere and asked else None
 
 
 def doubt_resolution(finding: Finding, case: Case) -> Doubt | None:
-    """Return that an error of the size that the policy asks about would not have shown."""
+    """Return the doubt that an error above the size accepted by the policy would not have shown."""
     if finding.verdict is not Verdict.VERIFIED or not finding.resolution > case.resolution:
         return None
     text = "an error of {seen:.2g} of the size of the limit would not have shown, the policy allows {asked:g}"
@@ -139,7 +143,7 @@ def doubt_resolution(finding: Finding, case: Case) -> Doubt | None:
 
 
 def count_looks(finding: Finding, case: Case) -> Finding:
-    """Put the p-values to as many tests as there are looks."""
+    """Multiply the p-values by the number of looks (Bonferroni)."""
     if case.looks == 1:
         return finding
     p_verified, p_refuted = (_of_looks(float(p), case.looks) for p in (finding.p_verified, finding.p_refuted))
@@ -147,7 +151,7 @@ def count_looks(finding: Finding, case: Case) -> Finding:
 
 
 def wait_for_finer_levels(finding: Finding, case: Case) -> Finding:
-    """Leave open what finer levels are drawn for."""
+    """Leave a finding open if finer levels are being drawn for it."""
     return withhold(finding, FINER, settled=False) if case.finer else finding
 
 
@@ -158,7 +162,7 @@ def tell_stop(finding: Finding, case: Case) -> Finding:
 
 
 def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
-    """Keep, take back or give the verdicts of paths by what is significant over all tests of the run."""
+    """Keep, withdraw or give verdicts of paths by their significance over all tests of the run."""
     if case.significant is None or finding.tier < SAMPLED or finding.verdict is Verdict.DIVERGED:
         return finding
     known = {Verdict.REFUTED: finding.p_refuted, Verdict.VERIFIED: finding.p_verified}
@@ -172,7 +176,7 @@ def correct_for_all_tests(finding: Finding, case: Case) -> Finding:
     verdict = Verdict.REFUTED if Verdict.REFUTED in case.significant else Verdict.VERIFIED
     reason = finding.reason.before(Kind.MORE_PATHS)
     if verdict is Verdict.VERIFIED:
-        # What was not shown of the limit by itself is shown among all tests.
+        # The limit, not verified by this test alone, is verified over all tests.
         reason = reason.without(Kind.LIMIT)
     reason = reason.then("significant over all tests of this run")
     return replace(finding, verdict=verdict, reason=reason)
@@ -227,7 +231,7 @@ RESOLUTION = Guard(
     planted="another noise, and a gate that asks for a hundredth",
 )
 Step = Callable[[Finding, Case], Finding]
-# In the order of events: guards, and steps that count tests or say what a run waits for.
+# In the order of application: guards, and steps that count tests or state why a run continues or stopped.
 RULES: tuple[Guard | Step, ...] = (
     PROBLEM,
     DISCRIMINATION,
@@ -243,19 +247,19 @@ RULES: tuple[Guard | Step, ...] = (
 
 
 def send(finding: Finding, case: Case) -> Finding:
-    """Return the finding after all rules.
+    """Apply all rules to a finding.
 
     Parameters
     ----------
     finding : Finding
     case : Case
-        What is known of it now.
+        Present knowledge about the finding.
     """
     return reduce(lambda passed, rule: _decide(passed, case, rule), RULES, finding)
 
 
 def _decide(finding: Finding, case: Case, rule: Guard | Step) -> Finding:
-    """Return the finding after one rule: a guard with a doubt takes back a verdict that it bars, or forbids it."""
+    """Apply one rule; a guard with a doubt withdraws a verdict that it bars, or forbids it."""
     if not isinstance(rule, Guard):
         return rule(finding, case)
     doubt: Doubt | None = rule.asks(finding, case)
@@ -270,27 +274,27 @@ def _decide(finding: Finding, case: Case, rule: Guard | Step) -> Finding:
 
 
 def withhold(finding: Finding, doubt: Reason | str, **changed: Any) -> Finding:
-    """Return a finding as one that is not verified, and never will be, the doubt before its reason.
+    """Return the finding as inconclusive and never to be verified, with the doubt before its reason.
 
     Parameters
     ----------
     finding : Finding
     doubt : Reason or str
     **changed
-        Fields that change as well, such as ``verdict``.
+        Further fields to replace, such as ``verdict``.
     """
     open_ = replace(finding, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, finding.reason))
     return replace(forbid(open_, Verdict.VERIFIED), **changed)
 
 
 def forbid(finding: Finding, *verdicts: Verdict) -> Finding:
-    """Return a finding with verdicts, verified or refuted, that it cannot have whatever is sampled.
+    """Return the finding with verdicts that no further sampling can give it.
 
     Parameters
     ----------
     finding : Finding
     *verdicts : Verdict
-        Beside those that are excluded already.
+        Verdicts to exclude in addition to those that are excluded already. Their p-values become 1.
     """
     excluded = finding.excluded.union(verdicts)
     p_verified = 1.0 if Verdict.VERIFIED in excluded else finding.p_verified
@@ -299,12 +303,12 @@ def forbid(finding: Finding, *verdicts: Verdict) -> Finding:
 
 
 def withhold_in_doubt(findings: Sequence[Finding]) -> list[Finding]:
-    """Verify no quantity of a cell where another one of it is known to tend to the wrong limit.
+    """Withhold verification in a cell if another quantity of the cell has a wrong limit.
 
     Parameters
     ----------
     findings : sequence of Finding
-        Of one measure on one scheme and problem.
+        Findings of one measure on one scheme and problem.
     """
     wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.has(Kind.WRONG_LIMIT)]
     doubt = f"not confirmed: {Kind.WRONG_LIMIT} in {', '.join(wrong)}"

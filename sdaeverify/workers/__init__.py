@@ -1,1 +1,1 @@
-"""Code of plugins in processes of its own: pools, limits and calls."""
+"""Run plugin code in separate processes: worker pools, resource limits and calls."""

@@ -1,4 +1,4 @@
-"""Calls about many schemes on a problem at once: who hangs or dies costs its own answer and no other."""
+"""Batches of calls on many schemes: a scheme that hangs or kills its worker loses only its own answer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,39 +15,39 @@ AGAIN = ", twice"
 
 
 class Asked(Protocol):
-    """What schemes are asked: it can be pickled, and divided among them."""
+    """Argument of a batch call: it can be pickled and restricted to some of its schemes."""
 
     @property
     def label(self) -> str:
-        """The problem, or what else they are asked about."""
+        """Name of the problem, or of another subject of the call, for messages."""
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """The schemes, perhaps with some of their measures only."""
+        """The schemes, each with all or some of its measures."""
 
     def only(self, entries: Sequence[Entry]) -> Any:
-        """Return the same for some of the schemes."""
+        """Return a copy restricted to `entries`."""
 
 
 @dataclass(frozen=True)
 class Batch(Generic[Answer]):
-    """Schemes on a problem that are sent to a worker.
+    """Schemes on one problem that are sent to a worker in one call.
 
     Parameters
     ----------
     workers : Workers
     task : Asked
     function : callable, (Asked, Marker) -> sequence of Answer
-        Answers for each entry; at the top level of a module of the framework.
+        Returns one answer per entry; defined at the top level of a module of the framework.
     late : str
-        What is said of who takes too long, with a place for the seconds.
+        Format string for the reason of a scheme that exceeds its time, with a place for the seconds.
     again : bool
-        Whether a process has died of it before.
+        Whether a worker process has already died of this batch.
 
     Attributes
     ----------
     call : Call or RemoteCall or None
-        None where the call is made in this process, when its answers are asked for.
+        None if the call is made in this process, when its answers are requested.
     """
 
     workers: Workers
@@ -70,14 +70,14 @@ class Batch(Generic[Answer]):
         return RemoteCall(self.workers, self.function, argument)
 
     def answers(self) -> Iterator[tuple[Entry, Answer | Lost]]:
-        """Wait for the answers; what a process has died of is asked again, by itself where many were asked.
+        """Wait for the answers; if the process died, repeat the call with the suspected scheme by itself.
 
         Yields
         ------
         entry : Entry
-            A scheme, perhaps with some of its measures only.
+            A scheme, with all or some of its measures.
         answer : Answer or Lost
-            Lost is that of a scheme which takes too long, or of which a process has died twice.
+            Lost for a scheme that exceeds its time or whose worker process has died twice.
         """
         entries = self.task.entries
         found = self.function(self.task, Marker()) if self.call is None else self.call.outcome()
@@ -85,12 +85,12 @@ class Batch(Generic[Answer]):
             yield from zip(entries, found, strict=True)
             return
         given_up, rest = _divide(entries, found, again=self.again)
-        why = self._tell(found)
+        why = self._reason(found)
         yield from ((entry, found._replace(why=why)) for entry in given_up)
         for each in [replace(self, task=self.task.only(some), again=known) for some, known in rest]:
             yield from each.answers()
 
-    def _tell(self, lost: Lost) -> str:
+    def _reason(self, lost: Lost) -> str:
         if lost.late:
             assert isinstance(self.workers.executor, Processes)
             return self.late.format(self.workers.executor.limits.timeout)
@@ -101,7 +101,7 @@ Entries = tuple[Entry, ...]
 
 
 def _divide(entries: Entries, lost: Lost, *, again: bool) -> tuple[Entries, list[tuple[Entries, bool]]]:
-    """Return which entries are given up, and which are asked again together, and whether they are suspected."""
+    """Return the entries to give up, and groups of entries to repeat, each with whether it is suspected."""
     mark, final = lost.mark, again or lost.late
     if mark.scheme == NOBODY and len(entries) > 1:
         return (), [((entry,), False) for entry in entries]
@@ -115,7 +115,7 @@ def _divide(entries: Entries, lost: Lost, *, again: bool) -> tuple[Entries, list
 
 
 def _isolate_culprit(entries: Entries, mark: Mark) -> list[Entry]:
-    """Return the entry whose code ran, with the measure alone if it was one's, and then all that is left."""
+    """Return the entry whose code ran, reduced to the running measure if one ran, and then all the rest."""
     culprit, rest = entries[mark.scheme], [e for index, e in enumerate(entries) if index != mark.scheme]
     if mark.measure == NO_MEASURE or len(culprit.measures) == 1:
         return [culprit, *rest]

@@ -1,4 +1,4 @@
-"""Calls on workers: what one returns or, if its process dies of it, whose code that was, and why."""
+"""Calls in workers: their value or, if the process dies, the code that ran and the reason."""
 
 import pickle
 import signal
@@ -19,25 +19,25 @@ from .marks import Mark, Watchdog, read_mark
 from .pool import ENDED, Processes
 
 Value = TypeVar("Value")
-# Of the framework, at the top level of a module: what it is called with, and who is told whose code it runs.
+# A function at the top level of a module of the framework, called with its argument and a marker of the running code.
 Function = Callable[[Any, Marker], Value]
 ELSE = "define it at the top level of a module, or use one job"
 DIED = "its worker process died"
 GONE = "the executor takes no more work"
-# How often the marks of workers are read.
+# Seconds between two readings of the marks of workers.
 PERIOD = 0.1
 
 
 class Lost(NamedTuple):
-    """What there is of a call whose process died of it.
+    """Result of a call whose worker process died.
 
     Attributes
     ----------
     mark : Mark
-        Whose code ran.
+        The scheme and measure whose code ran.
     why : str
     late : bool
-        Whether the process was ended because it took too long.
+        Whether the process was ended because it exceeded its time.
     """
 
     mark: Mark
@@ -48,8 +48,8 @@ class Lost(NamedTuple):
 class Call(Generic[Value]):
     """A call in a worker process of this machine.
 
-    pebble ends a process safely, and alone, when its call is cancelled. Its own deadline is one for a whole call, in
-    which many schemes share the paths of a block: each has a time of its own, which its process marks.
+    pebble ends a process safely, and no other one, when its call is cancelled. Its own deadline is for a whole call.
+    Many schemes share the paths of a block, and each has a deadline of its own, which the process writes to its mark.
 
     Parameters
     ----------
@@ -65,18 +65,19 @@ class Call(Generic[Value]):
 
     @property
     def done(self) -> bool:
-        """Whether there is an outcome; meanwhile whoever takes too long is ended, in this call or in others."""
+        """Whether the call has ended; also ends all watched processes that have exceeded their time."""
         self._processes.end_late()
         if not (self.future.done() or self._processes.active):
             raise BrokenExecutor("the threads that manage worker processes have died")
         return self.future.done()
 
     def outcome(self) -> Value | Lost:
-        """Wait for the value and return it, or what is left if the process died of the call."""
+        """Wait for the value and return it, or a `Lost` if the process died."""
         try:
             return self._outcome()
         except BrokenProcessPool:
-            # One died between two calls, and no other was busy: pebble gives up the pool then.
+            # If a worker died between two calls while no other was busy, pebble gives up the whole pool: repeat the
+            # call.
             self.future = self._send()
             return self._outcome()
         finally:
@@ -100,9 +101,9 @@ class Call(Generic[Value]):
 
 
 class RemoteCall(Generic[Value]):
-    """A call in a worker of any executor: bytes go there, and bytes come home.
+    """A call in a worker of any executor; argument and value are sent as bytes.
 
-    A worker that dies, or whose machine leaves, costs one more call; what fails twice is the caller's error.
+    A call whose worker dies or leaves the cluster is repeated once; a second failure is an error of the executor.
 
     Parameters
     ----------
@@ -130,7 +131,7 @@ class RemoteCall(Generic[Value]):
             except UsageError:
                 raise
             except Exception as error:
-                # Whatever the function could raise it returns: this is of the executor.
+                # The function returns its own errors as values, so this error comes from the executor.
                 if why := self._workers.why_lost():
                     raise LostExecutorError(why) from error
                 if last:
@@ -147,14 +148,14 @@ class RemoteCall(Generic[Value]):
 
 
 def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Limits) -> bytes:
-    """Make a call in a worker process that is held to limits, and return its value as bytes.
+    """Make a call in a worker process under its limits, and return the pickled value.
 
     Parameters
     ----------
     function : callable, (argument, Marker) -> object
     argument : bytes
     mark : Path
-        File that tells the parent whose code runs, and until when it may.
+        File from which the parent process reads whose code runs and the deadline of that code.
     limits : Limits
     """
     watchdog = Watchdog(mark, limits.timeout)
@@ -164,14 +165,14 @@ def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Li
 
 
 def call_anywhere(function: Function[Any], argument: bytes, plugins: Plugins) -> bytes:
-    """Make a call in a worker that has never seen the plugin files, and return its value as bytes.
+    """Make a call in a worker that has not loaded the plugin files, and return the pickled value.
 
     Parameters
     ----------
     function : callable, (argument, Marker) -> object
     argument : bytes
     plugins : Plugins
-        Files that have to be loaded first.
+        Plugins to load before the call.
     """
     plugins.load()
     return pickle.dumps(function(unpickle_argument(argument), Marker()))
@@ -185,12 +186,12 @@ def _describe_end(code: int) -> str:
 
 
 def pickle_argument(argument: object, what: str) -> bytes:
-    """Return an argument as bytes.
+    """Return a pickled argument.
 
     Raises
     ------
     UsageError
-        If it cannot be sent: `what` says who is to blame.
+        If it cannot be pickled; `what` names the argument in the message.
     """
     try:
         return pickle.dumps(argument)
@@ -199,13 +200,13 @@ def pickle_argument(argument: object, what: str) -> bytes:
 
 
 def unpickle_argument(argument: bytes, *passed: type[BaseException]) -> Any:
-    """Return an argument in a worker process.
+    """Return an argument unpickled in a worker process.
 
     Raises
     ------
     UsageError
-        If it cannot be read there: a class or function of it is not at the top level of its module. Errors of the
-        types `passed` are raised as they are.
+        If it cannot be unpickled, as for a class or function that is not at the top level of its module. Errors of
+        the types `passed` are raised unchanged.
     """
     try:
         return pickle.loads(argument)

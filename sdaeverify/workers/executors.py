@@ -1,4 +1,4 @@
-"""Executors by name, whose workers may be on other machines, in threads, anywhere."""
+"""Executors by name; their workers may be threads, processes, or run on other machines."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -13,24 +13,26 @@ from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import load_source
 from ..registry.load import Registry
+from .limits import Limits
+from .pool import executor_for
 
 Value = TypeVar("Value")
-# Entry points: functions of an address, empty if none is given, and a number of workers, which give a `Workers`.
+# Entry points: functions of an address (empty if none is given) and a number of workers that return a `Workers`.
 GROUP = "sdaeverify.executors"
 PROCESSES = "processes"
-# A scheduler that has not answered by then is not there.
+# A scheduler that has not answered within this time is considered unreachable.
 ANSWERS_WITHIN = "10s"
 
 
 class Plugins(NamedTuple):
-    """What a process loads, so that it runs what was registered in another.
+    """Plugins that a worker loads to have the same registrations as the parent process.
 
     Attributes
     ----------
     modules : tuple of str
-        Of installed distributions.
+        Importable modules of installed distributions.
     files : tuple of (str, bytes)
-        Plugin files with their content.
+        Plugin files with their contents.
     """
 
     modules: tuple[str, ...] = ()
@@ -38,11 +40,11 @@ class Plugins(NamedTuple):
 
     @classmethod
     def of(cls, registry: Registry) -> "Plugins":
-        """Return the plugins of a registry, with what their files hold now."""
+        """Return the plugins of a registry, with the current contents of its files."""
         return cls(registry.modules, tuple((file, Path(file).read_bytes()) for file in registry.files))
 
     def load(self) -> None:
-        """Import all of them, and record the files that their code opens from now on."""
+        """Import all of them, and start recording the files that their code opens."""
         openings()
         for module in self.modules:
             import_module(module)
@@ -51,18 +53,18 @@ class Plugins(NamedTuple):
 
 
 class Workers(NamedTuple):
-    """Those who make calls.
+    """An executor with its number of workers and the plugins that they load.
 
     Attributes
     ----------
     executor : Executor or None
-        None for this process.
+        None if calls are made in this process.
     jobs : int
         Number of workers.
     plugins : Plugins
-        What workers elsewhere load before anything else.
+        Plugins that workers outside this process load first.
     why_lost : callable, () -> str
-        Why no call can come back any more, because who gives them out is gone; empty if it can.
+        Returns why no call can return any more because the scheduler is gone; empty while calls can return.
     """
 
     executor: Executor | None
@@ -72,14 +74,14 @@ class Workers(NamedTuple):
 
 
 class LostExecutorError(SdaeverifyError, BrokenExecutor):
-    """An executor makes no more calls: its workers are lost, or its scheduler is."""
+    """An executor that takes no more calls because its workers or its scheduler are lost."""
 
 
 class Serial(Executor):
-    """An executor that makes each call at once, in this process."""
+    """An executor that makes each call immediately, in this process."""
 
     def submit(self, fn: Callable[..., Value], /, *args: Any, **kwargs: Any) -> "Future[Value]":
-        """Make a call; its future is done."""
+        """Make a call and return its completed future."""
         future: Future[Value] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -90,21 +92,21 @@ class Serial(Executor):
 
 @contextmanager
 def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
-    """Give the workers that a name stands for.
+    """Open the executor with a given name and yield its workers.
 
     Parameters
     ----------
     text : str
         ``NAME``, ``NAME:ADDRESS`` or ``NAME://ADDRESS``.
     jobs : int
-        Number of workers, where that is not for the address to say.
+        Number of workers; ignored by an executor whose address determines it.
     registry : Registry
-        With the plugins that they load.
+        Its plugins are loaded by the workers.
 
     Raises
     ------
     UsageError
-        If there is no such executor, or it cannot be reached.
+        If no executor has this name, or it cannot be reached.
     """
     name, _, address = text.partition(":")
     known = {entry.name: entry for entry in metadata.entry_points(group=GROUP)}
@@ -115,7 +117,7 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
         try:
             given = known[name].load()(address.removeprefix("//"), jobs)
             workers = given.__enter__()
-            # What goes wrong later is none of its business.
+            # Close the executor without passing it errors of the block: they are not its own.
             opened.callback(given.__exit__, None, None, None)
         except UsageError:
             raise
@@ -129,13 +131,13 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
 
 
 def serial(_: str, __: int) -> AbstractContextManager[Workers]:
-    """Give an executor in this process, for searches of errors: no limit holds there."""
+    """Return an executor that runs in this process, for debugging; no limits apply to it."""
     return nullcontext(Workers(Serial(), 1))
 
 
 @contextmanager
 def dask(address: str, jobs: int) -> Iterator[Workers]:
-    """Give the workers of a Dask cluster at an address, or of one on this machine.
+    """Yield the workers of the Dask cluster at an address, or of a local cluster if the address is empty.
 
     Raises
     ------
@@ -161,3 +163,30 @@ def dask(address: str, jobs: int) -> Iterator[Workers]:
 
 def _why_lost(client: Any, words: str) -> str:
     return "" if client.status == "running" else words
+
+
+@contextmanager
+def crew_of(
+    jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
+) -> Iterator[Workers]:
+    """Give the workers of a run: processes of its own, those that a name stands for, or those of an executor.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of workers.
+    limits : Limits or None
+        What processes of its own are held to.
+    registry : Registry
+        With the plugins that they load.
+    executor : Executor, str or None
+        As `verify` takes it.
+    """
+    if executor is None or executor == PROCESSES:
+        with executor_for(jobs, registry.files, limits, registry.modules) as own:
+            yield Workers(own, jobs)
+    elif isinstance(executor, str):
+        with open_workers(executor, jobs, registry) as crew:
+            yield crew
+    else:
+        yield Workers(executor, jobs, Plugins.of(registry))

@@ -1,4 +1,4 @@
-"""What a scheme may take on one block of paths: limits of a worker process, asked for or by default."""
+"""Limits of a worker process: time and memory for one scheme on one block of paths, given or by default."""
 
 import os
 import re
@@ -17,11 +17,12 @@ except ImportError:  # not on every platform
     resource = None  # type: ignore[assignment]
 
 TIMEOUT = 600.0
-# Of the memory of the machine or of its container, for all workers together.
+# Share of the memory of the machine, or of its container, for all workers together.
 SHARE = 0.8
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
-# Measured: libraries that a worker loads as it begins, and gbm and the pendulum on all measures, take 50M to 100M.
+# Least memory: libraries that a worker loads at its start, and gbm and the pendulum on all measures, take 50M to
+# 100M.
 LEAST = 2**28
 _AMOUNT = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([KMGT]?)i?B?")
 
@@ -33,14 +34,14 @@ class Limits:
     Attributes
     ----------
     timeout : float
-        Seconds that the code of one scheme may take on one block; infinite for no limit.
+        Seconds that the code of one scheme may run on one block; infinite for no limit.
     memory : int
-        Bytes of address space beyond what a worker starts with; 0 for no limit.
+        Bytes of address space beyond those in use at the worker's start; 0 for no limit.
 
     Raises
     ------
     UsageError
-        If the platform has no such limits.
+        If the timeout is not positive, or the platform cannot limit memory.
     """
 
     timeout: float = inf
@@ -54,7 +55,7 @@ class Limits:
 
 
 def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> tuple[int, Limits | None]:
-    """Return the number of workers and what they are held to.
+    """Return the number of workers and their limits.
 
     Parameters
     ----------
@@ -63,19 +64,19 @@ def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> 
     memory : str or None
         Size; ``0`` for no limit, None for the default.
     jobs : int or None
-        Workers that were asked for.
+        Number of workers that was given; None for one per available core.
 
     Returns
     -------
     int
     Limits or None
-        None where one job is asked for and all limits are taken away: it runs in this process, which nothing can end
-        but itself.
+        With one job and all limits removed: calls are then made in this process, where code that hangs cannot be
+        ended.
 
     Raises
     ------
     UsageError
-        If one is no limit, or the platform has none.
+        If a value is not a valid limit, or the platform cannot limit memory.
     """
     if timeout is not None and not 0.0 <= timeout < inf:
         raise UsageError(f"--timeout expects a number of seconds, or 0 for no limit, got {timeout:g}")
@@ -87,19 +88,19 @@ def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> 
 
 
 def read_memory(name: str, text: str) -> int:
-    """Return the number of bytes that a worker may have.
+    """Return a memory size in bytes.
 
     Parameters
     ----------
     name : str
-        Of the option or key, for the message.
+        Name of the option or key, for the message.
     text : str
-        A number with K, M, G or T behind it, for powers of 1024: ``2G``.
+        A number, optionally followed by K, M, G or T for powers of 1024, such as ``2G``.
 
     Raises
     ------
     UsageError
-        If it is no such amount, or less than a worker needs whatever it runs.
+        If it is not such a size, or less than `LEAST`, which every worker needs.
     """
     match = _AMOUNT.fullmatch(text.strip())
     size = int(float(match[1]) * UNITS[match[2]]) if match else 0
@@ -119,7 +120,7 @@ def _default_memory(workers: int) -> int:
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -127,9 +128,10 @@ def available_cores() -> int:
 
 @contextmanager
 def limited_memory(extra: int) -> Iterator[None]:
-    """Let this process have so many bytes of address space beyond what it had when this was asked first.
+    """Limit the address space to `extra` bytes beyond its size at the first call of `address_space`.
 
-    What sends results and takes calls is not held to it: a call that it could not read for want of memory is lost.
+    The limit is removed for the code that sends results and receives calls: a call that could not be read for lack of
+    memory would be lost.
     """
     if not extra or resource is None:
         yield
@@ -145,6 +147,6 @@ def limited_memory(extra: int) -> Iterator[None]:
 
 @cache
 def address_space() -> int:
-    """Return how many bytes of address space this process had when it was asked first."""
+    """Return the bytes of address space that this process had at the first call, which is cached."""
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if statm.is_file() else 0

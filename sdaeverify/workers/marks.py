@@ -1,4 +1,4 @@
-"""How a worker process marks whose code it runs, and until when that may: what is left of it when it dies."""
+"""Marks in a file of whose code a worker runs and its deadline: they remain readable if the worker dies."""
 
 import mmap
 import struct
@@ -18,16 +18,16 @@ FORMAT = struct.Struct("<qqd")
 
 
 class Mark(NamedTuple):
-    """Whose code a worker runs: what is left of it when it dies.
+    """The scheme and measure whose code a worker runs, and its deadline.
 
     Attributes
     ----------
     scheme : int
-        Index of the scheme, `PROBLEM`, or `NOBODY`.
+        Index of the scheme, `PROBLEM` for the problem, or `NOBODY` if no plugin code runs.
     measure : int
         Index of the measure or `NO_MEASURE`.
     deadline : float
-        Of the monotonic clock, from which on the process may be ended.
+        Time of the monotonic clock after which the parent may end the process.
     """
 
     scheme: int = NOBODY
@@ -36,26 +36,27 @@ class Mark(NamedTuple):
 
 
 class StopError(SdaeverifyError):
-    """Code that is watched raised what is meant to end a program, such as KeyboardInterrupt."""
+    """Plugin code raised an exception that ends a program, such as KeyboardInterrupt."""
 
 
 def read_mark(path: Path) -> Mark:
-    """Return the mark in a file; nobody's if there is none."""
+    """Return the mark in a file, or an empty mark if there is no complete one."""
     data = path.read_bytes() if path.is_file() else b""
     return Mark(*FORMAT.unpack(data)) if len(data) == FORMAT.size else Mark()
 
 
 class Watchdog(Marker):
-    """Marks in a file whose code runs, and until when it may: who waits for the call ends the process after that.
+    """A marker that writes whose code runs and its deadline to a file.
 
-    Nothing here keeps the time: code that never comes back, ignores signals or turns off alarms would not let it.
+    The parent process, which waits for the call, ends the worker after the deadline. A timer in the worker would not
+    do: code that never returns, ignores signals or disables alarms would not let it run.
 
     Parameters
     ----------
     path : Path
-        Of the mark.
+        File of the mark.
     timeout : float
-        Seconds for each scheme, and for the problem.
+        Seconds for each scheme, and for the problem, in this call.
     """
 
     def __init__(self, path: Path, timeout: float) -> None:
@@ -67,7 +68,7 @@ class Watchdog(Marker):
 
     @contextmanager
     def of(self, scheme: int) -> Iterator[None]:
-        """Run code of a scheme or of the problem against its time."""
+        """Mark the code of a scheme, or of the problem, with the rest of its time."""
         begun = time.monotonic()
         left = max(self.timeout - self.spent[scheme], 1e-3)
         self._write(Mark(scheme, NO_MEASURE, begun + left))
@@ -80,7 +81,7 @@ class Watchdog(Marker):
 
     @contextmanager
     def measure(self, index: int) -> Iterator[None]:
-        """Note that it is a measure that runs."""
+        """Mark that a measure of the current scheme runs."""
         before = self.mark
         self._write(before._replace(measure=index))
         try:
@@ -97,7 +98,7 @@ class Watchdog(Marker):
         except FAULTS:
             raise
         except BaseException as error:
-            # Workers hear no interrupt of the user's: whatever ends a program is the plugin's own.
+            # Workers ignore interrupts of the user, so an exception that ends a program comes from the plugin.
             raise StopError(f"{type(error).__name__}: raised by the plugin") from error
 
     def _write(self, mark: Mark) -> None:

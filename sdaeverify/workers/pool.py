@@ -1,4 +1,4 @@
-"""Worker processes on this machine: a pool of pebble's, each with its plugins loaded, all ended in the end."""
+"""Worker processes on this machine: a pool of pebble's whose workers load the plugins and are ended on exit."""
 
 import importlib
 import multiprocessing
@@ -28,36 +28,36 @@ from .room import NoWorkersError, why_no_room
 
 Key = TypeVar("Key")
 Result = TypeVar("Result")
-# Enough blocks in flight to keep every worker busy while one result waits for its turn.
+# Enough calls in flight to keep every worker busy while one result waits for its turn.
 BLOCKS_A_WORKER = 3
 NONE = Limits()
-# What the framework itself needs, sooner or later: it is loaded before the memory of a worker is limited.
+# Modules that the framework needs at some time: they are loaded before the memory of a worker is limited.
 FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
-# pebble takes the exit code 0 for that of a worker that has nothing left to do, which none of ours comes to.
+# pebble takes exit code 0 for a worker that has no more calls; our workers never exit for that reason.
 ENDED = 256
-# Seconds that pebble is given to end its workers before they are killed.
+# Seconds that pebble has to end its workers before they are killed.
 ENDING = 10.0
 
 
 class Processes(Executor):
-    """Worker processes, started with the first call; one that dies takes its own call with it and no other.
+    """Worker processes, started at the first call; one that dies loses its own call only.
 
-    They are started anew rather than forked, so that they behave alike on every platform and inherit no threads, and
-    ended at once when the block of a ``with`` is left, whatever they do.
+    Processes are spawned rather than forked: they behave alike on every platform and inherit no threads. They are
+    ended as soon as the ``with`` block is left, even in the middle of a call.
 
     Parameters
     ----------
     jobs : int
-        Number of workers at most.
+        Largest number of workers.
     plugins : tuple of str
-        Modules and plugin files that each of them loads.
+        Modules and plugin files that each worker loads.
     limits : Limits
-        What the code of plugins is held to in them.
+        Limits of each worker for the code of plugins.
 
     Raises
     ------
     NoWorkersError
-        If there is too little address space for them.
+        If the address space is too small for this number of workers.
     """
 
     def __init__(self, jobs: int, plugins: tuple[str, ...] = (), limits: Limits = NONE) -> None:
@@ -65,7 +65,7 @@ class Processes(Executor):
             raise NoWorkersError(why)
         self.jobs, self.limits = jobs, limits
         self._plugins, self._numbers = plugins, count()
-        # In it they mark whose code runs.
+        # Directory of the marks that say whose code each worker runs.
         self._marks = tempfile.TemporaryDirectory(prefix="sdaeverify-")
         self._watched: dict[Path, Future[Any]] = {}
         self._pool: ProcessPool | None = None
@@ -73,18 +73,18 @@ class Processes(Executor):
 
     @property
     def active(self) -> bool:
-        """Whether calls are made; they are none if the threads that manage them have died."""
+        """Whether calls are made; False if no pool was started, or its managing threads have died."""
         return self._pool is not None and self._pool.active
 
     def expect(self, calls: int) -> None:
-        """Start no more workers than there will be calls side by side."""
+        """Reduce the number of workers to the number of concurrent calls."""
         self.jobs = max(1, min(self.jobs, calls))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Make a call in the next worker that is free."""
+        """Make a call in the next free worker; start the pool if it has not started or has broken."""
         try:
             if not self.active:
-                # Broken since a worker died while none had a call, or never made.
+                # Not started yet, or broken because a worker died while none had a call.
                 self._end_pool()
                 printed = MOST_PRINTED // self.jobs
                 self._pool = ProcessPool(
@@ -93,30 +93,30 @@ class Processes(Executor):
             assert self._pool is not None
             return self._pool.schedule(fn, args, kwargs)
         except (OSError, RuntimeError, MemoryError) as error:
-            # No semaphore, no thread or no process is to be had, of which no scheme is the cause.
+            # The system refuses a semaphore, a thread or a process: an error of the machine, not of a scheme.
             raise NoWorkersError.of(error.__cause__ or error) from error
 
     def afresh(self) -> "Processes":
-        """Return a worker in which nobody has used up anything."""
+        """Return a pool of one new worker, in which no code has used memory or time yet."""
         return Processes(1, self._plugins, self.limits)
 
     def new_mark(self) -> Path:
-        """Return a place for a mark that no other call has."""
+        """Return the path of a mark file that no other call uses."""
         return Path(self._marks.name, str(next(self._numbers)))
 
     def watch(self, mark: Path, future: "Future[Any]") -> None:
-        """End the process of a call when the time of whose code it runs is over."""
+        """Register a call whose process is to be ended after the deadline in its mark; see `end_late`."""
         self._watched[mark] = future
 
     def end_late(self) -> None:
-        """End the processes whose time is over: pebble does that, safely, where their calls are cancelled."""
+        """End the processes that are past their deadline by cancelling their calls, which pebble does safely."""
         self._watched = {mark: future for mark, future in self._watched.items() if not future.done()}
         for mark, future in self._watched.items():
             if time.monotonic() > read_mark(mark).deadline:
                 future.cancel()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:  # noqa: ARG002
-        """End the workers, whatever they do; calls that wait are given up."""
+        """End the workers, even in the middle of a call; pending calls are dropped."""
         self._end_pool()
         self._marks.cleanup()
 
@@ -124,10 +124,10 @@ class Processes(Executor):
         if self._pool is None:
             return
         self._pool.stop()  # type: ignore[no-untyped-call]
-        # pebble waits for threads of its own, which may wait for a worker: to take a call, or to give back a lock.
+        # pebble joins threads of its own, which may wait for a worker to take a call or to release a lock.
         ending = threading.Thread(target=self._pool.join, daemon=True)
         with suppress(RuntimeError):
-            # Where no thread is to be had, pebble had none to wait for.
+            # If no thread can be started, pebble has none to wait for either.
             ending.start()
             ending.join(ENDING)
         for worker in self._context.made:
@@ -138,18 +138,18 @@ class Processes(Executor):
 def executor_for(
     jobs: int, files: Sequence[str] = (), limits: Limits | None = None, modules: Sequence[str] = ()
 ) -> AbstractContextManager[Executor | None]:
-    """Give worker processes, or None for one job without limits: it is done in this process.
+    """Return a pool of worker processes, or a context of None for one job without limits.
 
     Parameters
     ----------
     jobs : int
-        Number of processes; none is started for one without limits.
+        Number of processes; a single job without limits runs in this process.
     files : sequence of str
         Plugin files to load.
     limits : Limits or None
-        What each process is held to: it takes one of its own to be ended.
+        Limits of each process; if given, even a single job runs in its own process, so that it can be ended.
     modules : sequence of str
-        Modules to import: one that registers what another defines may set something in it.
+        Modules to import, before the files: a file may depend on registrations of a module.
     """
     if limits is None and jobs <= 1:
         return nullcontext(None)
@@ -159,14 +159,14 @@ def executor_for(
 def in_turn(
     executor: Executor | None, window: int, calls: Iterable[tuple[Key, Callable[[], Result]]]
 ) -> Iterator[tuple[Key, Result]]:
-    """Make calls and yield their results in the order of the calls, whatever the workers do.
+    """Make calls and yield their results in the order of the calls.
 
     Parameters
     ----------
     executor : Executor or None
-        Calls are made in this process if there is none.
+        None to make the calls in this process.
     window : int
-        Calls in flight: bounds the memory of results that wait for their turn.
+        Number of calls in flight; bounds the memory of results that wait for their turn.
     calls : iterable of (key, callable)
     """
     if executor is None:
@@ -182,7 +182,7 @@ def in_turn(
 
 
 class _Worker(SpawnProcess):
-    """A process that ends with all that it has started, and never hears an interrupt, which is for its parent."""
+    """A process that ends together with all its child processes, and ignores interrupts, which its parent handles."""
 
     _seen_dead = False
 
@@ -198,12 +198,12 @@ class _Worker(SpawnProcess):
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
     def terminate(self) -> None:
-        """End the process at once, whatever it does with signals."""
+        """Kill the process and all processes that it has started."""
         self._end_group()
         self.kill()
 
     def is_alive(self) -> bool:
-        """Return whether it runs. A death is told at the second look: pebble reads meanwhile which call it took."""
+        """Return whether it runs; reports a death at the second query, since pebble first reads which call it had."""
         if super().is_alive():
             return True
         self._end_group()
@@ -212,19 +212,20 @@ class _Worker(SpawnProcess):
 
     @property
     def exitcode(self) -> int | None:
-        """The exit code, for pebble another one than 0."""
+        """Exit code, with `ENDED` in place of 0, which pebble would ignore."""
         code = super().exitcode
         return ENDED if code == 0 else code
 
     def _end_group(self) -> None:
-        # A worker leads a session of its own; until it does, and where there are none, it is ended alone.
+        # A worker leads a session of its own. Before it has created one, or on platforms without sessions, only it is
+        # killed.
         if self.pid is not None and hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.pid, signal.SIGKILL)
 
 
 class _Context(SpawnContext):
-    """Makes workers, and knows them."""
+    """A process context that creates `_Worker` processes and keeps a list of those that run."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -238,9 +239,9 @@ class _Context(SpawnContext):
 def _begin(plugins: Sequence[str], printed: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
-        # All that the code of plugins starts can be ended together.
+        # A session of its own: all processes that plugin code starts can be killed together.
         os.setsid()
-    # What a plugin prints is no result.
+    # Send printed output of plugins to stderr, because stdout is reserved for results.
     os.dup2(2, 1)
     if sys.stderr is not None:
         sys.stdout = sys.stderr = BoundedText(sys.stderr, printed)
@@ -257,7 +258,7 @@ def _begin(plugins: Sequence[str], printed: int) -> None:
 
 
 def _end_with_parent() -> None:
-    # A parent that is killed cannot tell its workers to end.
+    # A parent that is killed cannot end its workers.
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

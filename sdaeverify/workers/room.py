@@ -1,7 +1,8 @@
-"""Room to begin with: address space for libraries and threads, where ``ulimit -v`` leaves little of it.
+"""Check of the address space before workers start, for machines where ``ulimit -v`` leaves too little.
 
-Libraries of linear algebra wait for ever, and use a core, where they find none; what manages a pool of workers dies
-of a thread that cannot be started, and whoever waits for a result is not told. So it is asked for beforehand.
+Without enough address space, linear algebra libraries wait for ever and keep a core busy. The manager of a worker
+pool dies if a thread cannot be started, and a caller that waits for a result is not informed. So the need is
+estimated and checked first.
 """
 
 import os
@@ -14,35 +15,35 @@ MIB = 2**20
 # Measured on two kernels of OpenBLAS: numpy, scipy and pandas take 275 MiB, and 80 MiB more for each further core. A
 # thread takes a stack and an arena of the allocator, 72 MiB together.
 LIBRARIES, CORE, THREAD = 320 * MIB, 80 * MIB, 72 * MIB
-# Threads of the program beside those that manage each of its workers.
+# Threads of the program itself, and threads that manage each worker.
 OWN, A_WORKER = 2, 2
 MOST_CORES = 64
 
 
 class NoWorkersError(SdaeverifyError):
-    """Worker processes cannot be started: there is no memory, no thread or no semaphore to be had."""
+    """Worker processes cannot be started because memory, threads or semaphores are exhausted."""
 
     @classmethod
     def of(cls, error: BaseException) -> "NoWorkersError":
-        """Return the error that another one of the system is to the user."""
+        """Return an error of the operating system as one line for the user."""
         full = isinstance(error, OSError) and error.errno == ENOSPC
         hint = "is /dev/shm full?" if full else "try fewer --jobs"
         return cls(f"worker processes cannot be started: {one_line(error)}; {hint}")
 
 
 def address_space(jobs: int) -> int:
-    """Return how many bytes of address space the program takes with so many workers, before it has any numbers."""
+    """Return the address space in bytes that the program takes with `jobs` workers, before any data."""
     cores = min(_cores(), MOST_CORES)
     return LIBRARIES + (cores - 1) * CORE + (THREAD * (OWN + A_WORKER * jobs) if jobs else 0)
 
 
 def why_no_room(jobs: int) -> str:
-    """Return in one line that the limit of the address space is too low for so many workers; empty if it is not.
+    """Return why the limit of the address space is too low for `jobs` workers, or an empty string.
 
     Parameters
     ----------
     jobs : int
-        Number of worker processes; 0 for the libraries alone.
+        Number of worker processes; 0 for the libraries only.
     """
     limit, needed = _limit(), address_space(jobs)
     if limit is None or limit >= needed:
@@ -63,6 +64,6 @@ def _limit() -> int | None:
 
 
 def _cores() -> int:
-    """Return how many cores the libraries of linear algebra make ready for."""
-    asked = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    return int(asked) if asked.isdigit() and int(asked) else available_cores()
+    """Return the number of cores for which the linear algebra libraries start threads."""
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
+    return int(threads) if threads.isdigit() and int(threads) else available_cores()

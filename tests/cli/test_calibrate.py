@@ -15,7 +15,7 @@ def test_calibrate_writes_its_tables(call):
     outcome = call(*QUICK, "--only", "chains*on ou", "--out", "here", "--seed", "7")
 
     assert outcome.code == 0
-    assert "exit code 0: every rate agrees with what is promised" in outcome.out
+    assert "exit code 0: no claim is refuted, and no check fails" in outcome.out
     assert {row["seed"] for row in rows_of("here/calibration.csv")} == {"7"}
     text = Path("here", "calibration.md").read_text()
     assert "`python -m sdaeverify calibrate --repetitions 40 --seed 7 --only 'chains*on ou' --out here`" in text
@@ -36,4 +36,4 @@ def test_rates_that_disagree_are_named(call, monkeypatch):
 
     assert outcome.code == 1
     assert "disagrees: slope, milstein on gbm, L1 interval, 95 %, 100 paths" in outcome.out
-    assert "exit code 1: a rate disagrees with what is promised" in outcome.out
+    assert "exit code 1: a claim is refuted, or a check fails" in outcome.out

@@ -45,11 +45,11 @@ EULER, DOUBLED = 0.0, -1.0
 def measured(call_once):
     """Return a function that runs matrix with a version of the scheme."""
 
-    def run(folder, share=EULER, problems="gbm", **changes):
+    def run(folder, share=EULER, problems="gbm", measures="strong", **changes):
         Path(f"{folder}.py").write_text(SCHEME.replace("{share}", str(share)))
         options = {"paths": 100, "levels": "8..32", "max_looks": 1, "jobs": 1, "progress": "none", **changes}
         words = [word for key, value in options.items() for word in ("--" + key.replace("_", "-"), str(value))]
-        chosen = ("-s", "mine", "-p", problems, "-m", "strong", "--plugin", f"{folder}.py")
+        chosen = ("-s", "mine", "-p", problems, "-m", measures, "--plugin", f"{folder}.py")
         return call_once(folder, "matrix", *chosen, *words, also=share)
 
     return run
@@ -111,6 +111,18 @@ def test_a_plugin_that_is_needed_again_is_named_with_its_option(measured, call):
     file = Path("new.py").resolve()
     assert f"not registered here: mine; new was made with plugin files: add --plugin {file}\n" in outcome.err
     assert call("compare", "old", "new", "--plugin", str(file)).err == ""
+
+
+@pytest.mark.long
+def test_a_leading_error_that_changes_is_told(measured, compared):
+    """Without sampling the constant of E x^2 is another one, whatever paths resolve; that of E x is the same."""
+    measured("old", measures="weak"), measured("new", DOUBLED, measures="weak")
+    _, answer = compared("old", "new")
+
+    assert [row["quantity"] for row in answer["constants"]] == ["x^2"]
+    assert answer["constants"][0]["before"] == "-2.63 h"
+    assert answer["constants"][0]["after"] != "-2.63 h"
+    assert compared("old", "old")[1]["constants"] == []
 
 
 @pytest.mark.long
@@ -224,7 +236,10 @@ def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
 
     assert (refuted.code, mended.code) == (1, 0)
     assert refuted.err == mended.err == ""
-    assert "exit code 1: 0 errors grown beyond the factor, 2 claims newly refuted" in refuted.out
+    assert (
+        "0 errors grown beyond the factor, 2 claims newly refuted\nexit code 1: a claim is refuted, or a check fails"
+        in refuted.out
+    )
     assert "mine on gbm, strong x: inconclusive -> refuted" in refuted.out
     assert "mine on gbm, strong x: refuted -> inconclusive" in mended.out
 

@@ -138,8 +138,8 @@ def test_status_of_plugins(call, monkeypatch):
         ),
         ("Scheme", ["sdaeverify.Scheme"]),
         ("traits", ["additive-noise", "  The diffusion matrix depends neither", "  asked for by claims of: heun"]),
-        ("noise", ["What drives one step", "schemes that need H: ", "schemes that need dW: "]),
-        ("claims", ["What a scheme's author asserts.", "schemes with claims about strong: "]),
+        ("noise", ["Noise of one step: l Brownian motions", "schemes that need H: ", "schemes that need dW: "]),
+        ("claims", ["A property that a scheme's author claims.", "schemes with claims about strong: "]),
         ("measures", ["drift", "  Violation of each constraint along the paths."]),
     ],
 )

@@ -123,7 +123,7 @@ def test_what_is_not_decided_is_counted_below_an_unbroken_name(call, tmp_path, m
 
     assert name == "half-explicit-two-step-scheme-with-a-long-name"
     assert headings.split() == ["class", "motions", "claim", "order", "held", "verdict"]
-    assert rest[-1] == "exit code 0: no claim is refuted, 7 without a verdict"
+    assert rest[-1] == "exit code 0: no claim is refuted, and no check fails"
     assert rest[-2].endswith("classes of equations: 7 without a verdict")
     # A row without a claim has no verdict that is missing.
     assert [line.split()[1:4] for line in rest if line.startswith("overdamped")] == [["3", "invariant", "not"]]
@@ -144,7 +144,7 @@ def test_rows_for_programs(call):
 
     assert (first["measure"], first["order"], first["claim"]) == ("strong", 1.0, 1.0)
     assert (first["held"], first["of"], first["trees"]) == (11, 11, [["f", "└─ t"]])
-    assert (last["verdict"], last["order"]) == ("not applicable", None)
+    assert (last["verdict"], last["order"]) == ("not_applicable", None)
 
 
 def test_what_cannot_be_asked_has_codes_of_its_own(call, tmp_path):

@@ -82,7 +82,7 @@ def test_table(reproduce, mine):
     assert first.split() == ["0.5", "x", "1.5625", "1.6487213", "1.5625", "few", "NO"]
     assert second.split()[-3:] == ["1.7", "NO", "NO"]
     assert "Read this first." in outcome.out
-    assert outcome.out.splitlines()[-1] == "exit code 0: everything is run"
+    assert outcome.out.splitlines()[-1] == "exit code 0: no claim is refuted, and no check fails"
 
 
 def test_columns(reproduce, mine):
@@ -242,7 +242,7 @@ def test_interrupt(reproduce, mine, monkeypatch):
     outcome = reproduce("mine", "--paths", "700", "--plugin", mine("row(2), row(4, problem='ou')"))
 
     assert outcome.code == 130
-    assert outcome.out.splitlines()[-1] == "exit code 130: interrupted; the paths that were finished are saved"
+    assert outcome.out.splitlines()[-1] == "exit code 130: interrupted; what was finished is saved"
     assert "euler-maruyama on ou, h = 0.25: not reached" in outcome.out
     assert [row["paths"] for row in rows_of("reports/mine/table.csv")] == ["500", "0"]
 

@@ -22,7 +22,7 @@ def test_shards_merge_to_one_run(call, tmp_path):
     parts = [pd.read_csv(f / "verdicts.csv")[["scheme", "problem"]].drop_duplicates() for f in shards]
     assert [len(part) for part in parts] == [2, 2, 2]
     assert len(pd.concat(parts).drop_duplicates()) == 6
-    for name in ("verdicts.csv", "levels.csv", "not_applicable.csv", "classes.csv"):
+    for name in ("verdicts.csv", "levels.csv", "not_applicable.csv", "details/classes.csv"):
         one, other = (pd.read_csv(folder / name, dtype=str, keep_default_na=False) for folder in (whole, merged))
         assert len(one)
         pd.testing.assert_frame_equal(one, other[list(one)], check_exact=True)

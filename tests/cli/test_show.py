@@ -26,7 +26,7 @@ def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
     assert lines[0].startswith("15 quantities: ")
     assert len(lines) <= 40
     assert any(line.startswith("euler-maruyama") for line in lines)
-    assert "the page is out/report.html; verdicts.csv, classes.csv, levels.csv, columns.csv" in finished.out
+    assert "the page is out/report.html; verdicts.csv, levels.csv, columns.csv" in finished.out
     assert "sdaeverify show out [SCHEME] [PROBLEM] gives the reasons" in lines
     assert lines[-1].startswith("exit code ")
 
@@ -36,6 +36,16 @@ def test_a_scheme_is_shown_with_its_classes(finished, call):
     shown = " ".join(call("show", "out", "milstein").out.split())
     told = "strong order 1 verified for smooth equations of the class ode, scalar, diagonal"
     assert f"milstein: classes of equations {told}" in shown
+
+
+def test_a_leading_error_is_shown_where_it_is_known(finished, call):
+    """Of quadratic means of a linear step beside their verdicts, and of no other mean or step."""
+    shown = " ".join(call("show", "out", "milstein", "gbm").out.split())
+    wrong = " ".join(call("show", "out", "displaced-euler", "gbm").out.split())
+
+    assert shown.count("leading error") == 2
+    assert "leading error -0.206 h without sampling, C known to" in shown
+    assert "leading error" not in wrong
 
 
 def test_quiet_is_the_sentence_alone(quick):
@@ -49,7 +59,7 @@ def test_json_is_all_that_is_said(quick):
     """A list of objects with one meaning a key, for matrix as for show."""
     outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "--json")
     rows = json.loads(outcome.out)
-    assert [row["quantity"] for row in rows] == ["x", "x@T"]
+    assert [row["quantity"] for row in rows] == ["x", "x@T", *3 * ["order conditions"]]
     assert {"claim", "margin", "local_order", "path_order", "path_low", "path_high", "decided_by"} <= {*rows[0]}
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from facade import FailingClaim, Policy, markdown_report
 from sdaeverify import UsageError
+from sdaeverify.contracts.finding import Status
 from sdaeverify.gate.against import changes, read_gate
-from sdaeverify.gate.outcomes import Status
 from sdaeverify.gate.words import json_report, text_report
 from sdaeverify.measuring import Method, Verdict
 

@@ -1,11 +1,14 @@
 """A nightly gate with a hunt in its policy."""
 
 import json
+import sys
 
 import pytest
 
 import sdaeverify
-from facade import execute
+from facade import Policy, execute, load_registry
+from sdaeverify.cli import gating
+from sdaeverify.gate.gated import Hunted
 
 POLICY = """[tool.sdaeverify]
 schemes = ["{scheme}"]
@@ -55,3 +58,11 @@ def test_a_hunt_leaves_the_gate_of_a_right_scheme_green(tmp_path, capsys):
 
     assert code == 0
     assert "0 claims refuted" in capsys.readouterr().out
+
+
+def test_a_gate_does_without_the_hunt(monkeypatch, tmp_path):
+    """Where an installation has left it out, the report says so, and nothing is red for it."""
+    monkeypatch.setitem(sys.modules, "sdaeverify.testing.hunting.hunt", None)
+    found = gating._hunt(load_registry(environ={}), Policy(hunt="10 s"), tmp_path)
+
+    assert found == Hunted(notes=("hunt of 10 s: this installation has no hunt",))

@@ -23,6 +23,7 @@ from facade import (
 )
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.measuring import Verdict
+from sdaeverify.probe.step.states import cloud, reached_states
 from sdaeverify.probing import OneStep, why_not_moments, why_not_operator
 
 WELL, FORCED = double_well(), forced_ou()
@@ -74,6 +75,42 @@ def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: When) -> None:
 
     assert why_not_moments(EulerMaruyama(), ou()) == why_not_operator(EulerMaruyama(), WELL) == ""
     assert why_not_moments(scheme, ou()) == why_not_operator(scheme, WELL) == DIFFERENT
+
+
+@dataclass(frozen=True)
+class SometimesSomewhere(EulerMaruyama):
+    """Euler-Maruyama without drift in some steps from states in an interval."""
+
+    when: When = lambda n, t, h, T: False
+    low: float = 0.0
+    high: float = 0.0
+
+    name: ClassVar[str] = "sometimes-somewhere"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        inside = (state > self.low) & (state < self.high)
+        wrong = self.when(round(t / h), t, h, problem.horizon) & inside
+        drift = np.where(wrong, 0.0, problem.drift(t, state))
+        return Step(state + h * drift + problem.diffused(t, state, noise.dW))
+
+
+@pytest.mark.parametrize(
+    "when",
+    [
+        lambda n, t, h, T: 0.32 < (t + 0.5 * h) / T < 0.53,
+        lambda n, t, h, T: n % 6 == 5,
+    ],
+    ids=["in a window", "every sixth"],
+)
+@pytest.mark.parametrize("problem", [WELL, FORCED], ids=["autonomous", "moving"])
+def test_steps_that_are_wrong_in_a_region_at_some_times_are_refuted(when: When, problem: SDE) -> None:
+    """Times are looked for at the states that runs reach: none of the cloud is in the interval."""
+    places = np.sort(cloud(problem, problem)[0])
+    often = int(np.histogram(reached_states(problem, problem).points, places)[0].argmax())
+    scheme = SometimesSomewhere(when, *places[often : often + 2].tolist())
+
+    assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is not Verdict.VERIFIED
+    assert judge_strong(strong_orders(local_strong(scheme, problem))[-1], 0.5).verdict is not Verdict.VERIFIED
 
 
 class Counted(NamedTuple):

@@ -221,6 +221,30 @@ def test_what_has_no_operator_is_refused_with_a_reason(scheme, problem, reason):
     assert reason in why_not_operator(scheme, problem)
 
 
+@dataclass(frozen=True)
+class Narrow(Euler):
+    """Half of Euler's noise where the state is in an interval."""
+
+    low: float = 0.0
+    high: float = 0.0
+
+    def step(self, problem, x, t, h, noise):
+        inside = (x > self.low) & (x < self.high)
+        kick = problem.diffused(t, x, noise.dW)
+        return Step(x + h * problem.drift(t, x) + np.where(inside, 0.5, 1.0) * kick)
+
+
+def test_a_step_that_is_another_one_between_two_nodes_has_no_operator():
+    """No quadrature sees an interval between its nodes: there, the matrix is that of Euler's method."""
+    nodes = np.sort(chart_basis(OU.chart).nodes[0])
+    low, high = nodes[len(nodes) // 2 : len(nodes) // 2 + 2]
+    narrow = Narrow(0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high)
+    basis = chart_basis(OU.chart)
+
+    assert np.array_equal(operator(narrow, OU, basis=basis).matrix, operator(Euler(), OU, basis=basis).matrix)
+    assert "kink or a jump" in why_not_operator(narrow, OU)
+
+
 @pytest.mark.parametrize(("scheme", "problem"), [(Euler(), ANGLE), (UNTRUNCATED, plane_pendulum())])
 def test_pairs_on_a_chart_are_not_refused(scheme, problem):
     """A scheme that keeps no memory has an operator on an autonomous problem, outputs and all."""

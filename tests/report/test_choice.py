@@ -48,6 +48,34 @@ def test_the_least_work_comes_first_and_what_is_not_known_last():
     assert [math.isfinite(one.seconds) for one in found.found] == [True, True, False, False]
 
 
+def known_leading(scheme, constant, power, **changes):
+    """Return a curve whose errors are within their noise, with a leading error that is known without sampling."""
+    row, levels, details = curve(scheme, [1e-3] * 4, noise=1.0, **changes)
+    for n, one in zip(SIZES, levels, strict=True):
+        one["h"] = str(2.0 / n)
+    return row, levels, {**details, "error_constant": str(constant), "error_power": str(power)}
+
+
+def test_a_leading_error_tells_the_steps_that_paths_do_not():
+    """With |C| h^p = accuracy and T = 2; no fewer steps than the coarsest, and none without a constant."""
+    fine, coarse = known_leading("fine", -0.5, 2.0), known_leading("coarse", 1e-6, 1.0)
+    found = chosen(fine, coarse, curve("none", [1e-3] * 4, noise=1.0), accuracy=1e-4).found
+    steps = {one.scheme: (one.steps, one.beyond, one.leading) for one in found}
+
+    assert steps["fine"] == (math.ceil(2.0 * math.sqrt(0.5 / 1e-4)), True, "-0.5 h^2")
+    assert steps["coarse"] == (8.0, True, "1e-06 h")
+    assert math.isnan(steps["none"][0])
+    assert steps["none"][2] == ""
+
+
+def test_errors_along_paths_count_before_a_leading_error():
+    """Where levels tell the steps, they are taken from these."""
+    row, levels, details = curve("a", [0.8, 0.4, 0.2, 0.1])
+    found = chosen((row, levels, {**details, "error_constant": "100.0", "error_power": "1.0"}), accuracy=0.1).found
+
+    assert (found[0].steps, found[0].beyond, found[0].leading) == (64.0, False, "100 h")
+
+
 def test_choices_are_a_table():
     """A row for each scheme in its order; a notebook shows it, texts of plugins as texts."""
     found = chosen(curve("<b>", [0.8, 0.4, 0.2, 0.1]), curve("b", [0.8, 0.4, 0.2, 0.15]), accuracy=0.1)

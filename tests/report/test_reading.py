@@ -40,7 +40,7 @@ def test_a_run_in_another_format_is_told_in_one_line(tmp_path, found, told):
     """Its columns would mean something else; what to do is said."""
     (tmp_path / "verdicts.csv").write_text("scheme,problem,measure,quantity\na,b,c,d\n")
     (tmp_path / "run.json").write_text(json.dumps({"schema_version": found}))
-    with pytest.raises(UsageError, match=f"is {told}, this version of sdaeverify reads format 2: run it again"):
+    with pytest.raises(UsageError, match=f"is {told}, this version of sdaeverify reads format 3: run it again"):
         read_tables(tmp_path)
 
 

@@ -18,7 +18,10 @@ OWN = re.compile(
     r"|a SDE|a IndexOneSDAE|an [b-df-hj-np-tv-z][a-z]+)\b"
 )
 # A reason of these kinds has no number: nothing is claimed, or nothing was measured.
-WITHOUT_NUMBER = re.compile(r"^(No claim about|The scheme has a claim about|The step cannot be probed)")
+WITHOUT_NUMBER = re.compile(
+    r"^(No claim about|The scheme has a claim about|The step cannot be probed|Steps of a run differ"
+    r"|Steps depend on memory)"
+)
 
 
 def reasons(table: str, folders: Sequence[Path] = (REFERENCE, *FIELD)) -> list[dict[str, str]]:
@@ -55,7 +58,9 @@ def test_a_reason_of_a_verdict_is_a_sentence() -> None:
 
 def test_what_is_verified_says_from_where_on() -> None:
     """An order that is verified stands beside the least one that is accepted."""
-    rows = [row for row in reasons("verdicts") if row["verdict"] == "verified" and row["claimed_order"]]
+    verified = (row for row in reasons("verdicts") if row["verdict"] == "verified" and row["claimed_order"])
+    # Order conditions hold or do not: they have no tolerance.
+    rows = [row for row in verified if row["decided_by"] != "TA"]
     exact = re.compile("round-off|no bias beyond|order .* holds", re.IGNORECASE)
 
     assert len(rows) > 300

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from facade import (
-    ClassVerdict,
     Drift,
     DriftImplicitMilstein,
     Strong,
@@ -17,6 +16,7 @@ from facade import (
     member_rows,
 )
 from sdaeverify import Array, DelayState, Increment, IndexOneSDAE, Step
+from sdaeverify.measuring import Verdict
 from sdaeverify_schemes.delays import drift_implicit_milstein
 
 SEED = 1
@@ -64,14 +64,14 @@ def noise(problem: IndexOneSDAE, state: DelayState, t: float, h: float, dW: Arra
     return RIGHT(problem, state, t, h, -dW)
 
 
-def rows(scheme: DriftImplicitMilstein) -> dict[tuple[str, float], ClassVerdict]:
+def rows(scheme: DriftImplicitMilstein) -> dict[tuple[str, float], Verdict]:
     """Return the verdicts on random members by measure and claimed order."""
     kinds = member_classes(scheme, SEED)
     found = (row for kind in kinds for row in member_rows(scheme, kind, [Strong(), Weak()], SEED))
     return {(row.measure, row.claim): row.verdict for row in found}
 
 
-def drifts(scheme: DriftImplicitMilstein) -> set[ClassVerdict]:
+def drifts(scheme: DriftImplicitMilstein) -> set[Verdict]:
     """Return the verdicts on the residual of the constraint on random members."""
     kinds = member_classes(scheme, SEED)
     return {row.verdict for kind in kinds for row in member_rows(scheme, kind, [Drift()], SEED)}
@@ -81,7 +81,7 @@ def drifts(scheme: DriftImplicitMilstein) -> set[ClassVerdict]:
 def test_all_orders_are_verified_on_random_members() -> None:
     """Strong order 1/2, 1 for one Brownian motion, and weak order 1."""
     expected = [("strong", 0.5), ("strong", 1.0), ("weak", 1.0)]
-    assert rows(DriftImplicitMilstein()) == dict.fromkeys(expected, ClassVerdict.VERIFIED)
+    assert rows(DriftImplicitMilstein()) == dict.fromkeys(expected, Verdict.VERIFIED)
 
 
 def test_order_1_is_claimed_for_one_motion_alone() -> None:
@@ -95,8 +95,8 @@ def test_order_1_is_claimed_for_one_motion_alone() -> None:
 
 def test_an_algebraic_component_at_the_old_time_is_no_solution() -> None:
     """A constraint that is solved at the begin of the step does not hold at its end, as the right one does."""
-    assert drifts(DriftImplicitMilstein()) == {ClassVerdict.VERIFIED}
-    assert drifts(Wrong("old")) == {ClassVerdict.REFUTED}
+    assert drifts(DriftImplicitMilstein()) == {Verdict.VERIFIED}
+    assert drifts(Wrong("old")) == {Verdict.REFUTED}
 
 
 @pytest.mark.long
@@ -111,19 +111,19 @@ def test_a_wrong_term_is_refuted(change: object, monkeypatch: pytest.MonkeyPatch
     """A wrong sign costs strong order 1, a wrong variance all of them."""
     monkeypatch.setattr(drift_implicit_milstein, "milstein_term", change)
     found = rows(DriftImplicitMilstein())
-    assert found["strong", 1.0] is ClassVerdict.REFUTED
-    assert (found["weak", 1.0] is ClassVerdict.REFUTED) == (change is variance)
+    assert found["strong", 1.0] is Verdict.REFUTED
+    assert (found["weak", 1.0] is Verdict.REFUTED) == (change is variance)
 
 
 def test_the_sign_of_the_noise_is_no_matter_where_it_is_squared(monkeypatch: pytest.MonkeyPatch) -> None:
     """An equivalent change is verified like the right scheme."""
     monkeypatch.setattr(drift_implicit_milstein, "milstein_term", noise)
-    assert set(rows(DriftImplicitMilstein()).values()) == {ClassVerdict.VERIFIED}
+    assert set(rows(DriftImplicitMilstein()).values()) == {Verdict.VERIFIED}
 
 
 def test_a_derivative_that_does_not_follow_the_constraint_is_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The noise depends on y, and y on x: without dg/dy the strong order is 1/2."""
     monkeypatch.setattr(drift_implicit_milstein, "follow", lambda problem, state, t, z: np.zeros_like(state.y))
     found = rows(DriftImplicitMilstein())
-    assert found["strong", 1.0] is ClassVerdict.REFUTED
-    assert found["strong", 0.5] is ClassVerdict.VERIFIED
+    assert found["strong", 1.0] is Verdict.REFUTED
+    assert found["strong", 0.5] is Verdict.VERIFIED

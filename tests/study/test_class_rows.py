@@ -9,7 +9,6 @@ from facade import (
     CLASS_COLUMNS,
     HERE,
     CellResult,
-    ClassVerdict,
     EulerMaruyama,
     HalfExplicitEuler,
     Strong,
@@ -68,10 +67,10 @@ def test_rows_are_those_of_the_measures_of_the_run():
     rows = rows_of(cells_of(EulerMaruyama(), Promising()))
 
     assert {row.measure for row in rows} == {"strong"}
-    assert set(told(rows, "euler-maruyama").values()) == {ClassVerdict.VERIFIED}
+    assert set(told(rows, "euler-maruyama").values()) == {Verdict.VERIFIED}
     wrong = told(rows, "promising")
-    assert wrong["additive"] == wrong["ode"] == ClassVerdict.VERIFIED
-    assert wrong["scalar"] == wrong["general"] == ClassVerdict.REFUTED
+    assert wrong["additive"] == wrong["ode"] == Verdict.VERIFIED
+    assert wrong["scalar"] == wrong["general"] == Verdict.REFUTED
     (row,) = (row for row in rows if (row.scheme, row.kind) == ("promising", "scalar"))
     assert row.why == "order 0.5: the condition b1(b1) fails, found 0, wanted I"
 
@@ -94,8 +93,8 @@ def test_workers_find_the_same():
         there = rows_of(cells, Workers(executor, 2))
 
     assert [str(row.cells) for row in there] == [str(row.cells) for row in here]
-    assert told(here, "raising")["general"] is ClassVerdict.ERROR
-    assert set(told(here, "euler-maruyama").values()) == {ClassVerdict.VERIFIED}
+    assert told(here, "raising")["general"] is Verdict.ERROR
+    assert set(told(here, "euler-maruyama").values()) == {Verdict.VERIFIED}
 
 
 def test_who_fails_everywhere_is_not_asked_again():
@@ -136,6 +135,7 @@ def test_a_run_into_a_folder_has_the_same(result, tmp_path):
     """The table of a folder is that of the result."""
     saved = verify(Promising(), "gbm", "strong", paths=100, out=tmp_path)
 
-    assert "classes.csv" in saved.tables
+    assert "details/classes.csv" in saved.tables
     assert saved.classes.equals(result.classes)
-    assert (tmp_path / "classes.csv").is_file()
+    assert (tmp_path / "details" / "classes.csv").is_file()
+    assert set(saved.verdicts.problem) == {"gbm", *(f"every-equation[of={name}]" for name in saved.classes["class"])}

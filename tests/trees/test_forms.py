@@ -347,8 +347,8 @@ def test_a_form_of_ones_own_brings_its_trees():
     right = orders(DrivenHeun()).rows
     (wrong,) = orders(DrivenHeun(0.51), "driven").failing
 
-    assert {row.verdict for row in right if row.kind == "driven"} == {"verified", "not claimed"}
-    assert {row.verdict for row in right if row.kind != "driven"} == {"not applicable"}
+    assert {row.verdict for row in right if row.kind == "driven"} == {"verified", "out_of_scope"}
+    assert {row.verdict for row in right if row.kind != "driven"} == {"not_applicable"}
     assert (wrong.name, wrong.texts) == ("f(f)", ("0.51", "1/2"))
 
 

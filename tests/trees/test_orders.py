@@ -116,7 +116,7 @@ def test_too_few_trees_neither_verify_nor_refute():
     """Weak order 2 needs the weight 5."""
     (row,) = orders(PlatenWeak2General(), "general", 2, 4).rows
 
-    assert (row.verdict, row.premise) == ("premise fails", "the order claimed needs trees up to the weight 5")
+    assert (row.verdict, row.premise) == ("inconclusive", "the order claimed needs trees up to the weight 5")
 
 
 def test_their_right_counterparts_are_verified():
@@ -129,7 +129,7 @@ def test_signs_that_serve_three_motions_are_not_verified_for_two():
     """A class has any number of motions: two of five are treated otherwise than two alone."""
     (row,) = orders(FewSigns(), "general", 2).rows
 
-    assert (row.verdict, row.held) == ("premise fails", row.of)
+    assert (row.verdict, row.held) == ("inconclusive", row.of)
     assert row.premise.startswith("a step is another one far out, late or with further motions")
 
 
@@ -147,7 +147,7 @@ def test_a_trace_is_told_by_maps_that_are_not_invertible():
     table = orders(AromaticEuler(), "general", 2).table
 
     assert list(table.held) == list(table.of)
-    assert set(table.verdict) == {"premise fails"}
+    assert set(table.verdict) == {"inconclusive"}
     words = r"a step does not commute with affine maps and shifts of time \((.*?)\)"
     found = {re.match(words, premise)[1] for premise in table.premise}
     assert min(map(float, found)) > 1e-4
@@ -197,7 +197,7 @@ def test_means_that_no_rule_gives_exactly_refute_nothing():
     """A right scheme that is no polynomial of its noise is not refuted by an error of a rule; the row says why."""
     table = orders(ModulusEuler(), "scalar").table
 
-    assert set(table.verdict) == {"premise fails"}
+    assert set(table.verdict) == {"inconclusive"}
     assert all("a step is no polynomial of its noise" in premise for premise in table.premise)
 
 
@@ -262,7 +262,7 @@ def test_a_record_that_cannot_give_an_order_is_told_before_the_scheme_is_blamed(
 
 def test_a_local_order_that_is_not_the_global_one_refutes_nothing():
     """Errors of single steps may be taken back later."""
-    assert orders(Processed(), "additive", 2).table.verdict[0] == "premise fails"
+    assert orders(Processed(), "additive", 2).table.verdict[0] == "inconclusive"
 
 
 def test_a_scheme_that_raises_is_in_error():
@@ -275,7 +275,7 @@ def test_a_scheme_that_raises_is_in_error():
 
 def test_what_a_scheme_refuses_is_told():
     """A class that a scheme does not take, a step that jumps, another form."""
-    assert list(orders(MilsteinAreas(), "scalar").table.verdict) == ["not applicable"]
+    assert list(orders(MilsteinAreas(), "scalar").table.verdict) == ["not_applicable"]
     assert orders("mala", "additive").premises["additive"].startswith("a step jumps")
     assert orders("baoab", "additive").premises == {"additive": "solves the form Langevin"}
 

@@ -13,7 +13,7 @@ SCHEMES = {
     if type(scheme).__module__.startswith("sdaeverify_schemes.")
     and any(issubclass(each, scheme.forms) for each in FORMS)
 }
-SAID = {"verified", "premise fails", "not claimed", "not applicable"}
+SAID = {"verified", "inconclusive", "out_of_scope", "not_applicable"}
 
 
 @pytest.mark.slow

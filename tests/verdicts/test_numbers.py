@@ -59,7 +59,7 @@ UNTOLD = {
     "probe/local/weak_defects.py": "LEAST ROUNDINGS NEAR",
     "probe/local/weak_order.py": "FEWEST_LEVELS ABOVE_PLATEAU SETTLED ROUGH STALL CROWD CONSISTENT MOST",
     "probe/operator/chart_equation.py": "CONSISTENT",
-    "probe/operator/functional_orders.py": "CLEAR FEWEST ABOVE_FLOOR EXACT SETTLED NEEDED NEAR BETWEEN",
+    "probe/operator/functional_orders.py": "CLEAR FEWEST ABOVE_FLOOR EXACT SETTLED NEEDED NEAR BETWEEN LEAST_SIGNALS",
     "probe/operator/point_law.py": "SAME FEWEST",
     "probe/operator/transition.py": "BLOWN_UP AFFINE ON_CHART",
     "probe/operator/transition_errors.py": "FUNCTION REACH NEGATIVE",

@@ -95,7 +95,7 @@ def test_runs_have_the_same_bits(name, programs, tmp_path):
         done = run(tmp_path, plugin, "matrix", "-s", label, "-p", problem, "--paths", "2048", "--out", kind)
         assert done.returncode in {0, 1, 3, 4}, done.stderr
 
-    for table in ("verdicts.csv", "classes.csv", "levels.csv"):
+    for table in ("verdicts.csv", "details/classes.csv", "levels.csv"):
         wired, twin = (rows(tmp_path / kind / table) for kind in ("wired", "twin"))
         assert wired == twin
         assert wired

@@ -1,1 +1,1 @@
-"""Solvers that are shipped: what an author of one can begin with, and what the verifier must not refute."""
+"""Shipped solvers: examples for authors, whose claims the verifier must not refute."""

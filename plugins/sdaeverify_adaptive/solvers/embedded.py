@@ -18,7 +18,7 @@ LIMIT = "the limit by Doss 1977 and Sussmann 1978: the solution is continuous in
 
 
 class HeunPI(Marching):
-    """Heun's scheme in Stratonovich's sense; the estimate is its difference from a step of Euler's.
+    """Heun's scheme in Stratonovich's sense; the error estimate is its difference from an Euler step.
 
     y = x + h F + B dW,   x+ = x + (h/2) (F + F(y)) + (1/2) (B + B(y)) dW,   estimate x+ - y.
     """
@@ -34,12 +34,12 @@ class HeunPI(Marching):
     source: ClassVar[str] = "Ruemelin 1982 for the step; Ilie, Jackson & Enright 2015 for such controllers"
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         return heun(problem, step)
 
 
 class MilsteinPI(Marching):
-    """Milstein's scheme; the estimate is its difference from Euler's step, and that of two drifts.
+    """Milstein's scheme; the error estimate is its difference from an Euler step, plus that of two drifts.
 
     x+ = x + h f + B dW + (1/2) DB B (dW^2 - h),   estimate (1/2) |DB B| |dW^2 - h| + (h/2) |f(x+) - f(x)|.
     """
@@ -52,13 +52,13 @@ class MilsteinPI(Marching):
     source: ClassVar[str] = "Milstein 1974 for the step"
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse more than one Brownian motion, beside what no solver of the kind can do."""
+        """Refuse more than one Brownian motion, and all problems refused by `Marching`."""
         if problem.noise_dim > 1:
             return f"noise in {problem.noise_dim} dimensions is not scalar"
         return super().refuses(problem)
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         euler, correction = milstein(problem, step)
         after = euler + correction
         drifts = at(problem.drift, step.t + step.h, after) - at(problem.drift, step.t, step.x)
@@ -66,7 +66,7 @@ class MilsteinPI(Marching):
 
 
 def heun(problem: SDE, step: Stretch) -> Tried:
-    """Return a step of Heun's scheme, and its difference from the step of Euler's inside it."""
+    """Return a step of Heun's scheme, and its difference from the embedded Euler step."""
     t, h, dW = step.t, step.h, step.noise.dW
     F, B = stratonovich_at(problem, t, step.x)
     kick = apply(B, dW)
@@ -77,37 +77,37 @@ def heun(problem: SDE, step: Stretch) -> Tried:
 
 
 def at(coefficient: Callable[..., Array], t: Array, x: Array) -> Array:
-    """Return a coefficient at another time on each path; problems whose coefficients do not take it are refused.
+    """Evaluate a coefficient at a different time on each path; problems that do not support this are refused.
 
     Parameters
     ----------
     coefficient : callable, (t, x) -> ndarray
-        Of the problem.
+        Coefficient of the problem.
     t : ndarray, shape (P,)
         Times, one for each path.
     x : ndarray, shape (d, P)
-        States there.
+        States at these times.
     """
     return coefficient(t, x)
 
 
 def stratonovich_at(problem: SDE, t: Array, x: Array) -> tuple[Array, Array]:
-    """Return the drift in Stratonovich's sense and the diffusion, at another time on each path.
+    """Return the Stratonovich drift and the diffusion at a different time on each path.
 
     Parameters
     ----------
     problem : SDE
-        In Ito's sense.
+        Problem in Ito's sense.
     t : ndarray, shape (P,)
         Times, one for each path.
     x : ndarray, shape (d, P)
-        States there.
+        States at these times.
     """
     return stratonovich(problem, t, x)  # type: ignore[arg-type] # as `at`
 
 
 def milstein(problem: SDE, step: Stretch) -> tuple[Array, Array]:
-    """Return a step of Euler's scheme for scalar noise, and what Milstein's adds to it: (1/2) DB B (dW^2 - h)."""
+    """Return an Euler step for scalar noise, and the Milstein correction (1/2) DB B (dW^2 - h)."""
     (dW,), x = step.noise.dW, step.x
     B = np.broadcast_to(at(problem.diffusion, step.t, x)[:, 0], x.shape)
     turned = problem.derivative_of_diffusion(step.t, x, B)[:, 0]  # type: ignore[arg-type] # as `at`
@@ -116,5 +116,5 @@ def milstein(problem: SDE, step: Stretch) -> tuple[Array, Array]:
 
 @hookimpl
 def sdaeverify_adaptive() -> list[Adaptive]:
-    """Register both."""
+    """Register both solvers."""
     return [HeunPI(), MilsteinPI()]

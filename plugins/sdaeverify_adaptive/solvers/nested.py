@@ -1,4 +1,4 @@
-"""Heun's scheme on meshes that are nested: no time is skipped at which the path was seen."""
+"""Heun's scheme on nested meshes, which skip no time at which the path was evaluated."""
 
 from typing import ClassVar
 
@@ -14,11 +14,11 @@ SOURCE = "the limit by Gaines & Lyons 1997 and Foster & Jelincic 2023, nested me
 
 
 class HeunNested(Marching):
-    """Heun's scheme on dyadic intervals: one that is rejected is halved, and its end is met in any case.
+    """Heun's scheme on dyadic intervals: a rejected interval is halved, and its end point is visited later.
 
-    After a step, the next interval is twice as long where it begins at a multiple of twice its length and the error
-    was below a quarter. Two dyadic intervals lie inside of each other or do not meet: no step passes over a time at
-    which a rejected one has ended.
+    After a step, the next interval is twice as long if it begins at a multiple of twice its length and the error was
+    below a quarter. Two dyadic intervals are nested or disjoint. Therefore no step passes over the end point of a
+    rejected step.
     """
 
     name: ClassVar[str] = "heun-nested"
@@ -29,11 +29,11 @@ class HeunNested(Marching):
     source: ClassVar[str] = "Gaines & Lyons 1997, Variable step size control"
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step that is tried, and the estimate of its error."""
+        """Compute a step and its error estimate."""
         return heun(problem, step)
 
     def resized(self, moved: Front, error: Array, before: Array, accepted: Array) -> Array:
-        """Return half of a length that was rejected, twice the length of a step with a small error, else the same."""
+        """Return half the length of a rejected step, twice that of a step with a small error, else the same."""
         double = accepted & (error < 0.25) & (moved.here.tick % (2 * moved.size) == 0)
         size = np.where(accepted, np.where(double, 2 * moved.size, moved.size), moved.size // 2)
         return np.clip(size, self.shortest, self.longest)

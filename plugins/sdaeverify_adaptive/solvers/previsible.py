@@ -1,4 +1,4 @@
-"""Euler-Maruyama with steps that are chosen before their noise is seen."""
+"""Euler-Maruyama with step sizes chosen before the noise is evaluated."""
 
 from typing import ClassVar
 
@@ -16,9 +16,9 @@ SOURCE = "Fang & Giles 2020, arXiv:1609.08101: strong order 1/2 with previsible 
 
 
 class EulerPrevisible(Marching):
-    """Euler-Maruyama with steps h = tol T s^2/(s^2 + |f|^2 + |B|^2), s = 1 + |x|, down to a power of 2 times T.
+    """Euler-Maruyama with h = tol T s^2/(s^2 + |f|^2 + |B|^2), s = 1 + |x|, rounded to a power of 2 times T.
 
-    The length is a function of the state at the begin of the step: no step is rejected, and none has seen its noise.
+    The length is a function of the state at the beginning of the step: no step is rejected or depends on its noise.
     """
 
     name: ClassVar[str] = "euler-previsible"
@@ -33,11 +33,11 @@ class EulerPrevisible(Marching):
     evaluations_of_step: ClassVar[int] = 1
 
     def refuses(self, problem: SDE) -> str:
-        """Refuse coefficients that take no array of times."""
+        """Refuse coefficients that accept no array of times."""
         return why_not_own_times(problem)
 
     def advance(self, problem: SDE, path: Path, front: Front, tolerance: float) -> Front:
-        """Return where the paths stand one step later."""
+        """Return the state of the integration one step later."""
         t = np.asarray(front.here.tick * path.tick)
         sized = front._replace(size=self.chosen(problem, t, front.x, tolerance))
         there = self.ahead(path, sized)
@@ -50,25 +50,25 @@ class EulerPrevisible(Marching):
         Parameters
         ----------
         problem : SDE
-            Whose coefficients decide.
+            Problem whose coefficients determine the length.
         t : ndarray, shape (P,)
-            Begins of the steps.
+            Times at the beginning of the steps.
         x : ndarray, shape (d, P)
-            States there.
+            States at these times.
         tolerance : float
-            The largest step, in parts of T.
+            Largest step as a part of T.
         """
         f, B, s = at(problem.drift, t, x), at(problem.diffusion, t, x), 1.0 + norm(x)
         change = norm(f) ** 2 + (B**2).sum(axis=(0, 1))
         return powers(np.minimum(tolerance * TICKS * s**2 / (s**2 + change), LONGEST))
 
     def attempt(self, problem: SDE, step: Stretch) -> Tried:
-        """Return a step, of which no error is estimated."""
+        """Compute a step, without an error estimate."""
         return Tried(euler(problem, step), 0.0 * step.x)
 
 
 def euler(problem: SDE, step: Stretch) -> Array:
-    """Return a step of Euler's scheme."""
+    """Return an Euler step."""
     return problem.euler(step.t, step.x, step.h, step.noise)  # type: ignore[arg-type] # times: see `why_not_own_times`
 
 

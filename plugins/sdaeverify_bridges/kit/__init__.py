@@ -1,9 +1,8 @@
-"""What schemes share that hand their steps to another library.
+"""Base classes and tools for schemes that delegate their steps to another library.
 
-A bridge is a `Bridge` with a name, the noise it draws, the claims of the library's documentation, and one method
-that makes the library's step out of the problem's formulas. The formulas are those of the problem, written with
-NumPy; they are run on the library's arrays (`Coefficients`), traced and compiled once for all steps, step sizes and
-blocks.
+A bridge is a `Bridge` with a name, the noise it draws, the claims of the library's documentation, and one method that
+makes the library's step from the problem's formulas. The formulas of the problem, written with NumPy, are run on the
+library's arrays (`Coefficients`), traced and compiled once for all steps, step sizes and blocks.
 """
 
 from sdaeverify.probing import linear_equation, why_not_linear_equation

@@ -1,4 +1,4 @@
-"""Paths in batches of one size: what is compiled for a shape is compiled once."""
+"""Batches of equal size, so that a compiled function is compiled for one shape only."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -7,15 +7,15 @@ import numpy as np
 
 from sdaeverify import Array
 
-# So few that a batch stays in the cache.
+# Small enough for a batch to fit into the cache.
 SIZE = 1024
 
 
 def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
-    """Return step(*arrays) for any number of paths, put together from calls with 1024 of them.
+    """Evaluate step(*arrays) for any number of paths by calls with 1024 paths each.
 
-    A batch is filled up with copies of its last path: the numbers of a path depend neither on the others nor, because
-    all batches are long and of even size, on its place among them.
+    A batch is padded with copies of its last path. The numbers of a path depend neither on the other paths nor,
+    because all batches have the same even size, on its position.
 
     Parameters
     ----------
@@ -32,17 +32,17 @@ def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
 
 
 def vectorised(one: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a step of one path in JAX for all paths at once, compiled in double precision for each shape it meets.
+    """Vectorise a JAX step of one path over the last axis, compiled in double precision for each shape.
 
     Parameters
     ----------
     one : callable
-        Of (x, t, h, *noise) without the axis of paths.
+        Function of (x, t, h, *noise) without the axis of paths.
 
     Returns
     -------
     callable
-        The same with that axis, the last one.
+        The same function with a last axis of paths.
     """
     import jax  # noqa: PLC0415 - it may be missing
 

@@ -1,4 +1,4 @@
-"""The base of schemes that hand each step to a solver of another library."""
+"""Base of schemes that delegate each step to a solver of another library."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields
@@ -14,29 +14,29 @@ from .coefficients import why_not_bridged
 from .formulas import Formulas
 from .installed import Library
 
-# Of x, t, h and the fields of the increment that the scheme declares.
+# Function of x, t, h and the fields of the increment that the scheme declares.
 Compiled = Callable[..., Any]
 
 
 class Bridge(Scheme):
-    """A solver of another library as a scheme: a subclass says what it is called there and compiles one step of it.
+    """A solver of another library as a scheme; a subclass names the solver and compiles one step of it.
 
-    The library is given the problem's own formulas and the increment that all schemes are given. Its solver is
-    neither copied nor changed.
+    The library receives the problem's formulas and the increment that all schemes receive. Its solver is neither
+    copied nor changed.
 
     Attributes
     ----------
     library : Library
     stratonovich : bool
-        Whether the solver converges to the Stratonovich solution: it is given that drift then.
+        Whether the solver converges to the Stratonovich solution, so that it receives the Stratonovich drift.
     known : collection of str
-        What the first parameter of the scheme may be, the library's name of a solver for example; all if it is empty.
+        Permitted values of the first parameter, for example names of solvers; empty for no restriction.
     batched : bool
-        Whether paths come in batches of one size, for a step that is compiled for it; else as many as there are.
+        Whether paths are passed in batches of one size, for a step compiled for that shape; otherwise all at once.
     """
 
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]] = SDE
-    # What a run of everything contains shall not depend on which other libraries are installed.
+    # On request only, so that a run of everything does not depend on the installed libraries.
     on_request: ClassVar[bool] = True
     library: ClassVar[Library]
     batched: ClassVar[bool] = True
@@ -49,12 +49,12 @@ class Bridge(Scheme):
 
     @property
     def choices(self) -> Mapping[str, Collection[str]]:
-        """What is known, of the first parameter."""
+        """Permitted values of the first parameter."""
         return {fields(self)[0].name: self.known} if self.known else {}
 
     @property
     def claimant(self) -> str:
-        """The library: the claims are those of its documentation."""
+        """Name of the library, whose documentation makes the claims."""
         return self.library.name
 
     @property
@@ -64,7 +64,7 @@ class Bridge(Scheme):
 
     @property
     def drawn(self) -> tuple[str, ...]:
-        """Fields of the increment that a compiled step is given, in their order there."""
+        """Fields of the increment passed to a compiled step, in order."""
         return tuple(name for name in Increment._fields if name in self.noise)
 
     def refuses(self, problem: Any) -> str:
@@ -72,9 +72,9 @@ class Bridge(Scheme):
         return why_not_bridged(problem, stratonovich=self.stratonovich)
 
     def compiled(self, problem: Any) -> Compiled:
-        """Return the solver's step for the formulas of a problem: (x, t, h, *noise) -> x, of paths last.
+        """Return the solver's step for the formulas of a problem: (x, t, h, *noise) -> x, with paths last.
 
-        It is called once for all problems with the same formulas and all step sizes.
+        The method is called once for all problems with the same formulas and for all step sizes.
         """
         raise NotImplementedError
 
@@ -83,7 +83,7 @@ class Bridge(Scheme):
         compiled = compile_once(self, Formulas(problem))
 
         def stepper(state: Any, t: float, noise: Increment) -> Step:
-            # One Brownian motion has no areas, whether or not they are drawn.
+            # A single Brownian motion has no areas, even if they are declared.
             given = noise if noise.A is not None else noise._replace(A=np.zeros((0, noise.dW.shape[-1])))
             numbers = (state, *(getattr(given, name) for name in self.drawn))
             whole = in_batches if self.batched else _at_once
@@ -102,5 +102,5 @@ def _at_once(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
 
 @lru_cache(maxsize=256)
 def compile_once(bridge: Bridge, formulas: Formulas) -> Compiled:
-    """Return the compiled step of a bridge, the same one for all problems with the same formulas."""
+    """Return the compiled step of a bridge, cached for all problems with the same formulas."""
     return bridge.compiled(formulas.problem)

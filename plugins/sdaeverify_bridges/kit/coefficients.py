@@ -1,4 +1,4 @@
-"""The coefficients of an SDE on the arrays of another library, in the calculus that its solver wants."""
+"""Coefficients of an SDE on the arrays of another library, in the calculus of its solver."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -11,7 +11,7 @@ from sdaeverify import SDE, Array, Langevin
 from .foreign import Foreign, Namespace, why_not_run
 from .formulas import Formulas
 
-# Traits of noise whose double integrals are known from its increments.
+# Traits of noise whose double integrals are functions of the increments.
 SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 
 
@@ -22,9 +22,9 @@ class Coefficients(NamedTuple):
     ----------
     problem : SDE
     namespace : module
-        The library's functions under NumPy's names, see `Foreign`.
+        Functions of the library under NumPy's names; see `Foreign`.
     stratonovich : bool
-        Whether the solver converges to the Stratonovich solution: it is given F then, so that it solves the problem.
+        Whether the solver converges to the Stratonovich solution, so that it needs F to solve the problem.
     """
 
     problem: SDE
@@ -39,13 +39,13 @@ class Coefficients(NamedTuple):
         """Return B, shape (d, l, P), at states of shape (d, P) and one time."""
         d, l = self.problem.dimension, self.problem.noise_dim
         if "additive-noise" in self.problem.traits:
-            # Libraries ask whether it depends on the state: it does not, however the author has written it.
+            # Libraries check whether B depends on the state, so it is evaluated once regardless of its formula.
             B = self.problem.diffusion(0.0, self.problem.initial(1))
             return self._bare(np.broadcast_to(B[..., :1], (d, l, 1)), (d, l, x.shape[-1]))
         return self._full(self.problem.diffusion, t, x, (d, l, x.shape[-1]))
 
     def _drift(self, t: Any, x: Any) -> Any:
-        # The correction of additive noise vanishes; others are exact, by the author's derivative or a complex step.
+        # The correction vanishes for additive noise; otherwise it uses the author's derivative or a complex step.
         if not self.stratonovich or "additive-noise" in self.problem.traits:
             return self.problem.drift(t, x)
         return stratonovich_drift(self.problem, t, x)
@@ -64,7 +64,7 @@ def stratonovich_drift(problem: SDE, t: float, x: Array) -> Array:
     Parameters
     ----------
     problem : SDE
-        Of Ito's form.
+        Problem in Ito's form.
     t : float
     x : ndarray, shape (d, P)
     """
@@ -95,12 +95,12 @@ def _why_not(formulas: Formulas, stratonovich: bool) -> str:
 
 
 def why_not_without_areas(problem: SDE) -> str:
-    """Return that a method of order 1 needs Levy areas for the noise of a problem."""
+    """Return the reason that a method of order 1 needs Levy areas for the noise, or an empty string."""
     separate = problem.traits & SEPARATE
     return "" if separate else f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
 
 
 def why_not_temperature(problem: Langevin) -> str:
-    """Return that a problem has no temperature sigma^2/(2 gamma)."""
+    """Return the reason that a problem has no temperature sigma^2/(2 gamma), or an empty string."""
     has_one = problem.friction > 0.0 and problem.strength > 0.0
     return "" if has_one else "without friction or noise it has no temperature"

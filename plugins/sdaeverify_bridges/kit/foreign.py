@@ -1,7 +1,7 @@
-"""Arrays of another library behind NumPy's protocols, so that a formula written with NumPy runs on them as it is.
+"""Arrays of another library behind NumPy's protocols, so that formulas written with NumPy run on them unchanged.
 
-A formula that leaves NumPy's functions (``float(x)``, ``if x > 0``, assignment into a buffer, ``np.asarray``) cannot
-be run this way, and says so.
+A formula that bypasses NumPy's functions (``float(x)``, ``if x > 0``, assignment into a buffer, ``np.asarray``)
+cannot be run this way, and raises.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,9 +14,9 @@ from sdaeverify.errors import FAULTS, one_line
 
 # A module, or an object like one, whose functions have the names and arguments of NumPy's.
 Namespace = Any
-# Where the names of PyTorch's functions differ from NumPy's.
+# PyTorch's names of functions where they differ from NumPy's.
 ALIASES = {"absolute": "abs", "concatenate": "cat", "conjugate": "conj", "power": "pow", "invert": "bitwise_not"}
-# Of PyTorch, with factors of one type.
+# Functions of PyTorch that require factors of one type.
 PRODUCTS = frozenset({"einsum", "matmul"})
 
 
@@ -26,9 +26,9 @@ class Foreign(NDArrayOperatorsMixin):
     Parameters
     ----------
     array : object
-        An array of the library.
+        Array of the library.
     namespace : module
-        The library's functions under NumPy's names, ``jax.numpy`` for example, with ``linalg`` where there is one.
+        Functions of the library under NumPy's names, for example ``jax.numpy``, possibly with ``linalg``.
     """
 
     def __init__(self, array: Any, namespace: Namespace) -> None:
@@ -37,7 +37,7 @@ class Foreign(NDArrayOperatorsMixin):
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **given: Any) -> Any:
         """Call the library's function of the same name."""
         if method != "__call__" or given:
-            # Among them assignment into an array: x += y asks for out=x.
+            # This includes assignment into an array, because x += y passes out=x.
             return NotImplemented
         return self._call(self.namespace, ufunc.__name__, inputs, {})
 
@@ -48,7 +48,7 @@ class Foreign(NDArrayOperatorsMixin):
         return self._call(space, function.__name__, args, given)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
-        """Refuse to become a NumPy array: the library would not see what is done with it."""
+        """Raise, because the library could not trace operations on a NumPy array."""
         raise TypeError("makes a NumPy array of a state")
 
     def __bool__(self) -> bool:
@@ -84,7 +84,7 @@ class Foreign(NDArrayOperatorsMixin):
 
 
 def _bare(value: Any) -> Any:
-    """Return arguments with the library's own arrays in place of `Foreign` ones."""
+    """Unwrap `Foreign` arrays in arguments."""
     if isinstance(value, Foreign):
         return value.array
     if isinstance(value, dict):
@@ -95,14 +95,14 @@ def _bare(value: Any) -> Any:
 
 
 class TorchFunctions:
-    """Functions of PyTorch that accept NumPy's arrays among their arguments, in double precision.
+    """Functions of PyTorch that also accept NumPy arrays, in double precision.
 
     Parameters
     ----------
     torch : module
-        PyTorch, which is not loaded here.
+        The module of PyTorch, which is not imported here.
     within : module, optional
-        The one below it whose functions these are.
+        Submodule of PyTorch that provides the functions; by default PyTorch itself.
     """
 
     def __init__(self, torch: Any, within: Any = None) -> None:
@@ -110,12 +110,12 @@ class TorchFunctions:
 
     @property
     def linalg(self) -> "TorchFunctions":
-        """The functions of linear algebra."""
+        """Functions of linear algebra."""
         return TorchFunctions(self.torch, self.torch.linalg)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         function = getattr(self.module, ALIASES.get(name, name))
-        # PyTorch's elementwise functions want tensors where NumPy's also take numbers.
+        # PyTorch's elementwise functions require tensors where NumPy's also accept numbers.
         numbers = isinstance(getattr(np, name, None), np.ufunc)
 
         def call(*args: Any, **given: Any) -> Any:
@@ -125,17 +125,17 @@ class TorchFunctions:
         return call
 
     def asarray(self, value: Any) -> Any:
-        """Return a tensor in double precision."""
+        """Convert to a tensor in double precision."""
         return self.torch.tensor(np.asarray(value, dtype=float))
 
     def _of_one_type(self, values: list[Any]) -> list[Any]:
-        """Return factors, complex if one of them is."""
+        """Convert all factors to complex tensors if one of them is complex."""
         if not any(self.torch.is_tensor(value) and value.is_complex() for value in values):
             return values
         return [value.to(self.torch.complex128) if self.torch.is_tensor(value) else value for value in values]
 
     def _tensor(self, value: Any, *, numbers: bool) -> Any:
-        """Return arguments with tensors in place of NumPy's arrays and, where they are wanted, of numbers."""
+        """Convert NumPy arrays and, on request, numbers in arguments to tensors."""
         if isinstance(value, np.ndarray) or (numbers and isinstance(value, int | float | complex | np.number)):
             whole = np.asarray(value)
             return self.torch.tensor(whole if np.iscomplexobj(whole) else whole.astype(float))
@@ -143,14 +143,14 @@ class TorchFunctions:
 
 
 def why_not_run(formulas: Mapping[str, Callable[..., Any]], *arguments: Any) -> str:
-    """Return which formula cannot be run on arguments in disguise, and why, or an empty string.
+    """Return which formula cannot be run on `Foreign` arrays, and why, or an empty string.
 
     Parameters
     ----------
     formulas : mapping of str to callable
-        By what they are called.
+        Formulas by name.
     *arguments : object
-        NumPy's own arrays as `Foreign` ones, so that no library has to be loaded.
+        NumPy arrays wrapped as `Foreign`, so that no library has to be imported.
     """
     for what, formula in formulas.items():
         try:

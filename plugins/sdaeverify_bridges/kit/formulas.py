@@ -1,8 +1,8 @@
-"""What the formulas of a problem are made of, so that a step compiled for one object serves the next one like it.
+"""Comparison of the formulas of problems by value, so that a compiled step can be reused for an equal problem.
 
-A problem is built anew for each block of paths. Two of them have the same formulas if their functions have the same
-code, the same defaults and the same values in their closures; what cannot be compared by value counts by identity,
-and is then compiled again.
+A problem is built anew for each block of paths. Two problems have the same formulas if their functions have the same
+code, defaults and closure values. Objects that cannot be compared by value are compared by identity, which causes
+another compilation.
 """
 
 from collections.abc import Callable, Hashable
@@ -16,18 +16,18 @@ import numpy as np
 from sdaeverify import Problem
 
 PLAIN = (type(None), bool, int, float, complex, str, bytes, slice, np.generic)
-# What no step depends on.
+# Fields of a problem on which no step depends.
 COMMON = frozenset(field.name for field in fields(Problem)) - {"noise_dim", "traits"}
 
 
 @dataclass(frozen=True, eq=False)
 class Formulas:
-    """A problem as a key: equal to those of the same form with the same formulas.
+    """A problem as a hashable key, equal to problems of the same form with the same formulas.
 
     Attributes
     ----------
     problem : Problem
-        It is held as long as the key: things that count by identity stay what they are.
+        The problem, kept alive so that identities of its objects remain valid.
     """
 
     problem: Any
@@ -40,23 +40,23 @@ class Formulas:
 
     @cached_property
     def key(self) -> Hashable:
-        """The values that the formulas are made of."""
+        """Values that determine the formulas."""
         own = (field.name for field in fields(self.problem) if field.name not in COMMON)
         values = {name: getattr(self.problem, name) for name in own}
         return type(self.problem), content(values)
 
 
 def content(value: Any, above: tuple[int, ...] = ()) -> Hashable:
-    """Return a value that is equal for things made of the same code and the same numbers.
+    """Return a hashable value that is equal for objects with the same code and numbers.
 
     Parameters
     ----------
     value : object
     above : tuple of int
-        Identities of what contains it: a function may be in its own closure.
+        Identities of enclosing objects, because a function may be in its own closure.
     """
     if isinstance(value, PLAIN):
-        # 1, 1.0 and True are equal, as are 0.0 and -0.0; formulas tell them apart.
+        # 1, 1.0 and True compare equal, as do 0.0 and -0.0, but formulas distinguish them.
         return type(value), repr(value)
     if isinstance(value, CodeType):
         return value
@@ -69,7 +69,7 @@ def content(value: Any, above: tuple[int, ...] = ()) -> Hashable:
 
 
 def _parts(value: Any) -> tuple[Any, ...]:
-    """Return what a thing is made of; nothing for one that counts by identity."""
+    """Return the parts of an object; empty for one compared by identity."""
     for kind, taken_apart in APART:
         if isinstance(value, kind):
             return taken_apart(value)

@@ -1,4 +1,4 @@
-"""Whether the library of a bridge is installed, without loading it."""
+"""Detection of the library of a bridge without importing it."""
 
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -9,16 +9,16 @@ from sdaeverify.errors import MissingLibraryError
 
 
 class Library(NamedTuple):
-    """A library whose solvers are bridged.
+    """A library with bridged solvers.
 
     Attributes
     ----------
     name : str
-        Of its distribution and its package.
+        Name of the distribution and of the package.
     version : str
-        Empty where it is not installed. It is part of what determines evidence.
+        Installed version, empty if missing. It is part of the key of stored evidence.
     extra : str
-        What is to be installed with sdaeverify to have it.
+        Extra of sdaeverify that installs the library.
     """
 
     name: str
@@ -27,16 +27,16 @@ class Library(NamedTuple):
 
     @classmethod
     def find(cls, name: str, extra: str = "") -> "Library":
-        """Return the library of a name; the extra has the same name unless it is given."""
+        """Return the record of a library; the extra has the same name by default."""
         return cls(name, _version(name), extra or name)
 
     def require(self) -> None:
-        """Refuse to go on without the library.
+        """Raise if the library is not installed.
 
         Raises
         ------
         MissingLibraryError
-            If it is not installed: the plugin is left out, with that reason.
+            If it is not installed. The plugin is then left out, with that reason.
         """
         if not self.version:
             raise MissingLibraryError(f"{self.name} is not installed; pip install 'sdaeverify[{self.extra}]'")

@@ -1,4 +1,4 @@
-"""What a calibration does: its cases and studies, and the jobs that give their rates."""
+"""The plan of a calibration: cases, studies, and the jobs that give their rates."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -23,7 +23,7 @@ from .studies import (
     verdict_rates,
 )
 
-# Repetitions are counted for samples of 400 paths; there are more smaller and fewer larger ones.
+# Least number of repetitions of samples of 400 paths; smaller samples have more, larger ones fewer.
 FEWEST = 40
 CASES = "sdaeverify_calibration"
 MEASURES = ("strong", "weak")
@@ -43,7 +43,7 @@ CalibrationJob = PathJob | ChainJob
 
 @dataclass(frozen=True)
 class Placed:
-    """A case with its scheme, its problem and the studies that are made of it."""
+    """A case with its scheme, its problem and its studies."""
 
     case: CalibrationCase
     scheme: Scheme
@@ -53,16 +53,16 @@ class Placed:
 
 @dataclass(frozen=True)
 class CalibrationPlan:
-    """Everything a calibration will do.
+    """The work of a calibration.
 
     Attributes
     ----------
     placed : tuple of Placed
     measures : tuple of Measure
-        Of errors along paths, and of expectations.
+        Measures of errors along paths, and of expectations.
     seed : int
     repetitions : int
-        Of samples of 400 paths, of chains, and of families.
+        Number of samples of 400 paths, of groups of chains, and of families.
     families : bool
         Whether families of tests are simulated.
     """
@@ -74,7 +74,7 @@ class CalibrationPlan:
     families: bool
 
     def jobs(self) -> list[CalibrationJob]:
-        """Return all jobs; the samples of a case come in order."""
+        """Return all jobs, with the samples of a case in order."""
         return [*self._path_jobs(), *self._chain_jobs()]
 
     def family_rates(self) -> list[Rate]:
@@ -99,7 +99,7 @@ class CalibrationPlan:
 
 
 def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequence[str] = ()) -> CalibrationPlan:
-    """Return the plan for the registered cases.
+    """Plan the calibration of the registered cases.
 
     Parameters
     ----------
@@ -107,12 +107,12 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     seed, repetitions : int
         See `CalibrationPlan`.
     only : sequence of str, optional
-        Patterns: a study of a case is made if one of them is found in the name of the study or of the case.
+        Patterns; a study of a case is included if its name or that of the case contains one of them.
 
     Raises
     ------
     UsageError
-        If there are too few repetitions, a pattern is empty, or nothing is left to be done.
+        If there are too few repetitions, a pattern is empty, or no study is selected.
     """
     if repetitions < FEWEST:
         raise UsageError(f"repetitions must be at least {FEWEST}, got {repetitions}")
@@ -148,15 +148,15 @@ def _studies(case: CalibrationCase) -> Iterable[str]:
 
 def _is_asked_for(only: Sequence[str], study: str, case: str) -> bool:
     name = f"{study} {case}"
-    # Brackets are those of a label as well as of a pattern.
+    # Brackets may belong to a label or to a pattern.
     return not only or any(pattern in name or fnmatchcase(name, f"*{pattern}*") for pattern in only)
 
 
-# A calibration under way: jobs over an executor, rates in the order of the plan.
+# Execution of a calibration: jobs on an executor, rates in the order of the plan.
 
 
 class Calibration:
-    """A plan with what has been found.
+    """Execution of a calibration plan.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ class Calibration:
     Attributes
     ----------
     rates : list of Rate
-        Complete when `run` has come to its end.
+        Rates, complete when `run` is exhausted.
     """
 
     def __init__(self, plan: CalibrationPlan) -> None:
@@ -179,7 +179,7 @@ class Calibration:
         return len(self.jobs)
 
     def run(self, executor: Executor | None = None, _: int = 1) -> Iterator[Advanced]:
-        """Do all jobs, in this process if there is no executor, then count."""
+        """Run all jobs, in this process without an executor, and compute the rates."""
         samples: dict[str, list[Sample]] = {}
         chains: list[Rate] = []
         results = map(run_job, self.jobs) if executor is None else executor.map(run_job, self.jobs)
@@ -201,5 +201,5 @@ class Calibration:
 
 
 def run_job(job: CalibrationJob) -> list[Sample] | list[Rate]:
-    """Do a job, in a worker process or in this one."""
+    """Run a job, in a worker process or in this one."""
     return job.run()

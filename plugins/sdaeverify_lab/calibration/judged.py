@@ -1,4 +1,4 @@
-"""What the strong measure says of sequences of paths: its published intervals, and its verdicts look by look."""
+"""Results of the strong measure on sequences of paths: published intervals, and verdicts at each look."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,22 +13,22 @@ from sdaeverify.studying import match
 from ..cases import CalibrationCase
 from .repeated import POOLED, UNIT, one, pool
 
-# A claim that is kept, and one that is not.
+# Excess of the claimed order: a true claim, and a false one.
 ABOVE = (0.0, 0.5)
 OUTCOME = {Verdict.VERIFIED: 1.0, Verdict.REFUTED: -1.0}
 LOOKS = tuple(2**look for look in range(POOLED.bit_length()))
 
 
 class JudgedSequences(NamedTuple):
-    """What the strong measure said of S sequences.
+    """Results of the strong measure on S sequences.
 
     Attributes
     ----------
     low, high, asymptotic, half : ndarray, shape (S,)
-        Its 95 % interval of the slope from all paths, and the asymptotic order with its half width.
+        Ends of the 95 % interval of the slope from all paths, and the asymptotic order with its half-width.
     outcome, paths : ndarray, shape (S, 2, 2)
-        1 for verified, -1 for refuted, 0 for neither, and the paths it took; of the true order and of half an order
-        more, from paths alone and with local orders.
+        1 for verified, -1 for refuted, 0 for neither, and the number of paths used; for the true order and for half
+        an order more, from paths alone and with local orders.
     """
 
     low: Array
@@ -49,9 +49,9 @@ def judge_sequences(
     case : CalibrationCase
     pair : tuple of Scheme and Problem
     measure : Measure
-        Of errors along paths.
+        Measure of errors along paths.
     noted : tuple of Tally
-        The stacked evidence on the full state, and the health of the block.
+        Stacked evidence on the full state, and health of the block.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def judge_sequences(
     (strong, health), (scheme, problem) = noted, pair
     view = match(scheme, problem).problem
     assert view is not None
-    # Only these looks and sides share the error probability: there is no family of further tests here.
+    # Only these looks and sides share the error probability, because there are no further tests.
     settings = Settings(paths=UNIT * POOLED, block=UNIT, max_looks=len(LOOKS), tests_reserved=1)
     probed = measure.probe(scheme, view, settings)
     evidence = Evidence(scheme, problem, view, settings, Tally(), health, level=settings.level)
@@ -88,7 +88,7 @@ def _published_intervals(measure: Measure, evidence: Evidence) -> tuple[float, f
 def _verdicts(
     case: CalibrationCase, measure: Measure, evidence: Evidence, noted: tuple[list[Tally], Tally]
 ) -> Iterator[tuple[float, float]]:
-    """Yield the outcome of each claim, from paths alone and with local orders, and the paths it took."""
+    """Yield outcome and number of paths for each claim, from paths alone and with local orders."""
     looks, probed = noted
     for above in ABOVE:
         claim = Claim(measure=measure.name, value=case.order + above, source="calibration")

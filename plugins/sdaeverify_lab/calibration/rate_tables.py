@@ -1,4 +1,4 @@
-"""The rates as tables: a row each for programs; for readers a row a statistic, and a column a sample size."""
+"""Tables of rates: one row per rate for programs; one row per statistic and a column per sample size for readers."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import isfinite
@@ -11,7 +11,7 @@ from sdaeverify.commands import escape, visible
 from .calibration_plan import CalibrationPlan
 from .rates import NOTHING, TABLE_LEVEL, Rate, offending
 
-# More sample sizes than this are averages, which make no columns.
+# Largest number of sample sizes for columns; more are averages of sequential samples.
 MOST_SIZES = 3
 
 
@@ -31,13 +31,13 @@ class Section(NamedTuple):
 
 
 def rate_table(rates: Sequence[Rate], plan: CalibrationPlan) -> pd.DataFrame:
-    """Return one row for each rate, with its 95 % interval and what is promised."""
+    """Return a row for each rate, with its 95 % interval and the prescribed range."""
     outside = offending(rates)
     return pd.DataFrame([{**_record(rate), "agrees": rate not in outside, "seed": plan.seed} for rate in rates])
 
 
 def sections(rates: Sequence[Rate]) -> Iterator[Section]:
-    """Yield a table for each study; a star marks what disagrees with its promise."""
+    """Yield a table for each study, with a star at each rate outside its range."""
     outside = offending(rates)
     for study in dict.fromkeys(rate.study for rate in rates):
         found = [rate for rate in rates if rate.study == study]
@@ -46,7 +46,7 @@ def sections(rates: Sequence[Rate]) -> Iterator[Section]:
 
 
 def summary(rates: Sequence[Rate]) -> list[str]:
-    """Return in words how many rates there are and which of them disagree with what is promised."""
+    """Return the number of rates and the rates outside their range, in sentences."""
     outside = offending(rates)
     promised = sum(rate.expected != NOTHING for rate in rates)
     count = f"{len(outside)} of {promised} rates" if outside else f"none of {promised} rates"
@@ -61,16 +61,16 @@ def describe(rate: Rate) -> str:
 
 
 def markdown(rates: Sequence[Rate], plan: CalibrationPlan, command: str, making: Mapping[str, Any]) -> str:
-    """Return the report for readers.
+    """Return the report in Markdown.
 
     Parameters
     ----------
     rates : sequence of Rate
     plan : CalibrationPlan
     command : str
-        That makes it again.
+        Command that reproduces the report.
     making : mapping
-        What it is made with, by `describe_making`.
+        Provenance, from `describe_making`.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def _record(rate: Rate) -> dict[str, object]:
 
 
 def _by_size(rates: Sequence[Rate], sizes: Sequence[float], outside: Sequence[Rate]) -> Section:
-    """Return a row for each case and statistic, a column for each sample size."""
+    """Return a row for each case and statistic, with a column for each sample size."""
     rows: dict[tuple[str, str], dict[float, Rate]] = {}
     for rate in rates:
         rows.setdefault((rate.case, rate.statistic), {})[rate.paths if sizes else 0.0] = rate
@@ -132,7 +132,7 @@ def _one_by_one(rates: Iterable[Rate], outside: Sequence[Rate]) -> Section:
 
 
 def _promise(rates: Iterable[Rate]) -> str:
-    """Return the promise in words, with the sample sizes it is made for where there are others."""
+    """Return the prescribed range in words, with the sample sizes to which it applies if not all."""
     found = list(rates)
     kept = [rate for rate in found if rate.expected != NOTHING]
     if not kept or len(kept) == len(found):

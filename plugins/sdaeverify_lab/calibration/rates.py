@@ -1,4 +1,4 @@
-"""How often something happened over many repetitions, and whether that agrees with what is promised."""
+"""Rates of events over many repetitions, compared with prescribed ranges."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,12 +6,12 @@ from typing import NamedTuple
 from sdaeverify import Mask
 from sdaeverify.numerics import clopper_pearson
 
-# Error probability of one table: agreement is tested row by row at this level over the number of rows.
+# Error probability of a table; each of its n rows is tested at this level divided by n.
 TABLE_LEVEL = 0.01
 
 
 class ExpectedRate(NamedTuple):
-    """The range a true rate is promised to be in, and why.
+    """Prescribed range of a true rate, and its description.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class ExpectedRate(NamedTuple):
 
     @classmethod
     def at_most(cls, rate: float, words: str = "") -> "ExpectedRate":
-        """Return the promise of an error rate."""
+        """Return the range of an error rate with an upper bound."""
         return cls(0.0, rate, words or f"at most {rate:g}")
 
 
@@ -34,15 +34,15 @@ COVERED = ExpectedRate(0.93, 0.97, "0.95 within 0.02")
 
 
 class Rate(NamedTuple):
-    """A row of the table: hits among independent trials.
+    """A row of the table: number of hits among independent trials.
 
     Attributes
     ----------
     study, case : str
     statistic : str
-        What is counted.
+        Counted event.
     paths : float
-        Sample size of one trial, on average; NaN where there is none.
+        Mean sample size of a trial; NaN without sampling.
     hits, trials : int
     expected : ExpectedRate
     """
@@ -57,46 +57,46 @@ class Rate(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Share of the hits."""
+        """Fraction of hits."""
         return self.hits / self.trials
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Return the interval of Clopper and Pearson for the true rate."""
+        """Return the Clopper-Pearson interval of the true rate."""
         return clopper_pearson(self.hits, self.trials, confidence)
 
     def agrees(self, level: float) -> bool:
-        """Tell whether the true rate may be in the promised range: the two intervals meet."""
+        """Return whether the interval of the true rate at a level intersects the prescribed range."""
         low, high = self.interval(1.0 - level)
         return low <= self.expected.high and high >= self.expected.low
 
 
 class Trials(NamedTuple):
-    """What some rates have in common; see `Rate` for the attributes."""
+    """Common attributes of several rates; see `Rate`."""
 
     study: str
     case: str
     paths: float = float("nan")
 
     def rate(self, statistic: str, hits: Mask, expected: ExpectedRate) -> Rate:
-        """Return the rate at which some trials hit.
+        """Return the rate of hits among trials.
 
         Parameters
         ----------
         statistic : str
-            What is counted.
+            Counted event.
         hits : ndarray of bool, shape (trials,)
-            In which of the trials it happened.
+            Whether the event occurred in each trial.
         expected : ExpectedRate
-            Range of rates that is promised.
+            Prescribed range.
         """
         return Rate(self.study, self.case, statistic, self.paths, int(hits.sum()), len(hits), expected)
 
 
 def offending(rates: Sequence[Rate]) -> list[Rate]:
-    """Return the rows that disagree with their promise.
+    """Return the rates outside their prescribed range.
 
-    Where all promises are kept there is any such row with a probability of at most `TABLE_LEVEL`: each of the n rows
-    with a promise is tested at level `TABLE_LEVEL`/n.
+    If all true rates lie in their range, there is any such row with a probability of at most `TABLE_LEVEL`, because
+    each of the n rows with a range is tested at level `TABLE_LEVEL`/n.
     """
     promised = [rate for rate in rates if rate.expected != NOTHING]
     return [rate for rate in promised if not rate.agrees(TABLE_LEVEL / len(promised))]

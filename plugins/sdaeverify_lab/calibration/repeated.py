@@ -1,8 +1,8 @@
-"""Many repetitions of a measurement in one block: the tallies of parts of its paths, one after the other.
+"""Many repetitions of a measurement in one block: tallies of consecutive subsets of its paths.
 
-A repetition of UNIT paths is the smallest sample; neighbouring ones are pooled into larger samples. Stacked tallies
-are tallies whose arrays have the repetition as first axis. Statistics are taken of many repetitions at once, and true
-values from repetitions that are independent of them.
+A repetition of UNIT paths is the smallest sample; adjacent repetitions are pooled into larger samples. Stacked
+tallies are tallies whose arrays have the repetition as first axis. Statistics are computed for many repetitions at
+once, and true values from independent repetitions.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,26 +16,26 @@ from sdaeverify.measuring import Estimate, Measure, Observer, Snapshot, Tally
 from sdaeverify.numerics import GROUPS, pseudo_values
 
 UNIT = 100
-# Repetitions of the longest sample.
+# Number of repetitions in the largest sample.
 POOLED = 16
 
 
 class Divisible(Observer, Protocol):
-    """A notebook that can tell about some of its paths."""
+    """An observer that can return the observer of a subset of its paths."""
 
     def part(self, paths: slice) -> Observer:
-        """Return what was noted on some of the paths."""
+        """Return the observer of a subset of the paths."""
         ...
 
 
 @dataclass(frozen=True)
 class Repeated(Measure):
-    """Notes what another measure notes, for each repetition by itself.
+    """A measure that applies another measure to each repetition separately.
 
     Attributes
     ----------
     measure : Measure
-        Its observers are `Divisible`.
+        Measure whose observers are `Divisible`.
     """
 
     measure: Any
@@ -43,53 +43,53 @@ class Repeated(Measure):
     name: ClassVar[str] = "repeated"
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "RepeatedObserver":
-        """Return the notebook for one block."""
-        # What depends on the size of the sample is for the longest one, not for the whole block.
+        """Return the observer for one block."""
+        # Settings that depend on the sample size are those of the largest sample, not of the whole block.
         return RepeatedObserver(self.measure.observer(problem, parts, replace(settings, paths=UNIT * POOLED)))
 
 
 class RepeatedObserver:
-    """Passes on what it is shown, and takes the notes apart at the end."""
+    """Forward all calls to an observer, and split its tally into repetitions at the end."""
 
     def __init__(self, inner: Divisible) -> None:
         self.inner, self.wanted, self.paths = inner, inner.wanted, 0
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Pass on the step."""
+        """Forward the step."""
         self.inner.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Pass on the states."""
+        """Forward the states, and store the number of paths."""
         self.paths = max(part.shape[-1] for part in snapshot.levels[0].values())
         self.inner.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
-        """Return the stacked tallies of all whole repetitions."""
+        """Return the stacked tallies of all complete repetitions."""
         starts = range(0, self.paths - UNIT + 1, UNIT)
         return stack_tallies([self.inner.part(slice(start, start + UNIT)).tally() for start in starts])
 
 
 def stack_tallies(tallies: Sequence[Tally]) -> Tally:
-    """Return the tallies of several repetitions as one."""
+    """Stack the tallies of several repetitions."""
     return _join(tallies, np.stack)
 
 
 def append_tallies(tallies: Sequence[Tally]) -> Tally:
-    """Return several stacked tallies one after the other."""
+    """Concatenate several stacked tallies."""
     return _join(tallies, np.concatenate)
 
 
 def pool(tally: Tally, count: int, every: int | None = None) -> Tally:
-    """Pool the first `count` of every `every` neighbouring repetitions (of every `count` if left out).
+    """Pool the first `count` of each group of `every` adjacent repetitions; `every` defaults to `count`.
 
     Parameters
     ----------
     tally : Tally
-        Sums and maxima with the repetitions first.
+        Stacked tally.
     count : int
-        Repetitions that make up one larger sample.
+        Number of repetitions in a pooled sample.
     every : int, optional
-        Distance of the first repetitions of two samples: more than `count` leaves the rest unused.
+        Distance between the first repetitions of two samples; if larger than `count`, the others are unused.
     """
     every = every or count
 
@@ -128,39 +128,39 @@ Statistic = Callable[[Array], Array]
 
 
 def estimates(sums: Array, counts: Array, statistic: Statistic) -> Estimate:
-    """Return the jackknife's estimates of R repetitions, with their standard errors.
+    """Return the jackknife estimates of R repetitions, with standard errors.
 
     Parameters
     ----------
     sums : ndarray, shape (R, G, ...)
         Sums over groups.
     counts : ndarray, shape (G,)
-        Paths of each group.
+        Number of paths of each group.
     statistic : callable, ndarray of shape (..., R) -> ndarray, shape (R,)
         Function of the means.
 
     Returns
     -------
     Estimate
-        Of arrays of shape (R,).
+        Estimate whose fields have the shape (R,).
     """
     pseudo = pseudo_values(np.moveaxis(sums, 0, -1), counts, statistic)
     return Estimate(pseudo.mean(axis=0), pseudo.std(axis=0, ddof=1) / np.sqrt(GROUPS))
 
 
 def opposite(values: Array, statistic: Statistic, sequences: int, repetitions: int) -> Array:
-    """Return for each repetition the statistic of all those in the half that it is not in.
+    """Return for each repetition the statistic of all repetitions in the other half.
 
     Parameters
     ----------
     values : ndarray, shape (U, ...)
-        Of repetitions in order, a whole number of them to each sequence; the function of their mean is taken.
+        Values of repetitions in order, with an equal number for each sequence; the statistic is taken of their mean.
     statistic : callable
         See `estimates`.
     sequences : int
-        At least two.
+        Number of sequences, at least two.
     repetitions : int
-        For how many the result is; of the same sequences.
+        Number of repetitions in the result, of the same sequences.
 
     Returns
     -------

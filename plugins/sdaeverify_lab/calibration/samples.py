@@ -1,7 +1,6 @@
-"""The jobs of the calibration: blocks of repetitions along paths, and time averages along replicated chains.
+"""Jobs of the calibration: blocks of repetitions along paths, and time averages along replicated chains.
 
-Paths are simulated by the ensemble like those of any other run; a time average has Student's interval from K
-independent chains.
+Paths are simulated by the ensemble of ordinary runs. A time average has Student's interval from K independent chains.
 """
 
 from collections.abc import Sequence
@@ -22,12 +21,12 @@ from .repeated import POOLED, UNIT, Repeated, append_tallies, opposite
 
 SEQUENCE = UNIT * POOLED
 SEQUENCES_A_BLOCK = 4
-# Of the names of quantities: the full state, and the final time.
+# Parts of names of quantities: the full state, and the final time.
 STATE, AT_END = "state", "@T"
 
 
 class Sample(NamedTuple):
-    """Repetitions of UNIT paths on one case; POOLED neighbouring ones are a sequence of independent looks.
+    """Repetitions of UNIT paths of a case; POOLED adjacent ones form a sequence of independent looks.
 
     Attributes
     ----------
@@ -35,11 +34,11 @@ class Sample(NamedTuple):
     h : ndarray, shape (L,)
         Step sizes.
     strong : Tally
-        Stacked: ``error`` and ``difference`` of the full state at T, ``paths``.
+        Stacked tally: ``error`` and ``difference`` of the full state at T, ``paths``.
     weak : Tally
-        Stacked: ``values`` of the observables.
+        Stacked tally: ``values`` of the observables.
     judged : JudgedSequences or None
-        What the strong measure said of each sequence.
+        Results of the strong measure on each sequence.
     """
 
     case: CalibrationCase
@@ -62,7 +61,7 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class PathJob:
-    """One block of repetitions for all cases of a problem; it can be pickled.
+    """One block of repetitions for all cases of a problem, which can be pickled.
 
     Attributes
     ----------
@@ -71,9 +70,9 @@ class PathJob:
     settings : Settings
     block : int
     measures : tuple of Measure
-        Of errors along paths, and of expectations.
+        Measures of errors along paths, and of expectations.
     judged : bool
-        Whether the sequences are judged by the first measure, too.
+        Whether the first measure also judges the sequences.
     """
 
     spec: ProblemSpec
@@ -85,7 +84,7 @@ class PathJob:
 
     @property
     def label(self) -> str:
-        """The problem's."""
+        """Label of the problem."""
         return self.spec.label
 
     def run(self) -> list[Sample]:
@@ -108,7 +107,7 @@ class PathJob:
 
 
 def path_settings(seed: int, sequences: int) -> tuple[Settings, list[int]]:
-    """Return settings with at least so many sequences in full blocks, and the indices of these blocks."""
+    """Return settings with at least the given number of sequences in full blocks, and the indices of these blocks."""
     size = SEQUENCE * SEQUENCES_A_BLOCK
     blocks = -(-sequences // SEQUENCES_A_BLOCK)
     settings = Settings(paths=(blocks + 2) * size, block=size, seed=seed)
@@ -117,7 +116,7 @@ def path_settings(seed: int, sequences: int) -> tuple[Settings, list[int]]:
 
 
 def join_samples(samples: Sequence[Sample]) -> Sample:
-    """Return the samples of several blocks as one."""
+    """Concatenate the samples of several blocks."""
     judged = [sample.judged for sample in samples if sample.judged is not None]
     return samples[0]._replace(
         strong=append_tallies([sample.strong for sample in samples]),
@@ -127,7 +126,7 @@ def join_samples(samples: Sequence[Sample]) -> Sample:
 
 
 def of_state(tally: Tally) -> Tally:
-    """Return the part of the strong measure's tally that is about the full state at T."""
+    """Return the part of the strong measure's tally on the full state at T."""
     names = {name.partition(" ")[2] for name in tally.sums} - {""}
     quantity = STATE + AT_END if STATE + AT_END in names else next(name for name in names if name.endswith(AT_END))
     about = {quantity, quantity.removesuffix(AT_END)}
@@ -139,13 +138,13 @@ def of_state(tally: Tally) -> Tally:
 
 
 CHAINS = 16
-# Steps a relaxation time, of the burn-in and of the record: about a thousand are recorded.
+# Steps per relaxation time; burn-in and record in relaxation times: about a thousand steps are recorded.
 STEPS_A_TIME, BURN_IN, RECORD = 20, 10, 50
 
 
 @dataclass(frozen=True)
 class ChainJob:
-    """All chains of a case; it can be pickled.
+    """All chains of a case, which can be pickled.
 
     Attributes
     ----------
@@ -154,7 +153,7 @@ class ChainJob:
     scheme : Scheme
     seed : int
     repetitions : int
-        Of `CHAINS` chains each, an even number.
+        Number of repetitions with `CHAINS` chains each, even.
     """
 
     spec: ProblemSpec
@@ -165,7 +164,7 @@ class ChainJob:
 
     @property
     def label(self) -> str:
-        """The problem's."""
+        """Label of the problem."""
         return self.spec.label
 
     def run(self) -> list[Rate]:

@@ -1,20 +1,21 @@
-"""The studies: what is counted over many samples, each against what is promised of it.
+"""The studies of a calibration: events counted over many samples, with prescribed ranges of their rates.
 
 Slopes
-    How often the jackknife's interval contains the true slope, of pathwise errors and of mean differences, and its
-    How often the jackknife's interval contains the true slope, of pathwise errors and of mean differences, and its
+    Coverage of the jackknife's interval for the slope of pathwise errors and of mean differences, and its one-sided
+    tails. The true slope comes from an independent sample: each half of the repetitions is compared with the other
+    half.
 Looks
-    The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks at
-    The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks at n = UNIT
-    look the probability of an error on one side is at most alpha; with level alpha, peeking, it is not.
+    The sequential rule with the bound exactly at the true slope, where every decision is an error. Looks are at
+    n = UNIT, 2 UNIT, 4 UNIT, ..., POOLED UNIT paths. With the level alpha/K at each of K looks, the probability of an
+    error on one side is at most alpha; with level alpha at each look (peeking), it is not.
 Published intervals and verdicts
     The strong measure as a whole, on sequences of paths, with true and false claims.
 Families
-    Holm's procedure over a run of 60 cells, of which fifty keep their claim, five are on the boundary and five fail.
-    An estimate is normal with standard error SE about order - bound, its error is estimated with G - 1 degrees of
-    freedom. With tests at level alpha each, a run has a false refutation with probability 1 - (1 - alpha)^5: those on
-    the boundary are refuted by chance, those that keep their claim hardly ever. Holm's procedure rejects whatever
-    Bonferroni's does, the power of which follows from the noncentral t distribution.
+    Holm's procedure over a run of 60 cells: the claim holds in fifty, is on the boundary in five and fails in five.
+    An estimate is normal with standard error SE about order - bound, and its error is estimated with G - 1 degrees of
+    freedom. With tests at level alpha each, a run has a false refutation with probability 1 - (1 - alpha)^5, because
+    claims on the boundary are refuted by chance and those that hold hardly ever. Holm's procedure rejects all
+    hypotheses that Bonferroni's does, the power of which follows from the noncentral t distribution.
 """
 
 from collections.abc import Iterator
@@ -35,7 +36,7 @@ from .samples import Sample
 
 COUNTS = (1, 4, POOLED)
 NORMS = {"L1/2": (0, 0.5), "L1": (1, 1.0), "L2": (2, 2.0)}
-# Of tests at one side; the true level is promised to be at most twice as large.
+# Nominal levels of one-sided tests; the true level must be at most twice as large.
 LEVELS = (0.01, 0.001)
 ALLOWED = 2.0
 MEAN_COUNTS = (4, POOLED)
@@ -44,14 +45,14 @@ RULES = {
     "level alpha/K at each look": (len(LOOKS), ExpectedRate.at_most(ALPHA)),
     "peeking at level alpha": (1, ExpectedRate(ALPHA, 1.0, f"more than {ALPHA:g}")),
 }
-# Wider than nominal is allowed where a bound of a bias is added.
+# Coverage above nominal is allowed, because a bound on the bias is added.
 PUBLISHED = ExpectedRate(COVERED.low, 1.0, f"at least {COVERED.low:g}")
 TIERS = ("paths alone", "with local orders")
-# The confidence of a run is 99 %: no more than this share of wrong verdicts on either side.
+# Largest rate of wrong verdicts on either side, for the confidence of 99 % of a run.
 WRONG = ExpectedRate.at_most(0.01)
 # Standard error of an estimate in a family of tests.
 SE = 0.05
-# Cells and their distance from the bound.
+# Numbers of cells and their distance from the bound.
 KEPT, BOUNDARY, FAILED = (50, 0.2), (5, 0.0), (5, -0.25)
 CELLS = KEPT[0] + BOUNDARY[0] + FAILED[0]
 BY_CHANCE = 1.0 - (1.0 - ALPHA) ** BOUNDARY[0]
@@ -64,16 +65,16 @@ def slopes(sample: Sample, count: int, norm: str, every: int | None = None) -> t
     ----------
     sample : Sample
     count : int
-        Repetitions that are pooled.
+        Number of pooled repetitions.
     norm : str
-        One of `NORMS`.
+        Key of `NORMS`.
     every : int, optional
-        Of so many neighbouring repetitions the first `count` are pooled.
+        Distance between the pooled groups, in repetitions.
 
     Returns
     -------
     Estimate
-        Of arrays of shape (R,).
+        Estimate whose fields have the shape (R,).
     ndarray, shape (R,)
     """
     index, p = NORMS[norm]
@@ -108,7 +109,7 @@ def _slope(weights: Array, p: float, means: Array) -> Array:
 
 
 def mean_difference_rates(sample: Sample) -> Iterator[Rate]:
-    """Yield the coverage of 95 % intervals of the slope, for each observable of the case."""
+    """Yield the coverage of 95 % intervals of the slope for each observable of the case."""
     for observable in sample.case.weak:
         for count in MEAN_COUNTS:
             yield _rate(sample, f"values {observable}", count)
@@ -135,7 +136,7 @@ def _mean_slope(weights: Array, means: Array) -> Array:
 
 
 def look_rates(sample: Sample) -> Iterator[Rate]:
-    """Yield the rates of false decisions on either side, with the correction for looks and without."""
+    """Yield the rates of false decisions on either side, with and without the correction for looks."""
     found = [slopes(sample, count, "L1", POOLED) for count in LOOKS]
     for rule, (looks, expected) in RULES.items():
         sides = []
@@ -143,7 +144,7 @@ def look_rates(sample: Sample) -> Iterator[Rate]:
             low, high = estimate.interval(1.0 - 2.0 * ALPHA / looks)
             sides.append(np.where(low > truth, 1, np.where(high < truth, -1, 0)))
         decided, paths = first_decision(np.array(sides))
-        # Below the sample size from which a heavy tail is judged at all, the rule is shown and not used.
+        # Heavy-tailed samples of this size are not judged in a run, so that no range is prescribed.
         promised = NOTHING if sample.case.heavy else expected
         trials = Trials("looks", sample.case.label, float(paths.mean()))
         yield trials.rate(f"falsely verified, {rule}", decided > 0, promised)
@@ -151,7 +152,7 @@ def look_rates(sample: Sample) -> Iterator[Rate]:
 
 
 def first_decision(sides: Array) -> tuple[Array, Array]:
-    """Return the first decision that is not 0 of each sequence, and the paths it took.
+    """Return the first nonzero decision of each sequence, and the number of paths up to it.
 
     Parameters
     ----------
@@ -162,13 +163,13 @@ def first_decision(sides: Array) -> tuple[Array, Array]:
     ndarray, shape (S,)
     ndarray, shape (S,)
     """
-    # The last look ends the sequence whatever it says.
+    # The last look ends the sequence in any case.
     ends = np.concatenate([sides[:-1] != 0, np.ones_like(sides[-1:], dtype=bool)]).argmax(axis=0)
     return sides[ends, np.arange(sides.shape[1])], UNIT * np.array(LOOKS)[ends]
 
 
 def published_rates(sample: Sample) -> Iterator[Rate]:
-    """Yield the coverage of the slope's and of the asymptotic order's interval, as published."""
+    """Yield the coverage of the published intervals of the slope and of the asymptotic order."""
     judged = sample.judged
     assert judged is not None
     trials = Trials("published", sample.case.label, UNIT * POOLED)
@@ -193,7 +194,7 @@ def verdict_rates(sample: Sample) -> Iterator[Rate]:
 
 
 def family_rates(seed: int, runs: int) -> Iterator[Rate]:
-    """Yield the share of runs with a false verdict, without correction and with Holm's procedure, and its power."""
+    """Yield the rate of runs with a false verdict, without correction and with Holm's procedure, and its power."""
     distance = np.concatenate([np.full(count, value) for count, value in (KEPT, BOUNDARY, FAILED)])
     rng = Source(seed, "families", 0, runs).stream("estimates", 0)
     values = distance + SE * rng.standard_normal((runs, CELLS))
@@ -215,7 +216,7 @@ def _rates(word: str, p: Array, right: Mask, margin: float) -> Iterator[Rate]:
     false = np.asarray(rejected[:, ~right].any(axis=1))
     yield trials.rate(f"false {word}, uncorrected", by_chance, chance)
     yield trials.rate(f"false {word}, Holm", false, ExpectedRate.at_most(ALPHA))
-    # One cell of each run: trials are to be independent.
+    # One cell of each run, because trials must be independent.
     yield trials.rate(f"right {word} of one cell, Holm", rejected[:, right][:, 0], bonferroni)
 
 

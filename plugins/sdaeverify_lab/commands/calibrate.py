@@ -1,4 +1,4 @@
-"""``calibrate``: whether intervals and tests keep what they promise, over many seeds."""
+"""``calibrate``: calibrate intervals and tests over many seeds."""
 
 import shlex
 import time
@@ -38,17 +38,10 @@ from ..calibration.rates import offending
 FOLDER = Path("reports", "calibration")
 CSV, MARKDOWN = "calibration.csv", "calibration.md"
 REPETITIONS = 1000
-WORDS = {
-    ExitCode.OK: "every rate agrees with what is promised",
-    ExitCode.REFUTED: "a rate disagrees with what is promised",
-    ExitCode.USAGE: "the command line is wrong",
-    ExitCode.NOT_MEASURED: "something could not be measured",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-    ExitCode.INTERRUPTED: "interrupted",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Try out intervals and tests over many seeds.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Try out intervals and tests over many seeds.")
 @options.once(
     "--repetitions", type=int, default=REPETITIONS, help="Samples of 400 paths; more smaller and fewer larger ones."
 )
@@ -63,7 +56,7 @@ WORDS = {
 def calibrate(**asked: Any) -> ExitCode:
     """Count how often intervals contain the truth and tests decide wrongly, on cells of known order.
 
-    Writes a table of all rates with their binomial intervals. Succeeds if each agrees with what is promised for it.
+    Writes a table of all rates with their binomial intervals. Succeeds if each agrees with its prescribed range.
     """
     begun = time.monotonic()
     registry = load_and_warn(asked["plugins"], lab=True)
@@ -81,7 +74,7 @@ def calibrate(**asked: Any) -> ExitCode:
     written = f"{CSV}, {MARKDOWN} and report.html are in {asked['out']}"
     print_texts(console, (*summary(calibration.rates), written))
     code = ExitCode.REFUTED if offending(calibration.rates) else ExitCode.OK
-    return conclude(code, WORDS, time.monotonic() - begun)
+    return conclude(code, time.monotonic() - begun)
 
 
 def _save(calibration: Calibration, registry: Registry, folder: Path, command: str) -> None:
@@ -93,7 +86,7 @@ def _save(calibration: Calibration, registry: Registry, folder: Path, command: s
 
 
 def _command(asked: dict[str, Any], plan: CalibrationPlan) -> str:
-    """Return the command that makes the same table again; worker processes do not matter for it."""
+    """Return the command that reproduces the table; the number of worker processes does not affect it."""
     words = ["python", "-m", "sdaeverify", "calibrate"]
     words += ["--repetitions", str(plan.repetitions)] if plan.repetitions != REPETITIONS else []
     words += ["--seed", str(plan.seed)] if plan.seed != Settings().seed else []

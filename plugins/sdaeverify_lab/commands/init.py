@@ -1,4 +1,4 @@
-"""``init``: make a library that exists gate its schemes."""
+"""``init``: set up the gate of an existing library."""
 
 import shlex
 from pathlib import Path
@@ -13,9 +13,9 @@ from ..scaffold.library import adopt
 @click.command("init", short_help="Make a library that exists gate its schemes.")
 @click.argument("folder", metavar="[DIR]", type=options.PLACE, default=Path())
 def init(folder: Path) -> ExitCode:
-    """Write into DIR, the folder of a library, what its schemes need to be gated; this folder if left out.
+    """Write the files that a gate of its schemes needs into DIR, the folder of a library; by default this folder.
 
-    A module of its package with a scheme to begin with, a test, a workflow, and tables at the end of its
+    These are a module of its package with an example scheme, a test, a workflow, and tables at the end of its
     pyproject.toml: an entry point and the policy. No file is overwritten.
     """
     written = adopt(folder)

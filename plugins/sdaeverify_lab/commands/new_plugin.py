@@ -14,10 +14,10 @@ from ..scaffold import names_of, write_plugin
 @click.argument("folder", metavar="DIR", type=options.PLACE)
 @options.once("--name", metavar="NAME", help="Name of the distribution.  [default: the last part of DIR]")
 def new_plugin(folder: Path, name: str | None) -> ExitCode:
-    """Write a plugin into DIR, which must be new or empty: a package that passes its own tests and its own gate.
+    """Write a plugin into DIR, which must be new or empty: a package that passes its tests and its gate.
 
-    It has one scheme and one problem with claims and their sources, tests, a lock file of the cells that are
-    measured, and a workflow that gates each pull request and runs the full budget once a week.
+    The package has one scheme and one problem with claims and their sources, tests, a lock file of the measured
+    cells, and a workflow that gates each pull request and runs the full budget once a week.
     """
     names = names_of(folder, name)
     written = write_plugin(folder, names)

@@ -1,6 +1,6 @@
-"""A plugin to begin with: a package with one scheme, one problem, their claims, tests, lock file and workflow.
+"""Template of a plugin: a package with one scheme, one problem, their claims, tests, lock file and workflow.
 
-Its files are filled in beside the folder, and moved into it when all of them are there.
+The files are written into a temporary folder next to the target, and moved when they are complete.
 """
 
 import json
@@ -21,13 +21,13 @@ from typing import NamedTuple
 from sdaeverify import UsageError
 from sdaeverify.commands import claims_on_lines
 
-# Modules that a plugin needs itself, or that pip would put beside it: their name is no name for another one.
+# Names of modules that a plugin needs, or that are installed with it, and that it must not reuse.
 TAKEN = frozenset({"sdaeverify", "numpy", "scipy", "pandas", "pluggy", "pytest", "click", "rich", "test", "tests"})
 LONGEST = 60
 
 _DISTRIBUTION = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-# Where each file of the template goes. The template's own names have no dots in front and no .py behind, so that no
-# tool takes it for a project.
+# Target of each file of the template. Names in the template have neither a leading dot nor the suffix .py, so that
+# tools do not treat it as a project.
 LOCK = "sdaeverify.lock"
 FILES = {
     ".github/workflows/verify.yml": "workflow",
@@ -39,20 +39,20 @@ FILES = {
     "src/$module/__init__.py": "package",
     "src/$module/platen.py": "scheme",
     "src/$module/sinh.py": "problem",
-    # A name that no module of a distribution can have: beside its tests, "test-plugin" is imported as well.
+    # Differs from every module name: tests/test_plugin.py would shadow the module of a plugin "test-plugin".
     "tests/test_$module.py": "tests",
 }
 
 
 class Names(NamedTuple):
-    """What is filled into the template.
+    """Names to substitute in the template.
 
     Attributes
     ----------
     distribution : str
-        Lower case with hyphens.
+        Name of the distribution in lower case with hyphens.
     module : str
-        The same with underscores.
+        Name of the module, with underscores.
     """
 
     distribution: str
@@ -60,7 +60,7 @@ class Names(NamedTuple):
 
     @property
     def scheme(self) -> str:
-        """Registered name of the scheme: no two plugins made in this way share it."""
+        """Registered name of the scheme, unique to the plugin."""
         return f"{self.distribution}-platen"
 
     @property
@@ -75,14 +75,14 @@ def names_of(folder: Path, name: str | None = None) -> Names:
     Parameters
     ----------
     folder : Path
-        Its last part is the name if none is given.
+        Folder, whose last part is the default name.
     name : str, optional
-        Any spelling that package indexes take for the same: ``My_Schemes`` is ``my-schemes``.
+        Name in any spelling that package indexes consider equal: ``My_Schemes`` is ``my-schemes``.
 
     Raises
     ------
     UsageError
-        If it cannot be the name of a distribution and of a module.
+        If the name is not valid for a distribution and a module.
     """
     given = Path(os.path.realpath(folder)).name if name is None else name
     distribution = re.sub(r"[-_.]+", "-", given).lower()
@@ -99,7 +99,7 @@ def names_of(folder: Path, name: str | None = None) -> Names:
 
 
 def _is_installed(module: str) -> bool:
-    """Tell whether a module of this name can be imported; a mere folder of that name is none."""
+    """Return whether a module of this name can be imported, excluding namespace folders."""
     try:
         found = find_spec(module)
     except (ImportError, ValueError):
@@ -118,18 +118,18 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        The files, relative to the folder.
+        Paths of the files relative to the folder.
 
     Raises
     ------
     UsageError
-        If the folder holds something, or cannot be written. Nothing is left in it then.
+        If the folder is not empty, or cannot be written; it is then left unchanged.
     """
     texts = fill_in(names)
     try:
         _require_empty(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
-        # On the same disk, where a move is one step.
+        # On the same disk, where a move is atomic.
         beside = Path(mkdtemp(prefix=f".{names.distribution}-", dir=folder.resolve().parent))
         try:
             _write(beside, texts)
@@ -137,14 +137,14 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
         finally:
             shutil.rmtree(beside, ignore_errors=True)
     except (OSError, RuntimeError) as error:
-        # A loop of links is the one or the other.
+        # A loop of symbolic links raises either of these.
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"cannot write the plugin into {folder}: {why}") from error
     return tuple(texts)
 
 
 def fill_in(names: Names) -> Mapping[str, str]:
-    """Return the text of each file by its path, relative to the folder of the plugin."""
+    """Return the text of each file by its path relative to the folder of the plugin."""
     values = {
         **names._asdict(),
         "scheme": names.scheme,
@@ -158,12 +158,12 @@ def fill_in(names: Names) -> Mapping[str, str]:
         return Template(text).substitute(values)
 
     texts = {fill(path): fill((template / f"{name}.txt").read_text(encoding="utf-8")) for path, name in FILES.items()}
-    # As the gate would write it: where the names of this plugin belong depends on them.
+    # In the order of the gate, which depends on the names of this plugin.
     return texts | {LOCK: claims_on_lines(json.loads(texts[LOCK]))}
 
 
 def repository() -> str:
-    """Return the address of the repository of sdaeverify, as its metadata tell it."""
+    """Return the repository address of sdaeverify from its metadata."""
     links = dict(link.split(", ", 1) for link in metadata("sdaeverify").get_all("Project-URL") or ())
     return str(links["Repository"])
 
@@ -184,7 +184,7 @@ def _write(root: Path, texts: Mapping[str, str]) -> None:
 
 def _move(source: Path, folder: Path) -> None:
     if not folder.exists():
-        # mkdtemp made it for its owner alone.
+        # mkdtemp restricts permissions to the owner.
         source.chmod(folder.resolve().parent.stat().st_mode & 0o777)
         source.rename(folder)
         return

@@ -1,4 +1,4 @@
-"""A library that exists is made to gate its schemes: a module, a test, a workflow, tables of pyproject.toml."""
+"""Set-up of a gate for an existing library: a module, a test, a workflow, and tables of pyproject.toml."""
 
 import tomllib
 from collections.abc import Mapping
@@ -19,22 +19,22 @@ ENTRY_POINTS = (
 
 
 def adopt(folder: Path) -> tuple[str, ...]:
-    """Write into the folder of a library what a gate of its schemes needs; no file is overwritten.
+    """Write the files that a gate needs into the folder of a library, without overwriting files.
 
     Parameters
     ----------
     folder : Path
-        With a ``pyproject.toml`` that has a table ``[project]``, and the package of the same name.
+        Folder with a ``pyproject.toml`` that has a table ``[project]``, and the package of the same name.
 
     Returns
     -------
     tuple of str
-        The files, relative to the folder; ``pyproject.toml``, to which tables are appended, is the last.
+        Paths of the files relative to the folder; the last is ``pyproject.toml``, to which tables are appended.
 
     Raises
     ------
     UsageError
-        If it is no such folder, has a policy already, or a file is in the way. Nothing is written then.
+        If the folder is not such a folder, already has a policy, or one of the files exists. No file is written then.
     """
     text, table = _read(folder / PYPROJECT)
     distribution = str(table["project"]["name"])
@@ -57,7 +57,7 @@ def adopt(folder: Path) -> tuple[str, ...]:
 
 
 def _read(file: Path) -> tuple[str, Mapping[str, Any]]:
-    """Return the text of a pyproject.toml and what it says."""
+    """Return the text of a pyproject.toml and its parsed contents."""
     try:
         text = file.read_text(encoding="utf-8")
         table = tomllib.loads(text)
@@ -82,7 +82,7 @@ def _package(folder: Path, distribution: str) -> Path:
 
 
 def _extended(text: str, table: Mapping[str, Any], values: Mapping[str, str]) -> str:
-    """Return the text of pyproject.toml with the entry point and the policy."""
+    """Return the text of pyproject.toml with the entry point and the policy appended."""
     project = table["project"]
     if "entry-points" in project.get("dynamic", ()) or "sdaeverify" in project.get("entry-points", {}):
         raise UsageError(

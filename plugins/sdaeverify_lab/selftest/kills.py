@@ -1,4 +1,4 @@
-"""The kill matrix: which check refutes which planted bug, and what is refuted that is right; as a table, too."""
+"""The kill matrix: which check refutes which planted bug, refuted correct claims, and their tables."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,11 +17,13 @@ from ..cases import Planted
 from .trial import SelfTest
 
 CONTRACT = "contract"
+# Verdicts that count for a class; order conditions with a failing premise are inconclusive and do not count.
+DECIDED = {Verdict.VERIFIED, Verdict.REFUTED, Verdict.ERROR}
 MARKS = {True: ("✓", "x"), False: ("·", ".")}
 
 
 class Refuter(NamedTuple):
-    """What can refute a claim: a measure by one of its tiers, or the contract that comes before all measures."""
+    """A check that can refute a claim: a measure at one of its tiers, or the contract that precedes all measures."""
 
     tier: int
     measure: str
@@ -32,15 +34,15 @@ class Refuter(NamedTuple):
 
 @dataclass(frozen=True)
 class BugResult:
-    """What became of a planted bug.
+    """Result for a planted bug.
 
     Attributes
     ----------
     planted : Planted
     kills : frozenset of Refuter
-        The checks that refute one of its claims.
+        Checks that refute one of its claims.
     reason : str
-        Of the first refutation, or why there is none.
+        Reason of the first refutation, or why there is none.
     seconds : float
     """
 
@@ -51,7 +53,7 @@ class BugResult:
 
     @property
     def as_expected(self) -> bool:
-        """Whether a bug is refuted, and an equivalent change is not."""
+        """Whether a bug is refuted, or an equivalent change is not."""
         return bool(self.kills) != bool(self.planted.equivalent)
 
 
@@ -64,16 +66,16 @@ class JudgedCell(NamedTuple):
 
 @dataclass(frozen=True)
 class KillMatrix:
-    """What a self-test came to.
+    """Result of a self-test.
 
     Attributes
     ----------
     bugs : tuple of BugResult
-        In the order of their labels.
+        Results of planted bugs, sorted by label.
     correct : tuple of JudgedCell
-        All findings on claims of registered schemes.
+        Findings on claims of registered schemes.
     checks : tuple of Refuter
-        All that judged a claim, the contract first.
+        Checks that judged a claim, the contract first.
     """
 
     bugs: tuple[BugResult, ...]
@@ -82,27 +84,27 @@ class KillMatrix:
 
     @property
     def survivors(self) -> list[BugResult]:
-        """The bugs that no check refutes."""
+        """Bugs that no check refutes."""
         return [bug for bug in self.bugs if not (bug.as_expected or bug.planted.equivalent)]
 
     @property
     def equivalents(self) -> list[BugResult]:
-        """The changes that are no bugs."""
+        """Equivalent changes."""
         return [bug for bug in self.bugs if bug.planted.equivalent]
 
     @property
     def false_alarms(self) -> list[JudgedCell]:
-        """The claims of registered schemes that are refuted."""
+        """Refuted claims of registered schemes."""
         return [judged for judged in self.correct if judged.finding.verdict is Verdict.REFUTED]
 
     @property
     def unmeasured(self) -> list[JudgedCell]:
-        """What of the registered schemes could not be measured."""
+        """Findings on registered schemes that could not be measured."""
         return [judged for judged in self.correct if judged.finding.verdict in UNMEASURED]
 
     @property
     def passed(self) -> bool:
-        """Whether every bug is refuted, and nothing else."""
+        """Whether every bug is refuted, and no equivalent change or correct claim is."""
         return not self.false_alarms and all(bug.as_expected for bug in self.bugs)
 
 
@@ -113,7 +115,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     ----------
     trial : SelfTest
     results : sequence of CellResult
-        Of its plan.
+        Results of the plan of the trial.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     bugs_of: dict[Scheme, list[Planted]] = {}
     for bug in found:
         bugs_of.setdefault(bug.scheme, []).append(bug)
-    for result in results:
+    for result in filter(_decides, results):
         planted = bugs_of.get(result.cell.scheme, [])
         for bug in planted:
             if is_of_class(result.cell) or trial.placed[bug].label == result.cell.spec.label:
@@ -134,11 +136,16 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     bugs = [_result(bug, own) for bug, own in found.items()]
     bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
     bugs.sort(key=lambda bug: bug.planted.label)
-    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(results))))
+    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(filter(_decides, results)))))
+
+
+def _decides(result: CellResult) -> bool:
+    """Return whether a result is on a problem, or verifies, refutes or fails to measure a claim about a class."""
+    return not is_of_class(result.cell) or any(finding.verdict in DECIDED for finding in result.findings)
 
 
 def check_of(measure: str, finding: Finding) -> Refuter:
-    """Return the check that a finding is by."""
+    """Return the check that gave a finding."""
     return Refuter(finding.tier, measure if finding.tier else CONTRACT)
 
 
@@ -163,7 +170,7 @@ def _result(bug: Planted, results: Sequence[CellResult]) -> BugResult:
 
 
 def _reason(pairs: Sequence[tuple[str, Finding]]) -> str:
-    """Return the finding of the lowest tier on a claim, classes last; where there is none, why nothing was found."""
+    """Return the finding of the lowest tier on a claim, classes last, or why there is no finding."""
     if not pairs:
         return "it claims nothing that is measured"
     measure, finding = min(pairs, key=lambda pair: (pair[1].claim is None, pair[1].tier < 0, pair[1].tier))
@@ -171,7 +178,7 @@ def _reason(pairs: Sequence[tuple[str, Finding]]) -> str:
 
 
 def kill_table(matrix: KillMatrix) -> pd.DataFrame:
-    """Return a row for each planted bug, with 1 under each check that refutes it."""
+    """Return a row for each planted bug, with 1 for each check that refutes it."""
     rows = []
     for bug in matrix.bugs:
         planted = bug.planted
@@ -182,7 +189,7 @@ def kill_table(matrix: KillMatrix) -> pd.DataFrame:
 
 
 def outcome(bug: BugResult) -> str:
-    """Return what became of a bug in words."""
+    """Return the outcome of a bug in words."""
     if bug.planted.equivalent:
         return "refuted though equivalent" if bug.kills else "equivalent"
     return "refuted" if bug.kills else "survives"
@@ -195,7 +202,7 @@ def terminal_table(matrix: KillMatrix, *, plain: bool = False) -> Table:
     ----------
     matrix : KillMatrix
     plain : bool
-        Whether only ASCII can be shown.
+        Whether the output is restricted to ASCII.
     """
     table = empty_table("bug", "scheme", "problem")
     for check in matrix.checks:
@@ -209,7 +216,7 @@ def terminal_table(matrix: KillMatrix, *, plain: bool = False) -> Table:
 
 
 def in_words(matrix: KillMatrix) -> Iterator[Text]:
-    """Give what did not come out as it must, the equivalent changes, and the counts, a line each."""
+    """Yield unexpected outcomes, equivalent changes and the counts, one line each."""
     for bug in matrix.survivors:
         yield _line("survives", "bold red", f"{bug.planted.bug} ({bug.planted.label}): {bug.reason}")
     for bug in matrix.equivalents:
@@ -225,7 +232,7 @@ def in_words(matrix: KillMatrix) -> Iterator[Text]:
 
 
 def counts(matrix: KillMatrix) -> str:
-    """Return in one sentence how many bugs were refuted, and how many correct claims."""
+    """Return the numbers of refuted bugs and of refuted correct claims in a sentence."""
     equivalents = len(matrix.equivalents)
     bugs = len(matrix.bugs) - equivalents
     refuted, survived = bugs - len(matrix.survivors), equivalents - sum(bool(b.kills) for b in matrix.equivalents)

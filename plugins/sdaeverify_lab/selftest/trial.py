@@ -1,4 +1,4 @@
-"""What a self-test runs: planted bugs on their problems, registered schemes wherever they claim something."""
+"""The plan of a self-test: planted bugs on their problems, registered schemes on the problems of their claims."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -27,16 +27,16 @@ Wanted = Callable[[Scheme, ProblemSpec], bool]
 
 @dataclass(frozen=True)
 class SelfTest:
-    """A self-test that is planned.
+    """A planned self-test.
 
     Attributes
     ----------
     plan : Plan
-        Without controls: they can take back what is verified, and nothing here depends on that.
+        Plan without controls, which could only withdraw verifications and would not affect the result.
     placed : mapping of Planted to ProblemSpec
-        The planted bugs that can be run, with their problems.
+        Planted bugs that can be run, with their problems.
     missing : mapping of Planted to str
-        Why the others cannot.
+        Reasons why the other planted bugs cannot be run.
     """
 
     plan: Plan
@@ -51,7 +51,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     ----------
     registry : Registry
     only : str
-        Glob that the name of the scheme or of the problem must match.
+        Glob for the name of the scheme or of the problem.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     Raises
     ------
     UsageError
-        If nothing matches.
+        If no scheme or problem matches.
     """
 
     def wanted(scheme: Scheme, spec: ProblemSpec) -> bool:
@@ -74,7 +74,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
         raise UsageError(
             f"no planted bug and no claim of a scheme matches {only!r}; '*euler*' matches parts of names"
         )
-    # The largest first: the others fill what time is left on the last worker.
+    # Largest first, so that small problems fill the remaining time of the workers.
     return SelfTest(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
 
 
@@ -101,7 +101,7 @@ def _plans(registry: Registry, placed: Mapping[Planted, ProblemSpec], wanted: Wa
 
 
 def _claiming(cells: tuple[Cell, ...], wrong: list[Scheme]) -> Iterator[Cell]:
-    """Yield the cells about which something is claimed, and of the correct schemes those that apply."""
+    """Yield the cells of claimed measures; for correct schemes only applicable ones."""
     for cell in cells:
         promised = any(claim.measure == cell.measure.name for claim in cell.scheme.promises)
         if promised and (cell.scheme in wrong or cell.verdict is not Verdict.NOT_APPLICABLE):

@@ -1,23 +1,23 @@
-"""Iterations a step for every stiffness parameter: cost that does not depend on eps.
+"""Iterations per step for every stiffness parameter: a cost that does not depend on eps.
 
-Two claims are known:
+Two claims are supported:
 
 ``value="iterations", bound=N``
-    at most N in every step, whatever eps is (Laurent 2022, Theorem 2.12: a contraction uniformly in eps);
+    at most N in every step, for any eps (Laurent 2022, Theorem 2.12: a contraction uniformly in eps);
 ``value="iterations", bound=N, share=s``
-    at most N in a share s of the steps of a run, whatever eps and h are: noise without bound leads to steps of any
+    at most N in a share s of the steps of a run, for any eps and h: unbounded noise leads to steps of any
     length.
 
-They are put to the costs that a scheme's steps report under names with "iterations": in whole runs at the run's own
-step sizes for eps = 1e-8, ..., 10, and in a few steps of a few hundred paths at one short step size, two eps a
-decade, on the same noise. A step that took more refutes the first one, a share that is significantly larger the
-second; a share is that of independent paths, and its bound is Chernoff's, which holds for any law.
+They are tested on the costs that a scheme's steps report under names with "iterations": in whole runs at the run's
+own step sizes for eps = 1e-8, ..., 10, and in a few steps of a few hundred paths at one short step size, two eps per
+decade, with the same noise. A step that took more iterations refutes the first claim, a share that is significantly
+larger the second. A share is that of independent paths, with Chernoff's bound, which holds for any law.
 
-A mean that grows as eps tends to 0 where eps < h/100 already refutes either: there a step is all but that of the
-limit, and a count that still grows by half an iteration has no bound; a sample that is below N does not show one.
+A mean that grows as eps tends to 0 for eps < h/100 refutes either claim. There a step is nearly that of the
+limit, so a count that still grows by half an iteration has no bound, even if it is below N in the sample.
 
-Step sizes that leave more than one step in a hundred without root for some eps, and coarser ones, do not count. A
-scheme that reports no iterations has not been tested.
+Step sizes with more than one in a hundred steps without a root for some eps, and coarser ones, are excluded. A
+scheme that reports no iterations is not tested.
 """
 
 from collections.abc import Iterator, Mapping
@@ -54,14 +54,14 @@ from .iterations import MOST, Iterations, RunIterations, counters, iterations, r
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = Method("iterations of steps along runs and at fixed h", 3)
 STIFF = 0.01
-# The mean may grow by so much over all eps < STIFF h, beyond so many standard errors.
+# Allowed growth of the mean over all eps < STIFF h, and its excess in standard errors that refutes.
 GROWTH, ERRORS = 0.5, 4.0
 FAILED = 0.01
 UNREPORTED = "its steps report no iterations: nothing is known of the claim"
 
 
 class Effort(Measure):
-    """Whether the number of iterations is bounded uniformly in eps."""
+    """Uniform boundedness in eps of the number of iterations."""
 
     name: ClassVar[str] = "effort"
     lengthy: ClassVar[bool] = True
@@ -76,13 +76,13 @@ class Effort(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse what has no family or no claim."""
+        """Return why the measure does not apply: no family, no claim, or the scheme's own reason."""
         if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         return scheme.refuses(member(scheme.view_of(problem)))
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the iterations, if some are reported."""
+        """Return the iterations; empty if the scheme reports none."""
         if not counters(scheme, member(view)):
             return Tally()
         few = packed(PROBED, iterations(scheme, view, settings.seed))
@@ -110,7 +110,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 class _Counter(NamedTuple):
-    # What is known of one counter: in a few steps, along runs, and its place in both.
+    # Evidence on one counter: in a few steps, along runs, and its row in both.
     name: str
     few: Iterations
     along: RunIterations
@@ -122,7 +122,7 @@ class _Counter(NamedTuple):
 
     @property
     def sound(self) -> slice:
-        # The step sizes finer than each one that has too many steps without root for some eps.
+        # The step sizes finer than each one with too many steps without a root for some eps.
         bad = np.flatnonzero((self.along.failed > FAILED).any(axis=0))
         return slice(int(bad[-1]) + 1 if len(bad) else 0, None)
 
@@ -133,12 +133,12 @@ class _Counter(NamedTuple):
 
     @property
     def failed(self) -> float:
-        # The largest share of steps without root that counts: all of it where no step size is sound.
+        # The largest share of steps without a root at sound step sizes; at the finest one if none is sound.
         along = self.along.failed[:, self.sound]
         return float(max(self.few.failed.max(), along.max() if along.size else self.along.failed[:, -1].max()))
 
     def share(self, count: int) -> Array:
-        """Return the share of steps that took more, for each eps and step size."""
+        """Return the share of steps that took more than `count`, for each eps and step size."""
         return np.asarray(self.along.above[self.row][:, self.sound, min(count, MOST - 1)])
 
 
@@ -178,7 +178,7 @@ def _opinion(evidence: Evidence, claim: Bound, counted: _Counter) -> Opinion:
 
 
 def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -> Opinion:
-    """Return what the shares of steps that took more say, each of them a mean over independent paths."""
+    """Judge the shares of steps that took more, each of them a mean over independent paths."""
     shares, paths = counted.share(most), counted.along.paths[:, counted.sound]
     p = chernoff(shares, allowed, paths)
     worst = np.unravel_index(shares.argmax(), shares.shape)
@@ -199,7 +199,7 @@ def _figures(counted: _Counter) -> str:
 
 
 def _growth_in_eps(counted: _Counter) -> str:
-    """Tell whether the mean grows over the stiff half of the grid, towards eps = 0."""
+    """Return a text if the mean grows towards eps = 0 over the stiff part of the grid; empty if it does not."""
     few = counted.few
     stiff = np.flatnonzero(few.eps < STIFF * float(few.h))
     if len(stiff) < 2:

@@ -1,7 +1,7 @@
-"""Iterations a step takes, for every stiffness parameter: a few steps at one size, and whole runs at the run's sizes.
+"""Iterations of a step for every stiffness parameter: in a few steps of one size, and in whole runs at several sizes.
 
-Laurent (2022), Theorem 2.12: the implicit step is a fixed point problem whose contraction factor is O(sqrt h)
-uniformly in eps, so that one number of iterations is enough for all eps.
+Laurent (2022), Theorem 2.12: the implicit step is a fixed-point problem whose contraction factor is O(sqrt h)
+uniformly in eps, so one number of iterations is enough for all eps.
 """
 
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from .._members import FEW_PATHS, few_steps, member, short_step, stiffnesses
 
 PER_DECADE = 2
 COUNTED = "iterations"
-# Runs are made for these stiffness parameters, at so many step sizes; counts are told apart up to a number.
+# Stiffness parameters of whole runs, number of their step sizes, and largest count that is distinguished.
 RUNS = (1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)
 LEVELS, MOST = 5, 128
-# A run ends early where a larger share of its steps has no root.
+# A run ends early if a larger share of its steps has no root.
 HOPELESS = 0.1
 
 
 class Iterations(NamedTuple):
-    """What the steps took, for E stiffness parameters and C counters.
+    """Iterations of a few steps, for E stiffness parameters and C counters.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Iterations(NamedTuple):
     eps : ndarray, shape (E,)
         Ascending.
     mean, error, most : ndarray, shape (C, E)
-        Mean over steps and paths, its standard error from the means of the paths, and the largest.
+        Mean over steps and paths, its standard error from the means of the paths, and the maximum.
     failed : ndarray, shape (E,)
-        Share of the steps without root; what they took does not count.
+        Share of the steps without a root, whose iterations are excluded.
     """
 
     h: Array
@@ -45,7 +45,7 @@ class Iterations(NamedTuple):
 
 
 class RunIterations(NamedTuple):
-    """What the steps of whole runs took, for E stiffness parameters, H step sizes and C counters.
+    """Iterations of whole runs, for E stiffness parameters, H step sizes and C counters.
 
     Attributes
     ----------
@@ -54,13 +54,13 @@ class RunIterations(NamedTuple):
     eps : ndarray, shape (E,)
         Ascending.
     above : ndarray, shape (C, E, H, 128)
-        Share of the steps with root that took more than 0, 1, ..., 127 iterations, averaged over paths.
+        Share of the steps with a root that took more than 0, 1, ..., 127 iterations, averaged over paths.
     most : ndarray, shape (C, E, H)
         The largest count.
     paths : ndarray, shape (E, H)
-        Number of paths that had a step with root.
+        Number of paths that had a step with a root.
     failed : ndarray, shape (E, H)
-        Share of the steps without root.
+        Share of the steps without a root.
     """
 
     h: Array
@@ -79,7 +79,7 @@ def counters(scheme: Scheme, view: Any) -> list[str]:
 
 
 def iterations(scheme: Scheme, view: Any, seed: int) -> Iterations:
-    """Return what a few steps take from the problem's start, the noise being the same for every eps.
+    """Return the iterations of a few steps from the problem's start, with the same noise for every eps.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _count_costs(scheme: Scheme, problem: Any, h: float, noise: list[Increment])
 
 
 def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -> RunIterations:
-    """Return what the steps of runs to the horizon take, at the first five of these numbers of steps.
+    """Return the iterations of runs to the horizon, for the first five of the given numbers of steps.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -
 
 
 def _count_along_run(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple[Array, Array, int, float]:
-    """Return the first axes of `above` and `most`, and `paths` and `failed`, of one run."""
+    """Return the rows of `above` and `most`, and `paths` and `failed`, of one run."""
     names, step = counters(scheme, problem), scheme.prepare(problem, h)
     rng, state = np.random.Generator(np.random.Philox(seed)), scheme.start(problem, FEW_PATHS, h)
     steps, lost, counts, rooted = round(problem.horizon / h), 0, [], []
@@ -156,11 +156,11 @@ def _count_along_run(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple
 
 
 def _share_counts(taken: Array, rooted: Mask) -> tuple[Array, Array, int, float]:
-    """Return the same of what the steps took, shape (N, C, P), and whether they have a root, shape (N, P)."""
+    """Return the result of `_count_along_run` from counts, shape (N, C, P), and steps with a root, shape (N, P)."""
     good = np.where(rooted[:, None], taken, 0.0)
     had = rooted.any(axis=0)
     shares, above = 1.0 / rooted.sum(axis=0)[had], np.zeros((taken.shape[1], MOST))
-    # No step takes more than the most: counts beyond it, nearly all of them, stay as they are.
+    # Shares for counts above the maximum, which are most of them, stay zero.
     for count in range(np.count_nonzero(np.arange(MOST) < np.fmax.reduce(good, axis=None, initial=0.0))):
         above[:, count] = ((good > count).sum(axis=0)[:, had] * shares).sum(axis=1)
     return above / max(1, had.sum()), good.max(axis=(0, 2)), int(had.sum()), float(1.0 - rooted.mean())

@@ -1,8 +1,9 @@
-"""Asymptotic preservation: how fast a scheme tends to its limit eps = 0 at a fixed step size.
+"""Asymptotic preservation: the rate at which a scheme tends to its limit eps = 0 at a fixed step size.
 
 The exponents of eps in |X_n^eps - X_n^0| and |zeta(X_n^eps)|, Laurent (2022), Theorem 2.9, of the largest distance in
-a few steps on the same noise, in the root mean square over paths; with noise 1/2, without it 1. The slope is fitted
-where eps is far below h; its interval is the jackknife's. What is rounding for every eps keeps a claim of any order.
+a few steps with the same noise, in the root mean square over paths; with noise 1/2, without it 1. The slope is fitted
+for eps far below h; its interval is the jackknife's. A distance that is rounding for every eps satisfies a claim of
+any order.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +40,7 @@ from .stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 PROBED = "limit"
 METHOD = Method("distances at fixed h on the same noise", 3)
 STILL = "without noise"
-# No more paths may be left out.
+# Largest share of paths that may be excluded.
 FAILED = 0.01
 
 
@@ -54,14 +55,14 @@ class StiffLimits(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
+        """Return why the measure does not apply: no family, no claim, or the scheme does not run at eps = 0."""
         if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
         return f"not run in the limit eps = 0: {reason}" if reason else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the distances."""
+        """Return the distances at fixed h for small eps."""
         return packed(PROBED, limit_distances(scheme, view, settings.seed))
 
     def judge(self, evidence: Evidence) -> Judgement:

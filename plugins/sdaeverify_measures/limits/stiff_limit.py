@@ -1,9 +1,9 @@
-"""Distances from the limit eps = 0 at a fixed step size, on one sequence of noise.
+"""Distances from the limit eps = 0 at a fixed step size, with the same noise for all eps.
 
 Laurent (2022), Theorem 2.9: |X_n^eps - X_n^0| <= C_h sqrt(eps) and |zeta(X_n^eps)| <= C_h sqrt(eps), and O(eps) if
-sigma = 0. It is seen where eps is far below h: a few steps of a few paths at eps = h 2^-16, ..., h 2^-28, with X^0
-the same scheme at eps = 0. Where eps is less, rounding is seen instead. Without noise the paths begin where the
-noisy ones of X^0 end: at the problem's start the drift may be tangential.
+sigma = 0. The rates are visible for eps far below h: in a few steps of a few paths at eps = h 2^-16, ..., h 2^-28,
+where X^0 is the same scheme at eps = 0. For smaller eps, rounding dominates. Without noise the paths begin where the
+noisy ones of X^0 end, because at the problem's start the drift may be tangential.
 """
 
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ from .._members import FEW_PATHS, FEW_STEPS, few_steps, member, short_step
 
 POWERS = tuple(range(16, 29, 2))
 QUANTITIES = ("x", "zeta", "x without noise", "zeta without noise")
-# A distance is used where it is this many times the rounding of so many steps.
+# A distance is used if it exceeds this multiple of the rounding of all steps.
 ABOVE_FLOOR = 100.0
 NEEDED = 4
 
 
 class LimitDistances(NamedTuple):
-    """Squared distances, the largest of all steps on each path, for E stiffness parameters.
+    """Squared distances, maximal over the steps of each path, for E stiffness parameters.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class LimitDistances(NamedTuple):
     counts : ndarray, shape (G,)
         Paths in each group.
     floor : ndarray, shape (4,)
-        How far rounding can get.
+        Bound of the rounding error of a distance.
     failed : float
-        Share of the paths on which some step had no root or was not finite: they are left out.
+        Share of the paths on which some step had no root or was not finite; they are excluded.
     """
 
     h: Array
@@ -58,7 +58,7 @@ class Slope(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        NaN where too few distances are above rounding, infinite where none is.
+        NaN if too few distances are above rounding, infinite if none is.
     distances : ndarray, shape (E,)
         Root mean squares.
     """
@@ -68,7 +68,7 @@ class Slope(NamedTuple):
 
 
 def limit_distances(scheme: Scheme, view: Any, seed: int) -> LimitDistances:
-    """Return the distances on paths whose noise depends on the seed alone, from the problem's start.
+    """Return the distances on paths from the problem's start, whose noise is determined by the seed.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def limit_distances(scheme: Scheme, view: Any, seed: int) -> LimitDistances:
     noise = few_steps(scheme, view, h, seed)
     at_rest = [Increment(each, each) for each in np.zeros((FEW_STEPS, view.noise_dim, FEW_PATHS))]
     problems: list[Any] = [member(view, each) for each in (0.0, *eps)]
-    # Without noise the equation, too, has none: terms with sigma^2 are gone.
+    # Without noise, the equation also loses its terms with sigma^2.
     quiet = [replace(problem, strength=0.0, truths=()) for problem in problems]
     with np.errstate(all="ignore"):
         moving = _distances(scheme, problems, _Path(h, problems[0].initial(FEW_PATHS), noise))
@@ -122,15 +122,15 @@ def _slope(record: LimitDistances, index: int) -> Slope:
 
 
 class _Path(NamedTuple):
-    # Where paths begin (d, P), and the noise of their steps of size h.
+    # Initial states (d, P), and the noise of their steps of size h.
     h: float
     x: Array
     noise: Sequence[Increment]
 
 
 class _Distances(NamedTuple):
-    # The largest distances of all steps (2, E, P), the paths on which every step could be made (P,), the size of the
-    # terms that cancel in either distance (2,), and where the limit ends (d, P).
+    # The largest distances over all steps (2, E, P), the paths on which every step succeeded (P,), the size of the
+    # terms that cancel in either distance (2,), and the final states of the limit (d, P).
     distances: Array
     sound: Mask
     scale: Array

@@ -1,21 +1,21 @@
 """Bounded moments: E max_k V(X_k), V = 1 + |x|_*^4, over the coarsest grid at every step size.
 
-One claim is known:
+One claim is supported:
 
 ``bounded``
     uniformly in h (Lindner & Stroot 2017, Lemma 4.12).
 
-No sample shows that a moment is finite: what explodes may be carried by paths too rare to be drawn, and says nothing
-of smaller h. Therefore a claim is
+No sample shows that a moment is finite, because paths too rare to be drawn may dominate it, and because it does not
+cover smaller h. Therefore a claim is
 
 verified
-    by one step alone (T1): where sup_x log(E V(Phi(x, h, w))/V(x))/h over states near and far is bounded as h tends
+    by one step alone (T1): if sup_x log(E V(Phi(x, h, w))/V(x))/h over states near and far is bounded as h tends
     to 0, moments are bounded uniformly by iteration; see `semi_stability`. It is sufficient, not necessary. The paths
-    guard it. Where the map cannot be probed they decide, if their tails are not heavy;
+    guard it. If the map cannot be probed, they decide, unless their tails are heavy;
 refuted
     by paths: the fourth root of the moment is provably more than twice that of the solution at some step size. By
     Markov's inequality a share of at most c E V / v of the paths has V >= v if the scheme's moment is at most c times
-    the solution's, c = 2^4. Shares are told from that by the binomial law, whatever the tail. The solution's moment
+    the solution's, c = 2^4. Shares are compared with this by the binomial law, for any tail. The solution's moment
     enters with its upper confidence bound, on half of the level; thresholds and levels share the other half;
 inconclusive
     otherwise.
@@ -62,17 +62,18 @@ from sdaeverify.probing import OneStep, why_not_resolved
 
 from .semi_stability import POWER, Growth, growth, lyapunov
 
-# What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level.
+# Observer of the moments measure: the largest V of each path over the coarsest grid, at every level.
 
 
-# Histogram of log2 V in quarters, so that shares above any bound are known of merged blocks; infinity is in the last.
+# Histogram of log2 V in quarters, so that shares above any bound can be merged over blocks; infinity is in the last
+# bin.
 EDGES = np.arange(0.0, 256.25, 0.25)
-# So many of the largest values of a block are noted: they tell how heavy the tail is.
+# Number of largest values recorded per block, for tail diagnostics.
 NOTED = 128
 
 
 class MomentObserver:
-    """Notes max_k V(X_k) of each level and, in the last row, of the truth; NaN where it lacks a component of V."""
+    """Accumulates max_k V(X_k) of each level and, in the last row, of the truth; NaN if it lacks a component of V."""
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.problem, self.settings = problem, settings
@@ -81,10 +82,10 @@ class MomentObserver:
         self.worst = np.repeat(self._V(parts)[None], settings.levels + 1, axis=0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing: moments are taken on the coarsest grid."""
+        """Ignore the step, because moments are evaluated on the coarsest grid."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the maximum so far."""
+        """Update the maximum."""
         now = [self._V(parts) for parts in (*snapshot.levels, snapshot.truth)]
         self.worst = np.maximum(self.worst, np.stack(now))
 
@@ -111,10 +112,10 @@ def _histogram(V: Array) -> Array:
 
 QUANTITY, BOUNDED = "moment", "bounded"
 PROBED = "growth"
-# A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
+# A bounded rate has the local exponent 0 in 1/h; an unbounded one at least 1/2.
 GROWS = 0.25
 METHODS = {1: Method("growth in one step", 1), 3: Method("largest V along paths", 3)}
-# c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
+# c = 2^4: a moment is too large if its fourth root is more than twice the solution's.
 FACTOR = 2.0**POWER
 # Octaves above c E V at which shares are compared.
 OCTAVES = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
@@ -137,15 +138,15 @@ class Moments(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse schemes that claim nothing, so that nothing is sampled for them."""
+        """Return why the measure does not apply: no claim, so that no paths are sampled for the scheme."""
         return why_not_claimed(scheme, problem, self.name)
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MomentObserver:
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return MomentObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the growth of E V in one step, where the map can be probed."""
+        """Return the growth of E V in one step, if the map can be probed."""
         return Tally() if OneStep(scheme, view).why_not_probed() else packed(PROBED, growth(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
@@ -205,7 +206,7 @@ class LargestValues(NamedTuple):
         return tail(float(total), float(squares), self.largest[row], self.paths)
 
     def excess(self, bound: float) -> Array:
-        """Return, for each level and threshold, the probability of so many paths above it if E V <= bound."""
+        """Return, by level and threshold, the probability of at least the observed exceedances if E V <= bound."""
         above = np.cumsum(self.histogram[:-1, ::-1], axis=1)[:, ::-1]
         places = np.searchsorted(EDGES[:-1], np.log2(bound) + OCTAVES).clip(max=len(EDGES) - 2)
         hits, share = above[:, places], np.minimum(1.0, bound / 2.0 ** EDGES[places])
@@ -238,9 +239,9 @@ def _finding(evidence: Evidence, sample: LargestValues) -> Finding:
 
 
 def judge_growth(found: Growth, horizon: float) -> Opinion:
-    """Tell whether the rates are bounded as h tends to 0: verified, or inconclusive, since it need not be so.
+    """Judge whether the rates are bounded as h tends to 0: verified or open, because boundedness is not necessary.
 
-    Rates below 1/horizon, which no solution lives to see, count as that.
+    Rates below 1/horizon count as 1/horizon, because such growth is not noticeable within the horizon.
     """
     rate, size = np.maximum(found.rate, 1.0 / horizon), found.far
     worst = int(found.rate.argmax())
@@ -260,7 +261,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
     if not np.isfinite(truth.se) or sample.tail(-1).heavy:
         return PathTests.none("the moment of the exact solution is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
-    # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
+    # A statement for h -> 0 is not tested on steps that do not resolve the problem's fastest time.
     resolved = np.array([not why_not_resolved(evidence.view, h) for h in sample.h])
     excess = np.where(resolved[:, None], sample.excess(bound), 1.0)
     level = int(excess.min(axis=1).argmin())
@@ -276,7 +277,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
 def _from_below(
     evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None
 ) -> tuple[float, Reason, float]:
-    """Return the p-value against moments that are too large, the figures, and the growth of the sample to decide."""
+    """Return the p-value against too large moments, the figures, and the growth of the sample to decide."""
     p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
     worst = int(np.argmax(p_values))
     reason = _size(ratios[worst])
@@ -285,7 +286,7 @@ def _from_below(
     if evidence.health.sums["without_root"].any():
         return 1.0, reason.then("steps without root"), np.inf
     if local is not None or any(sample.tail(level).heavy for level in range(len(ratios))):
-        # What one step leaves open, or few paths carry, no sample confirms.
+        # A sample does not confirm a claim that one step leaves open, or moments dominated by few paths.
         return 1.0, reason, np.inf
     return p_values[worst], reason, ratios[worst].growth_to_decide(np.log2(FACTOR), evidence.level)
 

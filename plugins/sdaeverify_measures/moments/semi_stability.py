@@ -1,12 +1,12 @@
-"""Semi-stability: by which rate one step lets the mean of V = 1 + |x|_*^4 grow, at states near and far.
+"""Semi-stability: the growth rate of the mean of V = 1 + |x|_*^4 in one step, at states near and far.
 
 With rho(h) = sup_x log(E V(Phi(x, h, w)) / V(x)) / h, iterating a step gives
 
     E V(X_k) <= exp(rho(h) t_k) E V(X_0),
 
-so that moments are bounded uniformly in h where rho(h) is (Lindner & Stroot 2017, Definition 4.7 and Lemma 4.12).
+so moments are bounded uniformly in h if rho(h) is (Lindner & Stroot 2017, Definition 4.7 and Lemma 4.12).
 This is sufficient for bounded moments, and verifies a claim of them. It is not necessary. Claims of orders in mean
-square are left open where a run after rare noise shows that moments diverge.
+square are left open if a run after rare noise shows that moments diverge.
 """
 
 from typing import Any, NamedTuple
@@ -17,26 +17,26 @@ from sdaeverify import Array, Parts, Problem, Scheme
 from sdaeverify.probing import Nodes, OneStep, extreme_states, step_nodes
 
 POWER = 4
-# Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
+# Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time if that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
-# Up to so many normals, tensor rules are small. Beyond, the rule is two points +-sqrt(n) on each axis, exact up to
-# degree 3: what V has beyond is of order h^2.
+# Largest number of normals with a tensor rule. For more, the rule is two points +-sqrt(n) on each axis, exact up to
+# degree 3; the contribution of higher degrees in V is of order h^2.
 FEW, NODES = 3, (6, 6, 4)
 
 
 class Growth(NamedTuple):
-    """Rates of growth of the mean of V in one step.
+    """Growth rates of the mean of V in one step.
 
     Attributes
     ----------
     h : ndarray, shape (H,)
         Coarsest first.
     rate : ndarray, shape (H,)
-        Largest over the states; infinite if a step has no root or V has no finite mean.
+        Maximum over the states; infinite if a step has no root or V has no finite mean.
     far : ndarray, shape (H,)
-        V^(1/4) of the state where it is reached.
+        V^(1/4) of the state with the maximum.
     states : ndarray, shape ()
-        How many were probed.
+        Number of states.
     """
 
     h: Array
@@ -51,7 +51,7 @@ def lyapunov(problem: Problem, parts: Parts) -> Array:
 
 
 def growth(scheme: Scheme, view: Any) -> Growth:
-    """Return the rates of growth of a pair whose map can be probed, see `OneStep.why_not_probed`."""
+    """Return the growth rates for a pair whose map can be probed, see `OneStep.why_not_probed`."""
     step = OneStep(scheme, view)
     x, h = extreme_states(view, step.equation), LEVELS * step.time_unit
     nodes = _nodes(scheme, view.noise_dim)

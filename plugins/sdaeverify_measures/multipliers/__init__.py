@@ -1,8 +1,8 @@
-"""Exponents of the multipliers: how fast kappa and the remainders of lambda vanish with h at fixed states.
+"""Orders of the multipliers: decay of kappa and the remainders of lambda in h at fixed states.
 
 Estimate (3.17) of Lindner & Stroot (2017) bounds kappa and lambda^re by h^2 and Lambda^re by h; see
-`multiplier_orders` for the decomposition. One step is evaluated at fixed states (T1): nothing is sampled. A
-quantity that is rounding at every step size keeps a claim of any order, and the reason says so.
+`multiplier_orders` for the decomposition. One step is evaluated at fixed states (T1), without sampling. A
+quantity that is rounding at every step size satisfies a claim of any order, and the reason states this.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -37,12 +37,12 @@ from .multiplier_orders import QUANTITIES, Multipliers, multiplier_orders, multi
 
 PROBED = "multipliers"
 METHOD = Method("remainders of one step", 1)
-# How far below the claim an order may be, and by how much the next one may differ from a settled one.
+# Amount by which an order may fall short of the claim, and largest change to the next order of a settled one.
 TOLERANCE, SETTLED = 0.1, 0.1
 
 
 class MultiplierExponents(Measure):
-    """Orders of kappa, lambda^re and Lambda^re of schemes that give out their multipliers."""
+    """Orders of kappa, lambda^re and Lambda^re of schemes that output their multipliers."""
 
     name: ClassVar[str] = "multipliers"
     follows: ClassVar[str] = "paths"
@@ -51,7 +51,7 @@ class MultiplierExponents(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse schemes that give out no multipliers."""
+        """Return why the measure does not apply: the problem or the scheme's outputs have no multipliers."""
         view = scheme.view_of(problem)
         if view is None or view.capability(Multiplied) is None:
             return f"{' or '.join(form.__name__ for form in scheme.forms)} problems have no multiplier"
@@ -63,7 +63,7 @@ class MultiplierExponents(Measure):
         return packed(PROBED, multipliers(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
-        """Return a finding for each multiplier that the scheme gives, and its sizes."""
+        """Return a finding for each multiplier that the scheme outputs, and its sizes."""
         record = unpacked(PROBED, Multipliers, evidence.tally)
         if record is None:
             return NOT_PROBED
@@ -72,7 +72,7 @@ class MultiplierExponents(Measure):
         return Judgement(findings, tuple(row for index in given for row in _levels(record, index)))
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
-        """Return a finding for each multiplier that the scheme gives, as on any other problem."""
+        """Return a finding for each multiplier that the scheme outputs, as on any other problem."""
         if self.refuses(scheme, view) or why_not_claimed(scheme, view, self.name):
             return ()
         return self.judge(Evidence.of_one_step(scheme, view, self.probe(scheme, view, Settings()))).findings
@@ -93,15 +93,15 @@ def _finding(evidence: Evidence, record: Multipliers, index: int) -> Finding:
 
 
 def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
-    """Compare the order of a quantity, and the one to be expected at the next smaller step, with a claimed one.
+    """Compare the order of a quantity, and the one extrapolated to the next smaller step, with a claimed one.
 
     Parameters
     ----------
     record : Multipliers
     index : int
-        Place of the quantity in `QUANTITIES`.
+        Index of the quantity in `QUANTITIES`.
     claim : float
-        Least order.
+        Minimum order.
 
     Returns
     -------

@@ -1,12 +1,12 @@
-"""Exponents of a scheme's multipliers: how fast their remainders vanish with h at fixed states.
+"""Remainders of a scheme's multipliers at fixed states, and their orders in h.
 
 With the equation of the multiplier, dmu = l(t, r, v) dt + L(t, r, v) dw, (2.8) of Lindner & Stroot (2017), the
-multiplier of one step with increment w is taken apart, (3.16), into
+multiplier of one step with increment w is decomposed, (3.16), into
 
     lambda(w) = h l + L w + lambda^re + Lambda^re w,      lambda^re = lambda(0) - h l.
 
-Whatever lambda(w) - lambda(0) - L w is, its size over |w| is taken for that of Lambda^re: a multiplier that is not
-affine in w, by a term w^2 for example, has a remainder of order 1/2 there.
+The size of lambda(w) - lambda(0) - L w over |w| is used as that of Lambda^re, for any form of the former: a
+multiplier that is not affine in w, by a term w^2 for example, has a remainder of order 1/2 there.
 """
 
 from typing import NamedTuple
@@ -20,26 +20,26 @@ from sdaeverify.probing import LocalOrders, Multiplied, OneStep, cloud, last_ord
 # Rows of the record: kappa, lambda^re, Lambda^re.
 QUANTITIES = ("kappa", "lambda remainder", "Lambda remainder")
 KAPPA, LAMBDA = "kappa", "lambda"
-# Step sizes 4^-2, ..., 4^-9 of the horizon, or of the unit of time where that is shorter: the coarsest of them may be
+# Step sizes 4^-2, ..., 4^-9 of the horizon, or of the unit of time if that is shorter; the coarsest ones may be
 # truncated.
 LEVELS = 4.0 ** -np.arange(2.0, 10.0)
-# Rounding errors stay some hundred times below this part of the terms that cancel.
+# Relative bound of rounding errors in the terms that cancel, with a safety factor of some hundred.
 ROUNDING = 6e-14
 
 
 class Multipliers(NamedTuple):
-    """Sizes at H step sizes, each the largest over the states.
+    """Sizes at H step sizes, each the maximum over the states.
 
     Attributes
     ----------
     h : ndarray, shape (H,)
         Coarsest first.
     size : ndarray, shape (3, H)
-        Of kappa, lambda^re and Lambda^re; NaN where some step is truncated or fails, and where it is not given.
+        Of kappa, lambda^re and Lambda^re; NaN if some step is truncated or fails, and if it is not an output.
     scale : ndarray, shape (3, H)
         Of the terms that cancel in them.
     given : ndarray, shape (3,)
-        1 for what the scheme gives.
+        1 for quantities that the scheme outputs, else 0.
     truncated, failed : ndarray, shape (H,)
         Share of the steps.
     """
@@ -121,7 +121,7 @@ def _leading(step: OneStep, x: Array, w: Array) -> tuple[Array, Array]:
 
 
 def _scales(step: OneStep, x: Array, h: float) -> Array:
-    """Return what cancels in the multipliers of a step, in their change by it, and in that over sqrt(h)."""
+    """Return the sizes of the terms that cancel in a step's multipliers, their change, and that over sqrt(h)."""
     form = step.view.capability(Multiplied)
     assert form is not None
     value, change = (part.max() for part in form.multiplier_scales(step.time, x, h))

@@ -1,15 +1,16 @@
-"""Solvability: whether a step has an admissible root.
+"""Solvability: existence of an admissible root in each step.
 
-One claim is known:
+One claim is supported:
 
 ``every h``
-    whatever the step size, and from whatever admissible state (Lindner & Stroot 2017, Theorem 3.4).
+    for any step size, and from any admissible state (Lindner & Stroot 2017, Theorem 3.4).
 
-It is put to one step at 19 step sizes from 1e-6 to 1e3, two a decade, at a cloud of states and at its points blown up
-to velocities from 1 to 1e8, without noise and with an increment of three standard deviations in each component (T1).
-One step without root, or with a state that is not finite, refutes it; so does one on a path of the run. The share of
-paths that meet a step without root is shown at each step size of the run, with the interval of Clopper and Pearson:
-it depends on the problem's horizon and start, so that nothing is claimed of it, and nothing is fitted to it.
+It is tested on one step at 19 step sizes from 1e-6 to 1e3, two per decade, at a cloud of states and at its points
+with velocities scaled from 1 to 1e8, without noise and with an increment of three standard deviations in each
+component (T1). One step without a root, or with a state that is not finite, refutes it; so does one on a path of the
+run. The share of paths with a step without a root is reported at each step size of the run, with the interval of
+Clopper and Pearson. It depends on the problem's horizon and start, so no claim is about it, and no slope is fitted to
+it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,7 +58,7 @@ FEW_STEPS = 64
 
 
 class Solvability(Measure):
-    """Whether every step has a root, and on which share of the paths one has none."""
+    """Existence of a root in every step, and the share of paths with a step without one."""
 
     name: ClassVar[str] = "solvability"
     truths: ClassVar[frozenset[str]] = frozenset()
@@ -71,7 +72,7 @@ class Solvability(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse schemes whose steps solve nothing."""
+        """Return why the measure does not apply: steps that solve no equation."""
         view = scheme.view_of(problem)
         if view is None:
             return "the problem has no view of the scheme's form"
@@ -83,11 +84,11 @@ class Solvability(Measure):
         return "its steps cannot fail: they solve no equation" if result.failed is None else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "PathCount":
-        """Return a notebook that has the paths simulated and counts them: what fails is counted with the steps."""
+        """Return an observer that counts paths, so that they are simulated; failures are counted with the steps."""
         return PathCount(parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
+        """Return the outcome of one step for a wide range of step sizes, if there is a claim."""
         if why_not_claimed(scheme, view, self.name) or OneStep(scheme, view).why_not_probed():
             return Tally()
         return packed(PROBED, root_scan(scheme, view))
@@ -103,17 +104,17 @@ class Solvability(Measure):
 
 
 class PathCount:
-    """Notes how many paths there are, in groups."""
+    """Counts the paths by groups."""
 
     def __init__(self, parts: Parts, settings: Settings) -> None:
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
         self.paths = next(iter(parts.values())).shape[-1]
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing."""
+        """Ignore the step."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note nothing."""
+        """Ignore the snapshot."""
 
     def tally(self) -> Tally:
         """Return the number of paths of each group."""
@@ -127,7 +128,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 class Share(NamedTuple):
-    """The share of the paths that met a step without root at one level, with its interval."""
+    """The share of the paths with a step without a root at one level, with its interval."""
 
     h: float
     value: float
@@ -143,7 +144,7 @@ def _share(evidence: Evidence, level: int) -> Share:
 
 def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) -> Finding:
     def judge(claim: Claim) -> Opinion:
-        # One step without root is a counterexample, however rare: no sampling error is involved.
+        # One step without a root is a counterexample, however rare, so there is no sampling error.
         met = any(share.value for share in shares)
         tests = PathTests(1.0, 0.0 if met else 1.0, Reason(_share_text(shares)))
         return guard(_by_scan(evidence), tests, evidence)._replace(p_verified=nan, p_refuted=nan)
@@ -165,7 +166,7 @@ def _by_scan(evidence: Evidence) -> Opinion:
 
 
 def where_no_root(view: Any, scan: RootScan) -> str:
-    """Return in words where no root was found, or what is not finite; empty if all steps could be made."""
+    """Return a text on steps without a root or with states that are not finite; empty if all steps succeeded."""
     for what, bad in (("no root", scan.failed), ("not finite", scan.lost)):
         if bad.any():
             size = int(np.argmax(bad.any(axis=0)))

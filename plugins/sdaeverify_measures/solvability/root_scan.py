@@ -1,4 +1,4 @@
-"""Whether one step has a root, on a wide range of step sizes and at states far out."""
+"""Existence of roots of one step, for a wide range of step sizes and at distant states."""
 
 from typing import NamedTuple
 
@@ -8,15 +8,15 @@ from sdaeverify import Array, Increment, Problem, Scheme
 from sdaeverify.numerics import all_finite
 from sdaeverify.probing import OneStep, extreme_states
 
-# Two a decade.
+# Two step sizes per decade.
 SCANNED = 10.0 ** np.arange(-6.0, 3.25, 0.5)
 SEED = 20170606
-# Increments beside 0, in standard deviations.
+# Size of nonzero increments, in standard deviations.
 REACH = 3.0
 
 
 class RootScan(NamedTuple):
-    """What became of one step of H sizes from S states.
+    """Outcomes of one step of H sizes from S states.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class RootScan(NamedTuple):
         Ascending.
     x : ndarray, shape (d, S)
     failed, lost : ndarray, shape (S, H)
-        1 where the step found no root, or is not finite, for some increment; 0 elsewhere.
+        1 if the step found no root, or is not finite, for some increment; 0 otherwise.
     """
 
     h: Array
@@ -56,7 +56,7 @@ def root_scan(scheme: Scheme, view: Problem) -> RootScan:
 
 
 def _directions(scheme: Scheme, view: Problem, states: int) -> Array:
-    """Return increments over sqrt(h), shape (l, 2 S): none, and one in a random direction, for each state."""
+    """Return increments over sqrt(h), shape (l, 2 S): zero, and one in a random direction, for each state."""
     rng = np.random.Generator(np.random.Philox(key=SEED))
     reach = max(scheme.law.values) if scheme.law.bounded else REACH
     far = reach * rng.choice([-1.0, 1.0], size=(view.noise_dim, states))

@@ -1,14 +1,14 @@
-"""Uniform convergence along paths, in the mean of sup_t |X_h(t) - X(t)|^p: claimed with a rate or without one.
+"""Uniform convergence along paths, in the mean of sup_t |X_h(t) - X(t)|^p: claimed with or without a rate.
 
-It is asked on the grid, as the maximum over the coarsest grid times against the truth, and separately in continuous
-time, of piecewise linear interpolants against the scheme's own finest paths. There components as rough as Brownian
-motion read about 1/2, and less on steps that are not small, where it is sqrt(h log(1/h)): whatever the scheme does on
-its grid, nothing in it knows the path between two grid points.
+It is tested on the grid, as the maximum over the coarsest grid times relative to the truth, and separately in
+continuous time, for piecewise linear interpolants relative to the scheme's own finest paths. There, components as
+rough as Brownian motion have about the order 1/2, and less on steps that are not small, where it is sqrt(h log(1/h)).
+This holds for any scheme, because its grid values do not determine the path between two grid points.
 
-Two kinds of claims are known: an order, and ``converges`` without one; see `findings` for what can be verified of
-that. A claim that names no quantities is put to both, but for one of an order above 1/2, which is about grid points:
-in continuous time it has to name what it is about, such as ``x in continuous time``. The verdict is taken from p = 1;
-the slopes for p = 2 and p = 4 stand beside it.
+Two kinds of claims are supported: an order, and ``converges`` without one; see `findings` for the verification of the
+latter. A claim that names no quantities is tested on both, except one of an order above 1/2, which is about grid
+points; in continuous time it must name its quantities, such as ``x in continuous time``. The verdict uses p = 1;
+the slopes for p = 2 and p = 4 are reported as well.
 """
 
 from collections import deque
@@ -36,7 +36,7 @@ from sdaeverify.path_errors import (
 
 from .findings import judge_pair
 
-# Means of e^p are noted for p = 1/2, 1, 2, 4; the last two of them are shown.
+# Means of e^p are recorded for p = 1/2, 1, 2, 4; the last two of them are reported.
 POWERS = 4
 NORMS = {"L2": 2, "L4": 3}
 # Halvings between a level and the grid on which its interpolant is compared.
@@ -47,20 +47,21 @@ ON_GRID, IN_TIME = " on the grid", " in continuous time"
 
 
 class ContinuousErrors:
-    """Notes c_l = max_t |X_l(t) - X(t)|, X_l the linear interpolant of level l, X the scheme at the finest level.
+    """Accumulates c_l = max_t |X_l(t) - X(t)|, X_l the interpolant of level l, X the scheme at the finest level.
 
-    The maximum is over the quarters of each step. A Brownian path deviates from its interpolant on N steps by
-    sqrt(h) times a maximum over N independent bridges, and with the same points inside each step that maximum is the
-    same part of the supremum at all levels: it does not tilt a slope, as the finest grid would, which resolves fewer
-    points of a short step. So levels two halvings coarser than the finest are compared, and coarser ones.
+    The maximum is over the quarters of each step. A Brownian path deviates from its interpolant on N steps by sqrt(h)
+    times a maximum over N independent bridges. With the same points inside each step that maximum is the same
+    fraction of the supremum at all levels, so it does not tilt a slope. The finest grid would, because it resolves
+    fewer points of a short step. So levels two halvings coarser than the finest are compared, and coarser ones.
 
-    A level is always ahead of the finer ones, by a few steps: only these are held, however many there are.
+    A level is always a few steps ahead of the finer ones; only the values of these steps are stored.
 
     Parameters
     ----------
     parts : mapping of str to ndarray, shape (n, P)
-        Initial components, of which those are noted that are named.
+        Initial components.
     names : sequence of str
+        Components that are compared.
     settings : Settings
     """
 
@@ -81,11 +82,11 @@ class ContinuousErrors:
 
     @property
     def quantities(self) -> list[str]:
-        """The components and, where there are several, the full state."""
+        """The components and, if there are several, the full state."""
         return self.names if len(self.names) == 1 else [*self.names, STATE]
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Hold a level's value, or compare with the finest one."""
+        """Store a value of a level, or compare with the value of the finest level."""
         x = self._rows(parts)
         if level < self.top:
             self.ahead[level].append(x)
@@ -116,13 +117,13 @@ class ContinuousErrors:
         return np.concatenate([parts[name] for name in self.names])
 
     def _squares(self, gap: Array) -> list[Array]:
-        # einsum: a sum over few rows takes several times as long.
+        # einsum, because a sum over few rows takes several times as long.
         squares = [np.einsum("np,np->p", gap[rows], gap[rows]) for rows in self.slices]
         return squares if len(squares) == 1 else [*squares, sum(squares[1:], squares[0])]
 
 
 class UniformObserver:
-    """Notes errors on the coarsest grid against the truth, and between grid points against the finest level."""
+    """Accumulates errors on the coarsest grid relative to the truth, and between grid points to the finest level."""
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.grid = ErrorObserver(parts, settings, POWERS)
@@ -130,19 +131,19 @@ class UniformObserver:
 
     @property
     def wanted(self) -> Sequence[Container[int]]:
-        """Steps of each level that are noted between grid points."""
+        """Steps of each level that are used between grid points."""
         return self.between.wanted
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note the components between grid points."""
+        """Accumulate the components between grid points."""
         self.between.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the errors on the grid."""
+        """Accumulate the errors on the grid."""
         self.grid.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
-        """Return the sums of both."""
+        """Return the evidence on the grid and in continuous time."""
         return self.grid.tally(at_end=False).merge(self.between.tally())
 
 
@@ -153,7 +154,7 @@ def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
 
 
 def _components_of_truth(problem: Problem, parts: Parts) -> list[str]:
-    """Return the components that the truth knows; all of them where a scheme is its own reference."""
+    """Return the components that the truth has; all of them if the scheme is its own reference."""
     truth = problem.pathwise
     return [name for name in parts if truth is None or name in truth.parts(0.0, truth.start(1))]
 
@@ -176,17 +177,17 @@ class Uniform(Measure):
     level_columns: ClassVar[Mapping[str, str]] = {**ERROR_COLUMNS, "estimate_L4": "the error in the L4 norm"}
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse schemes that claim nothing of it here: it is not sampled for them; and bounded increments."""
+        """Return why the measure does not apply: bounded increments, or no claim, so that no paths are sampled."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: it has no paths to converge along"
         return why_not_claimed(scheme, problem, self.name, "uniform convergence")
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> UniformObserver:
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return UniformObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the defects of one step, where it can be probed."""
+        """Return the defects of one step, if it can be probed."""
         return probe_consistency(scheme, view)
 
     def judge(self, evidence: Evidence) -> Judgement:
@@ -203,5 +204,5 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _unknown_findings(evidence: Evidence) -> Iterator[Finding]:
-    """Yield findings on the components that the truth does not know."""
+    """Return findings on the components that the truth lacks."""
     return (finding(covered, opinion) for _, covered, opinion in unknown_components(evidence, Uniform.name, ON_GRID))

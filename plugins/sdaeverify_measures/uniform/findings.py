@@ -1,4 +1,4 @@
-"""What becomes of a claim of uniform convergence: a component's findings on the grid and in continuous time."""
+"""Judgement of claims of uniform convergence: a component's findings on the grid and in continuous time."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -40,42 +40,42 @@ from sdaeverify.path_errors import (
     usable_levels,
 )
 
-# What paths say of convergence without rate: errors fall, towards the right limit.
+# Tests of convergence without a rate: errors fall, towards the right limit.
 #
-# Convergence is about h tending to 0, and a run ends at a finest h. What it can show is that errors fall with h over
-# the fitted levels, and that nothing yet points at another limit:
+# Convergence is about h tending to 0, and a run ends at a finest h. It can show that errors fall with h over
+# the fitted levels, and that there is no evidence yet of another limit:
 #
 # verified
 #     the slope of log2 E e_l against log2 h is above `FALLING`, and the contrast between errors and successive
 #     differences shows no plateau: two tests, both have to reject;
 # refuted
 #     errors grow as h is halved, or they fall less than half as fast as successive differences do: they level off.
-#     The contrast alone refutes nothing here. It is negative, too, while errors a h + b h^2 bend, which without a
-#     claimed order cannot be told from a plateau; half the speed is beyond such a bend.
+#     The contrast alone does not refute here. It is also negative while errors a h + b h^2 bend, which without a
+#     claimed order is indistinguishable from a plateau; half the speed is beyond such a bend.
 #
-# A limit that is nearer than about a third of the last error leaves no trace in either. So a scheme whose one-step
-# map can be probed has to be consistent as well. Where steps were truncated the scheme is not yet what it tends to:
-# such levels may show that errors fall, and refute nothing.
+# A limit that is nearer than about a third of the last error affects neither test. So a scheme whose one-step
+# map can be probed has to be consistent as well. If steps were truncated the scheme is not yet in its asymptotic
+# regime: such levels may show that errors fall, but do not refute.
 
 
 CONVERGES = Word("converges")
-# A slower fall cannot be told from none over a few halvings.
+# A slower fall is indistinguishable from none over a few halvings.
 FALLING = 0.1
 LEVELLED = 0.5
 MEASURE = "uniform"
-# The order of an interpolant of a path that is as rough as Brownian motion, but for a logarithm.
+# The order, up to a logarithm, of an interpolant of a path as rough as Brownian motion.
 ROUGH = 0.5
 
 
 class Grid(NamedTuple):
-    """What is known of a component on the grid.
+    """Results for a component on the grid.
 
     Attributes
     ----------
     tests : PathTests
         Of its claim.
     limit : float
-        p-value of the hypothesis that it tends to a wrong limit; 1 where that cannot be told.
+        p-value of the hypothesis that it tends to a wrong limit; 1 if that cannot be tested.
     """
 
     tests: PathTests
@@ -83,7 +83,7 @@ class Grid(NamedTuple):
 
 
 def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
-    """Return what errors on the grid say of a claim: of convergence or of an order."""
+    """Return the tests of a claim, of convergence or of an order, by errors on the grid."""
     if claim.value != CONVERGES:
         tests = path_tests(fitted, claim)
         return resolve_lower_order(tests, fitted, claim.value) if isinstance(claim.value, Order) else tests
@@ -97,10 +97,10 @@ def grid_tests(fitted: Fit, claim: Claim) -> PathTests:
 
 
 def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
-    """Return what errors in continuous time say of a claim.
+    """Return the tests of a claim by errors in continuous time.
 
-    Convergence needs no bound of the bias. An error is at most the distance from the finest paths and the error of
-    these: the first has to fall here, the second on the grid, where the limit is told as well.
+    Convergence needs no bound of the bias. An error is at most the distance from the finest paths plus the error of
+    these: the first has to fall here, the second on the grid, where the limit is tested as well.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def continuous_tests(fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
     claim : Claim
         Of convergence or of an order.
     grid : Grid
-        What the errors at grid times came to.
+        The tests of errors at grid times.
     """
     evidence = fitted.evidence
     if claim.value == CONVERGES:
@@ -149,10 +149,11 @@ def fall_tests(fitted: Fit) -> PathTests:
 
 
 def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) -> Bias:
-    """Return how far errors of the finest level, taken for the truth, can tilt a slope.
+    """Return a bound of the bias of a slope if the finest level is used as the truth.
 
     With rho_l = E e / E c_l, e the error of the finest level, the true mean is within a factor 1 -+ rho_l of E c_l,
-    by the triangle inequality. Its logarithm moves by at most -log2(1 - rho_l); the slope by sum_l |w_l| times that.
+    by the triangle inequality. Its logarithm changes by at most -log2(1 - rho_l); the slope by sum_l |w_l| times
+    that.
 
     Parameters
     ----------
@@ -197,7 +198,7 @@ def _may_refute(fitted: Fit) -> bool:
 
 
 class _Subject(NamedTuple):
-    """A quantity, what is claimed of it, and what one step says."""
+    """A quantity, the claim that covers it, and the opinion of one step."""
 
     evidence: Evidence
     quantity: Quantity
@@ -208,14 +209,14 @@ class _Subject(NamedTuple):
 def judge_pair(
     evidence: Evidence, grid: Quantity, between: Quantity, local: Opinion | None
 ) -> tuple[JudgedQuantity, JudgedQuantity]:
-    """Judge a component on the grid, and in continuous time with what the grid says of its limit.
+    """Judge a component on the grid, and in continuous time with the test of the limit on the grid.
 
     Parameters
     ----------
     evidence : Evidence
     grid, between : Quantity
     local : Opinion or None
-        Whether one step follows the equation; None where that cannot be told.
+        Whether one step follows the equation; None if that is unknown.
 
     Returns
     -------
@@ -231,10 +232,10 @@ def judge_pair(
 
 
 def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
-    """Return the claim about a quantity in continuous time: no order above 1/2 that does not name it.
+    """Return the claim about a quantity in continuous time; a claim of an order above 1/2 has to name it.
 
-    No scheme knows a path between two grid points, where an interpolant of a rough component has the order 1/2:
-    whoever claims more of all quantities means those at grid points.
+    No scheme determines a path between two grid points, where an interpolant of a rough component has the order 1/2.
+    So a claim of a higher order that names no quantity is about grid points.
     """
     covered = coverage(evidence, MEASURE, quantity)
     claim = covered.claim
@@ -245,9 +246,10 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
 
 
 def _levels_for(subject: _Subject) -> tuple[Array, Reason]:
-    """Return the levels that can be fitted, and what is to be said of levels.
+    """Return the usable levels, and remarks on levels.
 
-    A theorem on convergence is about the scheme with its truncation: truncated levels count, and are named.
+    A theorem on convergence is about the scheme with its truncation, so truncated levels are usable and are
+    mentioned.
     """
     claim = subject.covered.claim
     truncated = claim is not None and claim.value == CONVERGES
@@ -310,7 +312,7 @@ def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping
 
 
 def _opinion(subject: _Subject, tests: PathTests) -> Opinion:
-    """Return the verdict of the paths, unless a single step is wrong already."""
+    """Return the verdict of the paths, unless a single step is refuted."""
     local = subject.local
     if subject.covered.claim is None:
         return Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
@@ -320,7 +322,7 @@ def _opinion(subject: _Subject, tests: PathTests) -> Opinion:
 
 
 def _exact(subject: _Subject, opinion: Opinion) -> tuple[JudgedQuantity, Grid]:
-    # The limit is known to rounding.
+    # The limit is known up to rounding.
     p_value = 0.0 if opinion.verdict is Verdict.VERIFIED else 1.0
     if subject.covered.claim is None:
         opinion = Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)

@@ -1,26 +1,26 @@
 """Uniform accuracy: the order in h of the largest error over all stiffness parameters, on one family of problems.
 
-The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is looked at as
-a function of h; see `uniform_errors` for why no slope is fitted at fixed eps. Where something is exact for all
-eps, nothing is sampled:
+The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is examined as
+a function of h; see `uniform_errors` for why no slope is fitted at fixed eps. If errors are exact for all
+eps, no paths are sampled:
 
 ``weak``
-    Each first and second moment at T, where problem and step are linear: two eps a decade.
+    Each first and second moment at T, if problem and step are linear: two eps per decade.
 ``strong``
-    (E |X_N - X(T)|^2)^{1/2} on one Brownian path, where both are linear and the noise is additive.
+    (E |X_N - X(T)|^2)^{1/2} on one Brownian path, if both are linear and the noise is additive.
 ``invariant``
-    Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
+    Stationary means by the transition operator, if the family has a chart and known means: one eps per decade.
 
-Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
-`paired_members` and `paired_findings`. Whoever claims it by name is asked, too, for
+Otherwise the weak and the strong error are sampled, all members and step sizes with the same noise; see
+`paired_members` and `paired_findings`. A claim that names the following quantity is tested on it, too:
 
 ``one step``
-    The local weak error, for every eps at which one step begins; see `uniform_errors`. Each first and second
-    moment has an order of its own, the last one above rounding, and what it tends to. One that is below the claim,
-    less its margin, in both refutes it.
+    The local weak error, for every eps at the beginning of a step; see `uniform_errors`. Each first and second moment
+    has its own order, the last one above rounding, and an extrapolated one. A moment with both orders below the
+    claim, minus its margin, refutes it.
 
-A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order, of which the claim's margin is left
-out.
+A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order, from which the claim's margin is
+subtracted.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -107,7 +107,7 @@ class Uniformity(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
+        """Return why the measure does not apply: no family, no claim, or an atomic law if errors must be sampled."""
         if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         one = member(scheme.view_of(problem))
@@ -116,7 +116,7 @@ class Uniformity(Measure):
         return _why_not_paired(scheme, one) if _inexact(scheme, one) else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
+        """Return the errors that need no sampling, or errors on a share of the run's paths."""
         evidence = _errors(scheme, view, settings)
         if why_not_uniform_defects(scheme, view):
             return evidence
@@ -180,7 +180,7 @@ def _of_errors(evidence: Evidence) -> Judgement:
 
 
 def _inexact(scheme: Scheme, one: Problem) -> bool:
-    """Tell whether neither moments nor stationary means are exact for every eps."""
+    """Return whether neither moments nor stationary means are exact for every eps."""
     return bool(why_not_moments(scheme, one) and (why_not_operator(scheme, one) or not invariant_observables(one)))
 
 
@@ -268,7 +268,7 @@ def _levels(evidence: Evidence, name: str, record: UniformErrors) -> Iterator[Le
 
 
 def one_step_coverage(evidence: Evidence) -> Coverage:
-    """Return what is claimed of one step; a claim about errors along paths is none."""
+    """Return the claim about one step; a claim about errors along paths only does not count."""
     covered = coverage(evidence, MEASURE, ONE_STEP)
     named = covered.claim is not None and ONE_STEP in covered.claim.quantities
     return covered if named else covered._replace(claim=None)
@@ -283,7 +283,7 @@ def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]
         With a claim.
     record : UniformDefects
     names : list of str
-        Of the moments.
+        Names of the moments.
     """
     found = [_orders(record, *pair) for pair in ((record.halves, record.floor), (record.euler, record.nearly))]
     order, ahead = (np.concatenate(parts) for parts in zip(*found, strict=True))
@@ -319,7 +319,7 @@ def _orders(record: UniformDefects, size: Array, floor: Array) -> tuple[Array, A
 
 
 def _verdict(bound: float, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
-    """Return the verdict, and what is to be said beside the figures."""
+    """Return the verdict, and a remark to append to the figures."""
     if np.any(np.maximum(order, ahead) < bound):
         return Verdict.REFUTED, ""
     if np.all(np.minimum(order, ahead) >= bound):

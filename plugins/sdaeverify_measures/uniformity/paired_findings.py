@@ -1,15 +1,16 @@
-"""What errors of the members of a family on the same noise say of the order of their supremum over eps.
+"""Order of the supremum over eps of errors of a family's members with the same noise.
 
 With D_l(eps) an error at level l = 0, ..., m, B(eps) that of its reference, p claimed and p_0 = p - margin, the
 supremum over eps and observables falls faster than h^{p_0} if some D_0 outweighs all D_m,
 
     2^{-m p_0} (|D_0(eps')| - |B(eps')|) > |D_m(eps)| + |B(eps)|      for one eps' and for all eps,
 
-and slower if the D_m of some eps outweighs all D_0 of its observable, from the coarsest step on and over the last two
-halvings: no order is held against steps that are too coarse. Observables are in units of their standard deviations.
+and slower if the D_m of some eps outweighs all D_0 of its observable, both from the coarsest step on and over the
+last two halvings, because steps that are too coarse are no evidence against an order. Observables are in units of
+their standard deviations.
 
-An eps with too many steps without root has no errors. It is named, and as long as there is one the supremum over the
-others can refute a claim about all eps, and cannot verify it.
+An eps with too many steps without a root has no errors. It is mentioned in the reason. Then the supremum over the
+others can refute a claim about all eps, but not verify it.
 """
 
 from collections.abc import Iterator
@@ -50,13 +51,13 @@ MEASURE, LAST = "uniformity", 2
 
 
 class Bands(NamedTuple):
-    """Suprema over eps and observables at L step sizes, and what they are at least and at most, all at a time.
+    """Suprema over eps and observables at L step sizes, with simultaneous lower and upper bounds.
 
     Attributes
     ----------
     value, low, high : ndarray, shape (L,)
     worst : ndarray of int, shape (L,)
-        Index of the eps and the observable where the supremum is taken, eps first.
+        Flat index of the eps and the observable that attain the supremum, eps first.
     """
 
     value: Array
@@ -75,11 +76,11 @@ class PairedMeans:
     B : ndarray, shape (G, E, Q)
     h, eps : ndarray, shape (L,) and (E,)
     power : float
-        Of the error whose order is claimed: 2 where D are squares.
+        Power of the error in D: 2 if D are squares.
     names : tuple of str
         Of the observables.
     left_out : ndarray
-        The eps of which there are no errors.
+        The eps without errors.
     """
 
     D: Array
@@ -98,7 +99,7 @@ class PairedMeans:
     def falls(self, order: float) -> float:
         """Return the p-value of the hypothesis that the supremum does not fall with an order."""
         means = np.abs(self.D[:, :, 0].mean(axis=0))
-        # It is taken from the sample, so that each one that could have been counts as a test.
+        # The maximum is chosen from the sample, so each candidate counts as a test.
         e, q = np.unravel_index(means.argmax(), means.shape)
         c = self._factor(0, order)
         largest, blur = c * self.D[:, e, 0, q], c * self.B[:, e, q]
@@ -106,7 +107,7 @@ class PairedMeans:
         return min(1.0, self.choices * float(p.max()))
 
     def stays(self, order: float) -> tuple[float, int]:
-        """Return the least p-value of the hypothesis that the supremum falls with an order, and the observable."""
+        """Return the smallest p-value of the hypothesis that the supremum falls with an order, and its observable."""
         found = [self._stays(order, q) for q in range(len(self.names))]
         return min(1.0, self.choices * min(found)), int(np.argmin(found))
 
@@ -122,18 +123,18 @@ class PairedMeans:
         return Bands(value, np.maximum(low, 0.0), high, flat[0].argmax(axis=1))
 
     def of(self, observable: int) -> "PairedMeans":
-        """Return what is known of one observable."""
+        """Return the means of one observable."""
         q = slice(observable, observable + 1)
         return replace(self, D=self.D[..., q], B=self.B[..., q], names=self.names[q])
 
     def order(self, bands: Bands) -> Array:
-        """Return the order of the supremum and its ends, shape (3,)."""
+        """Return the order of the supremum with the ends of its interval, shape (3,)."""
         ends = [(bands.value[0], bands.value[-1]), (bands.low[0], bands.high[-1]), (bands.high[0], bands.low[-1])]
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.array([np.log2(np.divide(a, b)) for a, b in ends]) / (self.power * (len(self.h) - 1))
 
     def place(self, bands: Bands, level: int) -> dict[str, object]:
-        """Return the observable and the eps where the supremum is taken at a level."""
+        """Return the observable and the eps that attain the supremum at a level."""
         e, q = divmod(int(bands.worst[level]), len(self.names))
         return {"functional": self.names[q], "worst_eps": float(self.eps[e])}
 
@@ -161,15 +162,15 @@ def paired_findings(evidence: Evidence, record: PairedErrors) -> Iterator[tuple[
 
 
 def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> PairedMeans:
-    """Return the errors of one kind where no more than one path in a hundred met a step without root.
+    """Return the errors of one kind for eps with at most one in a hundred paths with a step without a root.
 
-    That is from the first or the second level on, whichever leaves more values of eps.
+    Levels start at the first or the second one, whichever keeps more values of eps.
 
     Parameters
     ----------
     evidence : Evidence
     record : PairedErrors
-        Errors of members of the family on the same noise.
+        Errors of members of the family with the same noise.
     name : str
         Kind of error: strong or weak.
     """

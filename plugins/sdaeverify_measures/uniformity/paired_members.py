@@ -1,15 +1,15 @@
-"""Weak and strong errors of the members of a family on the same noise, where nothing about them is exact.
+"""Weak and strong errors of the members of a family with the same noise, if no error is exact.
 
-X_l is the scheme with step size h_l, phi an observable. Where eps is at least 16 of its steps, Y is an Euler path of
-the penalised equation, Laurent (2022), (1.5), with a quarter of the shortest step: a solution that owes nothing to
-the scheme. Elsewhere such a path is not stable or not accurate, and the scheme is compared with itself:
+X_l is the scheme with step size h_l, phi an observable. If eps is at least 16 of its steps, Y is an Euler path of
+the penalised equation, Laurent (2022), (1.5), with a quarter of the shortest step: a solution that is independent of
+the scheme. Otherwise such a path is not stable or not accurate, and the scheme is compared with itself:
 
     weak      phi(X_l(T)) - phi(Y(T)),   or   phi(X_l(T)) - phi(X_{l+1}(T)),
     strong    |X_l(T) - X_{l+1}(T)|^2.
 
-Theorem 2.7 bounds the means of either kind by C h^{1/2} with one C for all eps, and so their supremum over eps.
-With a weak penalty paths come to where the Gram matrix is singular, and steps have no root: the paths of such an eps
-end early, and are counted.
+Theorem 2.7 bounds the means of either kind by C h^{1/2} with one C for all eps, and so their supremum over eps. With
+a weak penalty, paths may reach points where the Gram matrix is singular, so that steps have no root: the paths of
+such an eps end early, and are counted.
 """
 
 from collections.abc import Sequence
@@ -24,15 +24,15 @@ from sdaeverify.probing import LevelNoise, Source, StiffnessFamily, brownian_ste
 from .._members import member, stiffnesses
 
 PURPOSE = "uniformity"
-# Levels of the scheme at most, and halvings from the finest of them to the Euler path.
+# Maximum number of levels of the scheme, and halvings from the finest of them to the Euler path.
 LEVELS, FINER = 5, 2
-# An Euler path is trusted where eps is so many of its steps.
+# An Euler path is used if eps is at least this multiple of its step.
 STIFFEST = 16.0
-# There are two eps a decade from a tenth of the shortest step to ten of the longest, and one in two decades beyond.
+# Two eps per decade from a tenth of the shortest step to ten of the longest, and one per two decades beyond.
 NEAR = 10.0
-# One path in so many of the run's is used, but all up to a number; so many are simulated together.
+# Every fourth path of the run is used, but all up to a number; and the number of paths simulated together.
 SHARE, ALL, BLOCK = 4, 1024, 1024
-# No more paths may meet a step without root.
+# Largest share of paths that may meet a step without a root.
 FAILED = 0.01
 
 
@@ -44,14 +44,14 @@ class PairedErrors(NamedTuple):
     weak : ndarray, shape (E, G, L, Q)
     strong : ndarray, shape (E, G, L)
     blurred : ndarray, shape (E, G, Q)
-        phi(Y) - phi(Y'), Y' an Euler path with twice the step; 0 where there is none.
+        phi(Y) - phi(Y'), Y' an Euler path with twice the step; 0 if there is none.
     values : ndarray, shape (E, G, 2, Q)
         phi(X) and phi(X)^2, X being the finest path.
     failed, lost : ndarray, shape (E, G, L + 1)
-        Numbers of paths that met a step without root, and of those that are not finite at T although none did.
+        Numbers of paths with a step without a root, and of other paths that are not finite at T.
     counts : ndarray, shape (G,)
     h : ndarray, shape (L,)
-        From coarse to fine, each half of the one before.
+        From coarse to fine, each half of the previous one.
     eps : ndarray, shape (E,)
         Ascending.
     """
@@ -68,15 +68,15 @@ class PairedErrors(NamedTuple):
 
 
 def paired_errors(scheme: Scheme, view: Problem, settings: Settings) -> PairedErrors:
-    """Return the errors on a share of the run's paths, whose noise depends on the seed alone.
+    """Return the errors on a share of the run's paths, whose noise is determined by the seed.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_family` has nothing against.
+        Requires that `why_not_family` returns an empty string.
     settings : Settings
-        For the number of paths, the seed and the numbers of steps, of which the first five are used.
+        Provides the number of paths, the seed and the numbers of steps, of which the first five are used.
     """
     h = view.horizon / np.array(settings.steps[:LEVELS])
     paths, grid = max(settings.paths // SHARE, min(settings.paths, ALL)), _grid(h)
@@ -98,7 +98,7 @@ def paired_errors(scheme: Scheme, view: Problem, settings: Settings) -> PairedEr
 
 
 def run_of(paths: float) -> float:
-    """Return how many paths a run must have for so many to be used."""
+    """Return the number of paths of a run for which the given number of paths is used."""
     return paths if paths <= ALL else SHARE * paths
 
 
@@ -113,7 +113,7 @@ def _sizes(paths: int) -> list[int]:
 
 
 class _Paths:
-    """The paths of one member at all step sizes, and two Euler paths of it where it is not too stiff."""
+    """The paths of one member at all step sizes, and two Euler paths of it if it is not too stiff."""
 
     def __init__(self, scheme: Scheme, problem: StiffnessFamily, h: Array, paths: int) -> None:
         self.scheme, self.problem, self.h, self.drift = scheme, problem, h, problem.ito().drift
@@ -126,8 +126,8 @@ class _Paths:
     def errors(self, source: Source, most: float) -> tuple[Array, ...]:
         """Return the first six fields of `PairedErrors`, without the first axis and with paths last.
 
-        The paths end early where more than so many met a step without root: these errors do not count. The coarsest
-        step may be too long for all eps.
+        The paths end early if more than `most` met a step without a root, because their errors are not used. The
+        coarsest step is exempt, because it may be too long for all eps.
         """
         steps = brownian_steps(source, self.problem.noise_dim, float(self.h[0]), len(self.h) - 1 + FINER)
         for _, levels in zip(range(round(self.problem.horizon / self.h[0])), steps, strict=False):

@@ -1,24 +1,24 @@
 """Errors as functions of eps and h: at the final time, and of one step, uniformly in eps.
 
-At fixed eps an error may behave in one way for h << eps and in another for h >> eps (C min(h, eps) is typical), so
-that a slope fitted at fixed eps across h = eps means nothing. The supremum over a grid of eps is what
-Laurent (2022), Theorem 2.7, bounds; its order in h is told.
+At fixed eps an error may behave differently for h << eps and for h >> eps (C min(h, eps) is typical), so
+a slope fitted at fixed eps across h = eps is meaningless. The supremum over a grid of eps is the quantity that
+Laurent (2022), Theorem 2.7, bounds; its order in h is reported.
 
-The local weak error is told by one step against two half steps for every stiffness parameter.
+The local weak error is estimated by comparing one step with two half steps for every stiffness parameter.
 Laurent (2022), Propositions 3.3 and 3.7: from all x with omega |zeta(x)| <= C sqrt(h), omega = 1 - e^{-h/eps},
 
     |E phi(X^eps(h)) - E phi(Phi_h(x))| <= C h^{3/2}        with one C for all eps.
 
-What is seen of it, for the first and second moments of an increment (third ones are O(h^{3/2}) themselves), is
+The observable part of it, for the first and second moments of an increment (third ones are O(h^{3/2}) themselves), is
 
     D(h) = sup_{eps, x} |E phi(Phi_h(x)) - E phi(Phi_{h/2} o Phi_{h/2}(x))|,
 
-and where eps is far above h the difference between Phi_h and Euler's step. Together they are enough: the local error
-delta(h, eps) is, but for what a stable step adds up, the sum over k of 2^k D(h/2^k) and the limit of
+and, for eps far above h, the difference between Phi_h and Euler's step. Together they are sufficient: the local error
+delta(h, eps) is, up to the accumulation in a stable step, the sum over k of 2^k D(h/2^k) and the limit of
 2^k delta(h/2^k, eps), where eps is far above h/2^k. D = O(h^p) with p > 1 makes the sum O(h^p).
 
 Expectations are sums over nodes: all atoms of a bounded law, else +-sqrt(n) e_i, which have the right moments up to
-the third. What that leaves out is O(h^2).
+the third. The remainder is O(h^2).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -46,7 +46,7 @@ from sdaeverify.probing import (
 
 from .._members import member, stiffnesses
 
-# Values of eps in a decade where moments are propagated, and where an operator is set up for each of them.
+# Values of eps per decade for the propagation of moments, and for operators, which are set up for each of them.
 PER_DECADE, OPERATORS_PER_DECADE = 2, 1
 # Rounding of one step of a recursion, in units of EPS and of the size of the moments.
 ROUNDING, EPS = 16.0, float(np.finfo(float).eps)
@@ -54,16 +54,16 @@ ROUNDING, EPS = 16.0, float(np.finfo(float).eps)
 FINE, COARSE = {1: (49, 18), 2: (15, 14)}, {1: (33, 12), 2: (11, 10)}
 OPERATOR_LEVELS = 4
 FURTHER = 6
-# No error is known of a scheme that loses more of its steps.
+# Largest share of lost steps for which an error is defined.
 FAILED = 0.01
-# The order is that over so many halvings of h at most, to the finest h at which the supremum is known. With two eps a
-# decade it moves from one to the next every 1.7 halvings.
+# The order is taken over at most this number of halvings of h, up to the finest h at which the supremum is known.
+# With two eps per decade the maximiser moves from one to the next every 1.7 halvings.
 HALVINGS, FEWEST = 5, 3
-# A supremum is resolved where it is known to this part of itself.
+# A supremum is resolved if its relative uncertainty is at most this.
 KNOWN = 0.25
-# All eps up to so many of the longest steps count.
+# All eps up to this multiple of the longest step are used.
 BEYOND = 10.0
-# None is seen where it is at most this part of the size of what is observed.
+# An error at most this part of the size of the quantity is treated as none.
 EXACT = 1e-6
 
 
@@ -73,14 +73,14 @@ class UniformErrors(NamedTuple):
     Attributes
     ----------
     h : ndarray, shape (H,)
-        From coarse to fine, each half of the one before.
+        From coarse to fine, each half of the previous one.
     eps : ndarray, shape (E,)
     error, floor : ndarray, shape (E, H, Q)
-        Absolute errors, infinite where the scheme's value is no number, and how far they can be off.
+        Absolute errors, infinite if the scheme's value is not finite, and bounds of their numerical errors.
     size : ndarray, shape (E, Q)
-        Of what is observed.
+        Size of the quantity.
     applies : float
-        0 where the assumption under which they were found does not hold: nothing follows from them.
+        0 if the assumption under which they were computed does not hold, so that no conclusion follows.
     """
 
     h: Array
@@ -92,20 +92,21 @@ class UniformErrors(NamedTuple):
 
 
 class Supremum(NamedTuple):
-    """What is known of sup_eps of one quantity's error.
+    """The supremum over eps of one quantity's error.
 
     Attributes
     ----------
     value, low, high : ndarray, shape (H,)
-        The supremum, and what it is at least and at most.
+        The supremum with a lower and an upper bound.
     worst : ndarray, shape (H,)
-        The eps where it is taken.
+        The eps that attains it.
     order, least, most : float
-        Its order over the last halvings of h; NaN where it is not resolved, minus infinity where it is infinite.
+        Its order over the last halvings of h, with bounds; NaN if it is not resolved, minus infinity if it is
+        infinite.
     seen : bool
         Whether there is an error beyond a small part of the quantity's size.
     left_out : ndarray
-        The eps at which the error is not known.
+        The eps at which the error is unknown.
     """
 
     value: Array
@@ -125,10 +126,11 @@ class Supremum(NamedTuple):
 
 
 def suprema(record: UniformErrors) -> Iterator[Supremum]:
-    """Yield what is known of each quantity's supremum.
+    """Yield the supremum of each quantity.
 
-    An eps beyond ten times the longest step is left out where the error is not known well enough at all step sizes:
-    with a weak penalty stationary laws are wide, and hard to resolve. Nothing follows for it, and it is named.
+    An eps beyond ten times the longest step is excluded if the error is not accurate enough at all step sizes,
+    because with a weak penalty stationary laws are wide, and hard to resolve. No conclusion follows for it, and it is
+    mentioned.
     """
     errors, floors = (np.moveaxis(part, 2, 0) for part in (record.error, record.floor))
     for error, floor, size in zip(errors, floors, record.size.T, strict=True):
@@ -139,7 +141,7 @@ def suprema(record: UniformErrors) -> Iterator[Supremum]:
 
 
 def _clear(error: Array, floor: Array) -> Mask:
-    # The eps whose error is known to a part of itself, or of the largest one that is.
+    # The eps whose error is known up to a fraction of itself, or of the largest such error.
     clear = np.isinf(error) | (floor <= KNOWN * error)
     largest = np.max(error, axis=0, initial=0.0, where=clear)
     return np.asarray((clear | (floor <= KNOWN * largest)).all(axis=1))
@@ -173,9 +175,9 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `why_not_moments` has nothing against.
+        Requires that `why_not_moments` returns an empty string for the members.
     steps : sequence of int
-        Numbers of steps to T; six more follow.
+        Numbers of steps to T; six doublings are added.
 
     Returns
     -------
@@ -186,7 +188,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
         record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).equation).rate
         errors = record.errors
-        # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
+        # The entries of a stiff matrix are rounded to EPS of its size, which bounds the accuracy of any result.
         largest = float(record.size.max()) ** 2
         stiff = ROUNDING * EPS * problem.horizon * rate * largest
         return (
@@ -206,9 +208,9 @@ def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `why_not_linear_pair` has nothing against.
+        Requires that `why_not_linear_pair` returns an empty string for the members.
     steps : sequence of int
-        Numbers of steps to T; six more follow.
+        Numbers of steps to T; six doublings are added.
 
     Returns
     -------
@@ -236,7 +238,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `why_not_operator` has nothing against.
+        Requires that `why_not_operator` returns an empty string for the members.
     steps : sequence of int
         Numbers of steps to T; the first one and three doublings are used.
 
@@ -250,7 +252,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
     def of(problem: StiffnessFamily) -> tuple[Array, Array, float | Array, float]:
         record = invariant_errors(scheme, problem, [problem.horizon / n for n in steps], (FINE, COARSE))
         size = np.maximum(record.spread, np.abs(record.exact))
-        # What is put back where it began is no longer the scheme.
+        # A step that is returned to its initial state is no longer the scheme's.
         broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
         return record.errors, error_floors(record) + broken, size, float(not why_not_evidence(record))
 
@@ -281,20 +283,20 @@ def _finer(steps: Sequence[int]) -> list[int]:
     return [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
 
 
-# Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time where that is shorter; and eps in steps.
+# Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time if that is shorter; and eps in steps.
 LEVELS = 4.0 ** -np.arange(4.0, 9.0)
 RATIOS = 10.0 ** np.array([-6.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 6.0])
-# Of a random family: sizes at which a term of order 1 that is off by 1 per cent is larger than all of order 3/2, and
+# For a random family: sizes at which 1 per cent of a term of order 1 exceeds all terms of order 3/2, and
 # stiffness parameters near the step size.
 MEMBER_LEVELS = 4.0 ** -np.arange(7.0, 12.0)
 MEMBER_RATIOS = np.array([0.125, 0.5, 2.0, 1e6])
-# Every third point of the cloud, and how far to either side of the manifold, in standard deviations of the noise.
+# Every third point of the cloud, and distances to either side of the manifold, in standard deviations of the noise.
 EVERY, SIDES = 3, (-1.0, 0.0, 1.0)
-# Pairs of nodes at most.
+# Maximum number of pairs of nodes.
 MOST_PAIRS = 1_000
-# A defect is used where it is so many times its rounding.
+# A defect is used if it exceeds this multiple of its rounding.
 FLOORS = 300.0
-# Euler's step is trusted to so many times h/eps.
+# Relative accuracy of Euler's step, in units of h/eps.
 NEARLY = 100.0
 
 
@@ -306,16 +308,16 @@ class UniformDefects(NamedTuple):
     h : ndarray, shape (H,)
         From coarse to fine.
     halves : ndarray, shape (F, H)
-        The largest over states and eps of the difference between one step and two half steps.
+        Maximum over states and eps of the difference between one step and two half steps.
     ratio : ndarray, shape (F, H)
-        eps/h where it is taken.
+        eps/h that attains it.
     euler : ndarray, shape (F, H)
-        The largest over states of the difference from Euler's step, for the largest eps.
+        Maximum over states of the difference from Euler's step, for the largest eps.
     floor, nearly : ndarray, shape (F, H)
-        Below the first, a difference between steps is rounding; below the second, Euler's step is itself off by as
-        much, because eps is not infinite.
+        Smaller differences between steps are rounding; smaller differences from Euler's step are within its own
+        error, because eps is not infinite.
     failed : ndarray, shape (H,)
-        Share of steps without root.
+        Share of steps without a root.
     """
 
     h: Array
@@ -328,7 +330,7 @@ class UniformDefects(NamedTuple):
 
 
 def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
-    """Return why nothing is known of one step of a family for all eps, or an empty string."""
+    """Return why one step of a family cannot be evaluated for all eps, or an empty string."""
     law, motions = scheme.law, view.noise_dim
     if law.bounded and len(law.values) ** (2 * motions) > MOST_PAIRS:
         return f"two steps with {law.name} increments in {motions} dimensions take too many values"
@@ -336,7 +338,7 @@ def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
 
 
 def uniform_defects(scheme: Scheme, view: Any, levels: Array = LEVELS, ratios: Array = RATIOS) -> UniformDefects:
-    """Return the defects of a pair that `why_not_uniform_defects` has nothing against.
+    """Return the defects of a pair; requires that `why_not_uniform_defects` returns an empty string.
 
     Parameters
     ----------
@@ -345,7 +347,7 @@ def uniform_defects(scheme: Scheme, view: Any, levels: Array = LEVELS, ratios: A
     levels : ndarray
         Step sizes in units of time, from coarse to fine.
     ratios : ndarray, ascending
-        eps/h; the last one stands for infinity.
+        eps/h; the last one represents infinity.
     """
     sizes = levels * min(1.0, view.horizon)
     with np.errstate(all="ignore"):
@@ -369,7 +371,7 @@ def _level(scheme: Scheme, view: Any, h: float, ratios: Array) -> tuple[Array, .
 
 
 def _states(view: Any, h: float) -> Array:
-    """Return points on the manifold, and beside it by what the noise of a step moves, shape (d, S)."""
+    """Return points on the manifold, and at the distance that the noise of a step moves them, shape (d, S)."""
     limit = member(view, 0.0)
     on = cloud(limit, limit.ito())[:, ::EVERY]
     normal = limit.push(limit.linearised(on), np.ones((limit.constraints, on.shape[1])))
@@ -378,14 +380,14 @@ def _states(view: Any, h: float) -> Array:
 
 
 class _After(NamedTuple):
-    # Moments (F, S) of what some steps add, the size of their rounding (F,), and the share of steps without root.
+    # Moments (F, S) of the increment of several steps, the size of their rounding (F,), and the share without a root.
     moments: Array
     floor: Array
     failed: float
 
 
 def _combine_steps(one_step: OneStep, x: Array, h: float, steps: int) -> _After:
-    """Return what is known after steps whose nodes are all combined."""
+    """Return the moments after one or more steps, over all combinations of their nodes."""
     nodes = _nodes(one_step)
     count, states = len(nodes.weights), x.shape[1]
     wide = np.repeat(x, count**steps, axis=1)

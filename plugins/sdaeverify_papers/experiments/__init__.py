@@ -1,1 +1,1 @@
-"""Tables and figures of papers shipped with sdaeverify, one a file, to be run again by `reproduce`."""
+"""Shipped tables and figures of papers, one per file, for `reproduce`."""

@@ -1,4 +1,4 @@
-"""Estimates that several experiments share: means with their error, orders with theirs."""
+"""Estimates shared by several experiments: means and orders with standard errors."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,12 +8,12 @@ import numpy as np
 from sdaeverify import Array
 from sdaeverify_papers import Curve, ExperimentEvidence, TableEntry
 
-# Of the normal law: an interval of 90 percent, as in the paper on fibres.
+# Quantile of the normal law for intervals of 90 percent, as in the paper on fibres.
 NINETY = 1.6448536269514722
 
 
 class Mean(NamedTuple):
-    """A mean over paths, or what is found from means.
+    """A mean over paths, or a function of means.
 
     Attributes
     ----------
@@ -26,19 +26,19 @@ class Mean(NamedTuple):
     paths: int
 
     def entry(self, group: str, at: Mapping[str, object], **known: Any) -> TableEntry:
-        """Return its row in a table.
+        """Return the row of a table.
 
         Parameters
         ----------
         group : str
         at : mapping of str to object
         **known : object
-            What it is compared with.
+            Further fields of `TableEntry`, such as values for comparison.
         """
         return TableEntry(group, at, float(self.value), float(self.std_error), self.paths, **known)
 
     def curve(self, label: str, x: Array, hue: int | None = None) -> Curve:
-        """Return it over x, with intervals of 90 percent."""
+        """Return the curve against x, with intervals of 90 percent."""
         return Curve(label, x, self.value, self.low, self.high, hue=hue)
 
     @property
@@ -59,14 +59,14 @@ def mean(values: Array) -> Mean:
 
 
 def stack(means: Sequence[Mean]) -> Mean:
-    """Return means of the same paths as one, along a new first axis."""
+    """Stack means of the same paths along a new first axis."""
     return Mean(
         np.array([each.value for each in means]), np.array([each.std_error for each in means]), means[0].paths
     )
 
 
 def mean_count(evidence: ExperimentEvidence, key: Hashable, counter: str = "newton_iterations") -> Mean:
-    """Return the mean of a cost of a run over steps and paths, with its error from blocks; NaN if there is none."""
+    """Return the mean cost of a run over steps and paths, with its error from blocks; NaN without results."""
     found = evidence.run(key)
     if found.error or not found.paths:
         return Mean(np.nan, np.nan, 0)
@@ -77,18 +77,18 @@ def mean_count(evidence: ExperimentEvidence, key: Hashable, counter: str = "newt
 
 
 def order(h: Array, errors: Array, reference: float = 0.0) -> Mean:
-    """Return the order p of mean errors E e = C (h^p - h_ref^p), with its standard error: errors share their paths.
+    """Return the order p of mean errors E e = C (h^p - h_ref^p), with its standard error for common paths.
 
-    The slope of log E e over log (h^p - h_ref^p) is 1 at the right p, which takes what a reference with the step
-    size h_ref > 0 has of its own out of the errors. Errors that fall more slowly than log (h/h_ref) are not of this
-    form, and p tends to 0.
+    The slope of log E e against log (h^p - h_ref^p) is 1 at the right p, which removes the error of a reference with
+    the step size h_ref > 0. Errors that decrease more slowly than log (h/h_ref) are not of this form, and p tends to
+    0.
 
     Parameters
     ----------
     h : ndarray, shape (L,)
     errors : ndarray, shape (L, P)
     reference : float
-        h_ref; 0 for a truth.
+        Step size h_ref of the reference; 0 for a truth.
     """
     means, p = errors.mean(axis=1), 1.0
     for _ in range(20):
@@ -102,5 +102,5 @@ def order(h: Array, errors: Array, reference: float = 0.0) -> Mean:
 
 
 def slope(x: Array, y: Array) -> float:
-    """Return the slope of log y over log x."""
+    """Return the slope of log y against log x."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])

@@ -1,4 +1,4 @@
-"""What experiments on fibres note, and their norms."""
+"""Notes and norms of the experiments on fibres."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ FINAL = (Note("r", positions), Note("v", velocities))
 
 
 def edges(r: Array, d: int = 2) -> Array:
-    """Return r_i - r_{i-1} of a fibre clamped at the origin and hanging straight there, shape (N, d, P)."""
+    """Return r_i - r_{i-1} of a clamped fibre, vertical at the origin, shape (N, d, P)."""
     points = r.reshape(-1, d, *r.shape[1:])
     ds = spacing(len(points))
     root = np.zeros_like(points[:1])
@@ -37,7 +37,7 @@ def edges(r: Array, d: int = 2) -> Array:
 
 
 def differences(v: Array, d: int = 2) -> Array:
-    """Return v_i - v_{i-1} of a fibre that is clamped, shape (N, d, P)."""
+    """Return v_i - v_{i-1} of a clamped fibre, shape (N, d, P)."""
     points = v.reshape(-1, d, *v.shape[1:])
     return np.diff(np.concatenate([np.zeros_like(points[:1]), points]), axis=0)
 

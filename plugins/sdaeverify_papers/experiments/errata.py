@@ -1,4 +1,4 @@
-"""Errors in print of the four papers, each with a number that the printed formula gets wrong and the right one."""
+"""Errors in print of the four papers, each with a number from the printed formula and from the right one."""
 
 from collections.abc import Mapping
 
@@ -21,15 +21,15 @@ from sdaeverify_papers import (
 from ._estimates import slope
 
 SIZES = 2.0 ** -np.arange(6, 13)
-# Of which quantiles are drawn.
+# Probabilities of the drawn quantiles.
 SHARES = np.linspace(0.0, 1.0, 201)[1:]
 
 
 def curvature_sign(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return what an Euler step of the inherent SDE without noise does with either sign of D^2 g(v, v).
+    """Return the defects of an Euler step of the inherent SDE without noise for either sign of D^2 g(v, v).
 
-    unprojected: order of Dg(r+) v+; projected: order of the difference of the two signs after v+ = Q(r+) v^;
-    work: <v, grad g G^{-1} D^2 g(v, v)>, which energies see.
+    unprojected: order of Dg(r+) v+; projected: order of the difference of the two signs after v+ = Q(r+) v^; work:
+    <v, grad g G^{-1} D^2 g(v, v)>, which affects energies.
     """
     (problem,) = problems
     r, v = np.array([[np.sin(0.7)], [-np.cos(0.7)]]), 1.1 * np.array([[np.cos(0.7)], [np.sin(0.7)]])
@@ -81,9 +81,9 @@ def last_line(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Map
 
 
 def second_branch(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return quantiles of B^2/(4 A) over random coefficients that (4.1) admits, where B <= 0, up to the largest.
+    """Return quantiles up to the maximum of B^2/(4 A) over random coefficients admitted by (4.1), with B <= 0.
 
-    The first two lines of (4.1) force abar <= al0; the second branch of h_0 asks for B^2 >= 4 A.
+    The first two lines of (4.1) imply abar <= al0; the second branch of h_0 requires B^2 >= 4 A.
     """
     rng = np.random.Generator(np.random.Philox(key=42))
     al0, al1, al2, be0, be2, L1, L2, L3 = 10.0 ** rng.uniform(-3.0, 2.0, (8, 10**6))
@@ -97,7 +97,7 @@ def second_branch(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) ->
 
 
 def averages(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return 1000-path averages of x^2 at T = 10 for set I, exactly drawn, and how many paths are effective."""
+    """Return 1000-path averages of x^2 at T = 10 for set I, drawn exactly, and effective numbers of paths."""
     rng = np.random.Generator(np.random.Philox(key=10))
     t, a, c = 10.0, -1.0, 1.0
     x2 = np.exp(2.0 * ((a - 0.5 * c * c) * t + c * np.sqrt(t) * rng.standard_normal((400, 1000))))
@@ -112,13 +112,13 @@ PROBES = {
     "branch": Probe(second_branch),
     "averages": Probe(averages),
 }
-# By m, with the standard deviation of tr x that laurent-2022-table-1 measures.
+# Printed trace by m, with the standard deviation of tr x measured by laurent-2022-table-1.
 TRACES = {2: ("2.00934", 0.10), 3: ("3.01458", 0.13), 4: ("4.02050", 0.15), 5: ("5.02669", 0.17)}
 MEAN_SQUARES = (4.045e-05, 2.3559e-05)
 
 
 class Errata(Experiment):
-    """What is printed, what is right, and how one knows."""
+    """Printed and right formulas, with the evidence."""
 
     name = "errata"
     title = "errors in print: what is printed, what is right, how one knows"
@@ -257,5 +257,5 @@ def _averages(evidence: ExperimentEvidence) -> Panel:
 
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
-    """Register the list."""
+    """Register the list of errata."""
     return [Errata()]

@@ -20,7 +20,7 @@ from sdaeverify_papers import (
 
 from ._estimates import Mean, mean
 
-# The values of eps of which the invariant mean is known, from fast to slow penalties, and the limit.
+# Values of eps with known invariant mean: the limit, then from stiff to weak penalties.
 STIFFNESSES = ("0", "1e-06", "0.0001", "0.001", "0.01", "0.1", "1.0", "10.0")
 # With the noise (2.3) of the paper.
 UNIFORM, CONSTRAINED, EXPLICIT = (
@@ -54,7 +54,7 @@ class StationaryErrors(Experiment):
         return range(FIRST, 13 if budget is Budget.FULL else 11)
 
     def work(self, budget: Budget) -> Work:
-        """Return the schemes of the left half at the longest step, and shorter ones of the right half."""
+        """Return the schemes of the left half at the longest step, and shorter steps for the right half."""
         return {
             (scheme, eps, k): _run(scheme, eps, k)
             for eps in STIFFNESSES
@@ -64,7 +64,7 @@ class StationaryErrors(Experiment):
         }
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return the errors, against eps and, with their largest, against h."""
+        """Return the errors against eps, and against h with their maximum."""
         levels = self.levels(evidence.budget)
         entries = [
             entry for scheme in NAMES for k in (levels if scheme == UNIFORM else (FIRST,)) for eps in STIFFNESSES
@@ -85,21 +85,21 @@ def _problem(eps: str) -> str:
 
 
 def exact(evidence: ExperimentEvidence, eps: str) -> float:
-    """Return the invariant mean."""
+    """Return the invariant mean for a value of eps."""
     truths = evidence.problem(_problem(eps)).truths
     return next(each.value for each in truths if isinstance(each, InvariantMean) and each.observable == OBSERVABLE)
 
 
 def stationary_mean(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Mean:
-    """Return the mean of the time averages; NaN where paths are lost.
+    """Return the mean of the time averages; NaN if paths are lost.
 
     Parameters
     ----------
     evidence : ExperimentEvidence
     scheme, eps : str
-        Label, and eps as it is written in the plan.
+        Label of the scheme, and eps as in the plan.
     k : int
-        The run has steps of T/2^k.
+        Level of the run, with steps of T/2^k.
     """
     if scheme == EXPLICIT and eps == "0":
         return Mean(np.nan, np.nan, 0)

@@ -10,7 +10,7 @@ from sdaeverify_papers import Curve, Experiment, ExperimentEvidence, MeanLine, M
 PATHS = 10**6
 # With the noise (2.3) of the paper.
 UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"
-# By m: J(m) from the reference, UA with h = 2^-9, then J_UA and J_EC with h = 2^-7.
+# By m: J(m) of the reference, UA with h = 2^-9, then J_UA and J_EC with h = 2^-7.
 TABLE = {
     2: ("2.00934", "2.00619", "1.99165"),
     3: ("3.01458", "3.00821", "2.97460"),
@@ -46,7 +46,7 @@ class Traces(MeanTable):
     """The table, with a bar for each m."""
 
     def panels(self, found: Sequence[MeanLine], evidence: ExperimentEvidence) -> tuple[Panel, ...]:
-        """Return the errors of ours and of the printed means."""
+        """Return the errors of the computed and of the printed means."""
         return (_panel(found, "errors of the means"),)
 
 

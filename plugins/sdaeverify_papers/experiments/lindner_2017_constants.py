@@ -20,7 +20,7 @@ from sdaeverify_papers import (
     Work,
 )
 
-# Of the neighbourhoods of the shipped problems: the unit circle and sphere, and in parts of ds a fibre.
+# Size of the neighbourhoods of the shipped problems: unit circle and sphere, and a fibre in units of ds.
 EPS = 0.01
 MASSES = ((1.0, 1.0, 1.0), (1.0, 2.0, 4.0))
 POINTS = (3, 7, 15)
@@ -49,7 +49,8 @@ def cases() -> Iterator[Case]:
 def constants(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
     """Return C_g as declared, and the largest of the five norms of (2.7) at points around the start.
 
-    On circle and sphere the points are x = s r, r over directions and |s - 1| <= eps; of a fibre the start itself.
+    On circle and sphere the points are x = s r, with r over directions and |s - 1| <= eps; for a fibre only the
+    start.
     """
     return {
         "declared": np.array([problem.constraint_bound for problem in problems]),
@@ -89,7 +90,7 @@ def _second(D2: Array) -> float:
 
 
 class Constants(Experiment):
-    """What the theory's constants are, and what the paper says they are."""
+    """Constants of the theory, and their values in the paper."""
 
     name = "lindner-2017-constants"
     title = "C_g, C_eta and C_kappa of pendulum, spheres and fibres"
@@ -109,7 +110,7 @@ class Constants(Experiment):
         return {"constants": Probe(constants, tuple(case.label for case in cases()))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return the constants beside their closed forms, and C_g against eps."""
+        """Return the constants next to their closed forms, and C_g against eps."""
         found = evidence.probe("constants")
         entries = [
             entry
@@ -131,7 +132,7 @@ def _entries(case: Case, declared: float, found: float) -> list[TableEntry]:
     ]
 
 
-# Section 5.1 quotes the ends of intervals for eps from 0 to 1; printed end and right one, as eps tends to 1.
+# Ends of the intervals in section 5.1 for eps from 0 to 1: printed end, and right one as eps tends to 1.
 QUOTED = {
     "C_g": ("2", np.inf),
     "C_eta": ("0.03125", 0.0),

@@ -14,9 +14,9 @@ SCHEMES = {"without truncation": "half-explicit-euler[truncation=none]", "trunca
 
 
 def steps(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return kappa, whether there was a root, and eta by its formula, of a step without noise from the lowest point.
+    """Return kappa, failures, and eta by its formula for a step without noise from the lowest point.
 
-    Each is an array of shape (schemes, turns), r+ one of shape (schemes, 2, turns).
+    Each is an array of shape (schemes, turns); r+ has the shape (schemes, 2, turns).
     """
     (problem,) = problems
     omega = np.array(TURNS)
@@ -38,7 +38,7 @@ def steps(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping
 
 
 class Roots(Experiment):
-    """The geometry of kappa, beside what the scheme finds."""
+    """Geometry of kappa, compared with the scheme."""
 
     name = "lindner-2017-figure-5-1"
     title = "the equation for kappa on the pendulum: two roots, one, none, and with truncation"
@@ -55,7 +55,7 @@ class Roots(Experiment):
         return {"steps": Probe(steps, ("pendulum[c_g=0]",), tuple(SCHEMES.values()))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return kappa beside its closed form, and the pictures."""
+        """Return kappa next to its closed form, and the pictures."""
         found = evidence.probe("steps")
         entries = [_entry(found, which, turn) for which in range(2) for turn in range(len(TURNS))]
         bound = float(found["bound"][0])

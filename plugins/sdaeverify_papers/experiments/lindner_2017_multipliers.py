@@ -1,4 +1,4 @@
-"""Estimate (3.17) of Lindner & Stroot (2017): how kappa and the remainders of lambda fall with h."""
+"""Estimate (3.17) of Lindner & Stroot (2017): decrease of kappa and of the remainders of lambda with h."""
 
 from collections.abc import Mapping
 
@@ -11,13 +11,13 @@ from ._estimates import slope
 
 SIZES = 2.0 ** -np.arange(4, 12)
 THETA, OMEGA = 0.7, 1.1
-# Name, order that is claimed, and where the tangential force is 0.
+# By name: claimed order, and order for zero tangential force.
 ORDERS = {"kappa": (2.0, 2.0), "lambda^re": (2.0, 3.0), "Lambda^re w": (1.0, 1.0)}
 W = np.array([0.6, -0.8])
 
 
 def remainders(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return kappa, lambda^re and Lambda^re w of a step at each h, w fixed, on each problem, and their closed forms.
+    """Return kappa, lambda^re and Lambda^re w of a step for each h and fixed w, and their closed forms.
 
     lambda = -G^{-1} {Dg [a h + B w] + D^2 g(v, v) h} + lambda^re + Lambda^re w.
     """
@@ -56,7 +56,7 @@ PROBLEMS = {"c_g = 1": "pendulum[c_g=1]", "c_g = 0": "pendulum[c_g=0]"}
 
 
 class Multipliers(Experiment):
-    """Exponents of the estimate, by single steps."""
+    """Exponents of the estimate, from single steps."""
 
     name = "lindner-2017-estimate-3-17"
     title = "exponents of kappa and of the remainders of lambda"
@@ -73,7 +73,7 @@ class Multipliers(Experiment):
         return {"steps": Probe(remainders, tuple(PROBLEMS.values()), (scheme,))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return the exponents beside those of the closed forms."""
+        """Return the exponents next to those of the closed forms."""
         found = evidence.probe("steps")
         entries = [_entry(found, name, row) for row in range(len(PROBLEMS)) for name in ORDERS]
         off = max(float(np.abs(found[f"{name} here"] - found[f"{name} exact"]).max()) for name in ORDERS)

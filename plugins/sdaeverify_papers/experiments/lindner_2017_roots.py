@@ -1,4 +1,4 @@
-"""How often a path of the pendulum meets a step without root, over h and omega_0: section 5.1 of Lindner & Stroot."""
+"""Frequency of steps without root for the pendulum, by h and omega_0: section 5.1 of Lindner & Stroot."""
 
 from functools import cache
 
@@ -30,8 +30,8 @@ FEWEST, PER_H = 300, 38.0
 def exact_share(omega: float, h: float, steps: int) -> float:
     """Return P(some |omega_k| h >= 1, k < steps) of the chain without truncation.
 
-    omega+ is normal with mean omega/cos(phi) and deviation sqrt(h)/cos(phi), sin(phi) = omega h. The survival of the
-    steps is carried on Gauss-Legendre nodes in phi.
+    omega+ is normal with mean omega/cos(phi) and deviation sqrt(h)/cos(phi), sin(phi) = omega h. The survival
+    probability is propagated on Gauss-Legendre nodes in phi.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def exact_share(omega: float, h: float, steps: int) -> float:
     h : float
         Step size.
     steps : int
-        Length of the chain.
+        Number of steps of the chain.
     """
     x, w = np.polynomial.legendre.leggauss(max(FEWEST, round(PER_H / h)))
     phi = 0.5 * np.pi * x
@@ -59,12 +59,12 @@ def exact_share(omega: float, h: float, steps: int) -> float:
     kernel = density(at, cosine) * weights
     for _ in range(steps - 2):
         p = kernel @ p
-    # Up to the rounding of the sum.
+    # Clipped, because the sum is rounded.
     return float(np.clip(1.0 - weights @ p, 0.0, 1.0))
 
 
 class WithoutRoot(Experiment):
-    """Shares of paths, with truncation and without."""
+    """Fraction of paths without root, with and without truncation."""
 
     name = "lindner-2017-section-5-1-roots"
     title = "share of pendulum paths that meet a step without root, with and without truncation"
@@ -91,7 +91,7 @@ class WithoutRoot(Experiment):
         }
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return the shares beside the exact ones."""
+        """Return the fractions next to the exact ones."""
         entries = [
             _entry(evidence, truncation, omega, steps)
             for truncation in SCHEMES
@@ -102,15 +102,15 @@ class WithoutRoot(Experiment):
 
 
 def share(evidence: ExperimentEvidence, truncation: str, omega: str, steps: int) -> tuple[float, float]:
-    """Return the share of paths without root and its standard error.
+    """Return the fraction of paths without root and its standard error.
 
     Parameters
     ----------
     evidence : ExperimentEvidence
     truncation, omega : str
-        As they are written in the plan.
+        Truncation and initial angular velocity as in the plan.
     steps : int
-        From 0 to T.
+        Number of steps from 0 to T.
     """
     evidence.values((truncation, omega, steps), "r")
     lost = evidence.run((truncation, omega, steps)).noted["r"].without_root[-1]
@@ -123,7 +123,7 @@ def _entry(evidence: ExperimentEvidence, truncation: str, omega: str, steps: int
     h = HORIZON / steps
     exact = exact_share(float(omega), h, steps) if truncation == "none" else 0.0
     if truncation == "none":
-        # Where no path or every path is lost the error is that of the exact share, and a quarter of a path at least.
+        # If no path or every path is lost, use the error of the exact fraction, at least a quarter of a path.
         std_error = max(std_error, float(np.sqrt(exact * (1.0 - exact) / evidence.paths)), 0.25 / evidence.paths)
     return TableEntry(
         f"share of paths that meet a step without root up to T = 1, truncation = {truncation}",
@@ -153,5 +153,5 @@ def _panel(evidence: ExperimentEvidence) -> Panel:
 
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
-    """Register the shares."""
+    """Register the experiment."""
     return [WithoutRoot()]

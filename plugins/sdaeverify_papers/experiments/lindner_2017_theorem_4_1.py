@@ -23,7 +23,7 @@ PROBLEMS = {"B = Id": "pendulum[horizon=1.0]", "B = v": "pendulum-velocity-noise
 SCHEME, PARTS = "half-explicit-euler[truncation=none]", ("r", "v", "mu")
 STEPS, REFERENCE = (16, 32, 64, 128, 256), 4096
 WHERE = ("grid", "constant", "linear")
-# Orders that theory leads one to expect, on the grid and in continuous time: r has finite variation.
+# Orders expected from theory, on the grid and in continuous time; r has finite variation.
 EXPECTED = {"B = Id": 1.0, "B = v": 0.5}
 
 
@@ -35,7 +35,7 @@ def multipliers(problem: Problem, t: float, parts: Parts) -> Array:
     problem : Problem
     t : float
     parts : dict of str to ndarray
-        Components of a state, mu among them.
+        Components of a state, including mu.
     """
     return parts["mu"]
 
@@ -59,7 +59,7 @@ class SupNorms(Experiment):
     )
 
     def work(self, budget: Budget) -> Work:
-        """Return the runs, each noted after every step."""
+        """Return the runs, each recorded after every step."""
         return {
             (problem, steps): SchemeRun(label, SCHEME, steps, _notes(steps))
             for problem, label in PROBLEMS.items()
@@ -67,7 +67,7 @@ class SupNorms(Experiment):
         }
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return orders and the curves."""
+        """Return orders and curves."""
         found = {problem: _errors(evidence, problem) for problem in PROBLEMS}
         entries = [
             _entry(problem, part, where, errors[part, where])
@@ -84,7 +84,7 @@ def _notes(steps: int) -> tuple[Note, ...]:
 
 
 def _path(evidence: ExperimentEvidence, problem: str, steps: int, part: str) -> Array:
-    """Return a component at all times with its start, shape (steps + 1, k, P)."""
+    """Return a component at all times including the start, shape (steps + 1, k, P)."""
     made = evidence.values((problem, steps), part)
     start = evidence.problem(PROBLEMS[problem]).initial(1)._asdict()[part]
     return np.concatenate([np.broadcast_to(start, made[:1].shape), made])

@@ -13,7 +13,7 @@ N = 7
 
 
 def arc_lengths(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
-    """Return the arc length of each point of the fibre at rest, straight down from the origin, shape (N,)."""
+    """Return the arc length of each point of the fibre at rest, hanging from the origin, shape (N,)."""
     (problem,) = problems
     return {"s": -problem.initial(1).r[1::2, 0]}
 
@@ -35,7 +35,7 @@ class Grid(Experiment):
         return {"grid": Probe(arc_lengths, (fibre_label(N=N),))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return the arc lengths beside (i + 1/2) ds, and the drawing."""
+        """Return the arc lengths next to (i + 1/2) ds, and the drawing."""
         s, ds = evidence.probe("grid")["s"], spacing(N)
         entries = [
             TableEntry(f"arc length s_i, N = {N}, ds = 1/{N + 1}", {"i": i}, float(s[i - 1]), exact=(i + 0.5) * ds)

@@ -26,7 +26,7 @@ ALPHAS, BETAS = ("0.4", "4.0"), ("0.0001", "0.1")
 
 
 class Resolution(NamedTuple):
-    """Points, final time and steps."""
+    """Number of points, final time and number of steps."""
 
     N: int
     horizon: str
@@ -55,11 +55,11 @@ class Shape(NamedTuple):
 
 
 def shape(r: Array, v: Array) -> Shape:
-    """Return what is drawn of positions and velocities, shape (n, P)."""
+    """Return the drawn quantities of positions and velocities, shape (n, P)."""
     N = len(r) // 2
     tau = edges(r) / spacing(N)
     y = differences(v)
-    # Means of the neighbours: the velocity of the point before an edge is the sum of all differences up to it.
+    # Mean velocity of the two ends of an edge, which are cumulative sums of the differences.
     mid = np.cumsum(y, axis=0) - 0.5 * y
     angle = np.unwrap(np.arctan2(tau[:, 1], tau[:, 0]), axis=0)
     turned = np.stack([-tau[:, 1], tau[:, 0]], axis=1)
@@ -68,7 +68,7 @@ def shape(r: Array, v: Array) -> Shape:
 
 
 class Fibres(Experiment):
-    """A path of each fibre, drawn; its crimp and its fluctuations as means."""
+    """One path of each fibre, drawn; mean crimp and fluctuations."""
 
     name = "lindner-2018-figure-4-1"
     title = "the fibre in the rotating flow and its velocity: two stiffnesses, two turbulences"
@@ -84,7 +84,7 @@ class Fibres(Experiment):
     )
 
     def resolution(self, budget: Budget) -> Resolution:
-        """Return the paper's points at full budget."""
+        """Return the paper's resolution at full budget."""
         return LARGE if budget is Budget.FULL else SMALL
 
     def work(self, budget: Budget) -> Work:

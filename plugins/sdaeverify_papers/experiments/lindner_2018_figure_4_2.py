@@ -30,7 +30,7 @@ Z = {"r": ("r",), "(r, v)": ("r", "v")}
 
 @dataclass(frozen=True)
 class Case:
-    """A stiffness, with the numbers of steps of each scheme; the last one is its reference."""
+    """A stiffness with the numbers of steps of each scheme, the last of which is its reference."""
 
     alpha: str
     horizon: str
@@ -46,7 +46,7 @@ class Case:
 
     @property
     def limit(self) -> float:
-        """Half the longest step at which explicit steps are stable: longer ones do not resolve the fastest mode."""
+        """Half the longest stable explicit step; longer steps do not resolve the fastest mode."""
         fibre = Fibre(chain=clamped_chain(N, 2), alpha=float(self.alpha))
         return 0.5 * hanging_fibre(fibre, 1.0).explicit_limit()
 
@@ -61,7 +61,7 @@ STIFF = Case("0.4", "0.25", {
 
 
 class Convergence(Experiment):
-    """Mean relative errors at T, with intervals of 90 percent, and the distance of the references."""
+    """Mean relative errors at T with intervals of 90 percent, and the distance of the references."""
 
     name = "lindner-2018-figure-4-2"
     title = "strong convergence of the fibre for dt -> 0: (A), (B) and (B'), two turbulences"
@@ -79,7 +79,7 @@ class Convergence(Experiment):
     )
 
     def cases(self, budget: Budget) -> tuple[Case, ...]:
-        """Return the soft fibre, and the paper's where there is time for it."""
+        """Return the soft fibre, and at full budget that of the paper."""
         return (SOFT, STIFF) if budget is Budget.FULL else (SOFT,)
 
     def work(self, budget: Budget) -> Work:
@@ -111,13 +111,13 @@ def errors(evidence: ExperimentEvidence, case: Case, beta: str, scheme: str, z: 
     ----------
     evidence : ExperimentEvidence
     case : Case
-        A fibre with its numbers of steps, the last of them the reference.
+        Fibre with its numbers of steps, the last of which is the reference.
     beta : str
-        Factor of the noise.
+        Factor of the noise (turbulence).
     scheme : str
-        Label.
+        Label of the scheme.
     z : str
-        What is compared: "r" or "(r, v)".
+        Compared components: "r" or "(r, v)".
     """
     *steps, reference = case.steps[scheme]
     last = _final(evidence, (case.alpha, beta, scheme, reference), z)
@@ -139,7 +139,7 @@ def _entries(evidence: ExperimentEvidence, case: Case, z: str, beta: str, scheme
     )
     for name, part in parts.items():
         if part.sum() >= 2:
-            # What is not resolved has no expansion from which the error of a reference could be taken.
+            # Unresolved step sizes have no expansion, so the error of the reference cannot be removed.
             fitted = order(h[part], found[part], case.h(reference) if name == "h resolved" else 0.0)
             yield fitted.entry(
                 group,

@@ -1,4 +1,4 @@
-"""Figure 4.3 of Lindner et al. (2018): what skipping the projections costs in the constraints, and saves."""
+"""Figure 4.3 of Lindner et al. (2018): effect of skipped projections on constraints and cost."""
 
 from dataclasses import dataclass
 
@@ -23,11 +23,11 @@ from ._estimates import Mean, mean, mean_count, slope, stack
 from ._fibres import FINAL, B, differences, edges, fibre_label, norm, spacing
 
 N, ALPHA, BETA = 7, "0.4", "0.1"
-# The paper's curve has no numbers; an independent program found these at T = 1.
+# The paper's curve has no numbers; these are from an independent program at T = 1.
 COUNTED = {10: "1.00", 100: "1.47", 300: "1.92"}
-# By what Newton's iteration ends at: rounding, and what a program may well ask for.
+# Tolerances of Newton's iteration: rounding, and typical values.
 TOLERANCES = ("0.0", "1e-11", "1e-10", "1e-08")
-# A bound of the defect that an update starts from, in the norm of the figure.
+# Bound on the defect before an update, in the norm of the figure.
 BEFORE = 1e-5
 
 
@@ -39,7 +39,7 @@ def length_defect(problem: Problem, t: float, parts: Parts) -> Array:
     problem : Problem
     t : float
     parts : dict of str to ndarray
-        r counts, shape (2 N, P).
+        Components of a state; r of shape (2 N, P) is used.
     """
     ds = spacing(len(parts["r"]) // 2)
     e = edges(parts["r"]) / ds
@@ -54,7 +54,7 @@ def velocity_defect(problem: Problem, t: float, parts: Parts) -> Array:
     problem : Problem
     t : float
     parts : dict of str to ndarray
-        r and v count, shape (2 N, P) each.
+        Components of a state; r and v of shape (2 N, P) are used.
     """
     ds = spacing(len(parts["r"]) // 2)
     e, y = edges(parts["r"]) / ds, differences(parts["v"]) / ds
@@ -63,7 +63,7 @@ def velocity_defect(problem: Problem, t: float, parts: Parts) -> Array:
 
 @dataclass(frozen=True)
 class AboveBefore:
-    """Whether the position after another step of size h, before any projection, has a defect above BEFORE."""
+    """Whether the position after another step of size h, before projection, has a defect above BEFORE."""
 
     h: float
 
@@ -78,7 +78,7 @@ DEFECTS = {"| |d_s r|^2 - 1 |": "length", "| <d_s r, d_s v> |": "velocity"}
 
 @dataclass(frozen=True)
 class Setting:
-    """How long, how finely, and after how many skipped steps."""
+    """Final time, number of steps, and numbers of skipped projections."""
 
     horizon: str
     steps: int
@@ -95,7 +95,7 @@ class Setting:
         return float(self.horizon) / self.steps
 
     def before(self, skip: int) -> tuple[Note, ...]:
-        """Return what is noted in the steps before those that project, where iterations are compared."""
+        """Return the note on the steps before those that project, for the comparison of iterations."""
         at = range(skip, self.steps, skip + 1)
         return (Note("before", AboveBefore(self.h), at, "mean"),) if skip in COUNTED else ()
 
@@ -130,11 +130,11 @@ class Skipping(Experiment):
     )
 
     def setting(self, budget: Budget) -> Setting:
-        """Return the paper's time at full budget, a thirty-second of it otherwise."""
+        """Return the paper's time at full budget, otherwise 1/32 of it."""
         return WHOLE if budget is Budget.FULL else SHORT
 
     def work(self, budget: Budget) -> Work:
-        """Return a run for each number of skipped steps; those with a tolerance where it is looked at."""
+        """Return a run for each number of skipped steps, and for further tolerances where needed."""
         at = self.setting(budget)
         every = range(1, at.steps + 1)
         notes = (Note("length", length_defect, every, "mean"), Note("velocity", velocity_defect, every, "mean"))
@@ -166,24 +166,24 @@ class Skipping(Experiment):
 
 
 def defect(evidence: ExperimentEvidence, at: Setting, note: str, skip: int) -> Mean:
-    """Return the mean over paths of the norm in L2(space x time).
+    """Return the mean over paths of the defect's norm in L2(space x time).
 
     Parameters
     ----------
     evidence : ExperimentEvidence
     at : Setting
-        Its horizon is the length of the time integral.
+        Setting whose horizon is the length of the time integral.
     note : str
-        Which defect: time averages of its square were noted.
+        Name of the note, with time averages of the squared defect.
     skip : int
-        Steps without projection between two with one.
+        Number of steps without projection between two with one.
     """
     squares = evidence.values((skip, TOLERANCES[0]), note)[-1] * float(at.horizon)
     return mean(np.sqrt(squares))
 
 
 def error(evidence: ExperimentEvidence, skip: int) -> Mean:
-    """Return the relative difference of (r, v) at T from that of all projections, on the same paths."""
+    """Return the relative difference of (r, v) at T from the run with all projections, on the same paths."""
     z, z_0 = (
         np.concatenate([evidence.values((each, TOLERANCES[0]), name)[-1] for name in "rv"]) for each in (skip, 0)
     )
@@ -211,9 +211,10 @@ def _count(evidence: ExperimentEvidence, at: Setting, skip: int, tolerance: str)
 
 
 def count_if_early(evidence: ExperimentEvidence, skip: int) -> Mean:
-    """Return the iterations of a projected step where the defect is tested before an update, which is made anyway.
+    """Return the iterations of a projected step if the defect is tested before the last update.
 
-    There is one, and a second where the first starts above BEFORE, as it leaves about the square.
+    There is one iteration, and a second one if the first starts above BEFORE, because an update leaves about the
+    square.
     """
     return mean(1.0 + evidence.values((skip, TOLERANCES[0]), "before")[-1])
 

@@ -1,4 +1,4 @@
-"""Figure 4.4 of Lindner et al. (2018): Newton iterations of (A) by its guess, and what (B) costs against (A)."""
+"""Figure 4.4 of Lindner et al. (2018): Newton iterations of (A) by initial guess, and cost of (B) relative to (A)."""
 
 import time
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ from ._fibres import A, B, fibre_label, spacing
 
 N, GUESSES = 20, ("V0", "V1", "V2")
 BETAS = ("1e-06", "0.001", "0.01", "0.03", "0.1", "0.3")
-# What an independent program counted at the first and the last beta; about 1.0 to 1.6 of V1 at the first.
+# Counts of an independent program at the first and the last beta; for V1 at the first about 1.0 to 1.6.
 COUNTED = {
     ("V0", "1e-06"): "2.0", ("V2", "1e-06"): "2.0",
     ("V0", "0.3"): "4.0", ("V1", "0.3"): "4.7", ("V2", "0.3"): "3.9",
@@ -35,7 +35,7 @@ COUNTED = {
 
 
 class Setting(NamedTuple):
-    """Final time, steps and the tolerances of Newton's iteration: of the largest component of F after an update."""
+    """Final time, steps, and Newton tolerances for the largest component of F after an update."""
 
     horizon: str
     steps: int
@@ -123,7 +123,7 @@ SIZES, PATHS = (5, 10, 20, 40), 50
 
 @dataclass(frozen=True)
 class StepTimes:
-    """The least of some times of a step of each scheme, and the iterations it made.
+    """Least of several times of a step of each scheme, and its number of iterations.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class StepTimes:
         rng = np.random.Generator(np.random.Philox(key=44))
         noise = Increment(rng.standard_normal((problem.noise_dim, PATHS)) * np.sqrt(self.h), None)
         stepper, state = scheme.prepare(problem, self.h), scheme.start(problem, PATHS, self.h)
-        # The first steps leave the rest from which everything is solved at once.
+        # The first steps leave the state of rest, at which Newton's method needs a single iteration.
         for _ in range(3):
             state = stepper(state, 0.0, noise).state
         least, made = np.inf, np.nan
@@ -156,12 +156,12 @@ class StepTimes:
         return least, made
 
 
-# A, B as in the paper, with dense Newton systems for the position, and B with systems of Gram matrices alone.
+# (A); (B) as in the paper, with dense Newton systems for the position; (B) with Gram systems only.
 COSTED = {"(A)": A, "(B), Newton": f"{B}[solver=newton]", "(B), Gram": B}
 
 
 class Costs(Experiment):
-    """A step of (B) against one of (A), over the number of points."""
+    """A step of (B) relative to one of (A), by the number of points."""
 
     name = "lindner-2018-figure-4-4-right"
     title = "cost of a step of (B) as a fraction of one of (A)"
@@ -201,10 +201,11 @@ class Costs(Experiment):
 
 
 def work_of(points: int, made: Array) -> float:
-    """Return the unknowns solved for in a step of (B) over those of (A), ghost points included as in the paper.
+    """Return the ratio of unknowns in all linear systems of a step of (B) to those of (A).
 
-    (A) solves (2 d + 2)(N + 4) equations an iteration, (B) (d + 1)(N + 4) an iteration of the position, and three
-    times N: the multiplier, the projector of the velocity and the one of the noise.
+    Ghost points are included as in the paper. (A) solves (2 d + 2)(N + 4) equations per iteration. (B) solves
+    (d + 1)(N + 4) per iteration of the position, and three times N: for the multiplier, the projector of the velocity
+    and that of the noise.
     """
     d, nodes = 2, points + 4
     return float((made[1] * (d + 1) * nodes + 2 * points) / (made[0] * (2 * d + 2) * nodes))

@@ -27,12 +27,12 @@ from ._fibres import FINAL, A, fibre_label
 D, COARSEST = 2, 8
 Z = {"r": ("r",), "(r, v)": ("r", "v")}
 BETAS = ("0.1", "0.0001")
-# A turbulence so weak that the fibre's transverse motion is that of the linear equation.
+# Turbulence weak enough for the transverse motion of the fibre to follow the linear equation, and final time.
 WEAK, TIME = "1e-06", "0.25"
 
 
 class Cells(NamedTuple):
-    """Numbers of cells 1/ds, each the one before times 2, the last one the reference; and the final time."""
+    """Numbers of cells 1/ds, doubling, the last one of the reference; and the final time."""
 
     numbers: tuple[int, ...]
     horizon: str
@@ -47,9 +47,9 @@ SHORT, WHOLE = Cells((8, 16, 32, 64), "1.0"), Cells((8, 16, 32, 64, 128), "2.5")
 
 @dataclass(frozen=True)
 class CellSums:
-    """Increments of the points of a coarse fibre from those of a fine one, that of the same white noise.
+    """Increments of the points of a coarse fibre from those of a fine one, for the same white noise.
 
-    With xi(I_i) the noise of a cell of length ds, w_i = xi(I_i)/sqrt(ds): cells are joined, and divided by the coarse
+    With the noise xi(I_i) of a cell of length ds, w_i = xi(I_i)/sqrt(ds): cells are joined, and divided by the coarse
     root. Point i has the cell (i ds, (i + 1) ds); the first cell belongs to the clamp.
 
     Attributes
@@ -71,7 +71,7 @@ class CellSums:
 
 
 class SpaceTime(Experiment):
-    """Errors of (A) with dt = ds against the finest grid, and the law of one fine noise seen by two fibres."""
+    """Errors of (A) with dt = ds against the finest grid, and the law of two fibres with a common fine noise."""
 
     name = "lindner-2018-figure-5-1"
     title = "refinement in space and time together, dt = ds -> 0, on shared white noise"
@@ -95,7 +95,7 @@ class SpaceTime(Experiment):
         return WHOLE if budget is Budget.FULL else SHORT
 
     def work(self, budget: Budget) -> Work:
-        """Return the runs: by turbulence and number of cells, and two weakly driven ones."""
+        """Return the runs by turbulence and number of cells, and two weakly driven ones."""
         at = self.cells(budget)
         runs: dict[object, SchemeRun] = {}
         for beta in BETAS:
@@ -106,7 +106,7 @@ class SpaceTime(Experiment):
         return runs
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
-        """Return orders, errors, and variances of the tip beside the exact ones."""
+        """Return orders, errors, and variances of the tip next to the exact ones."""
         at = self.cells(evidence.budget)
         entries = [_order(evidence, at, beta, z) for beta in BETAS for z in Z]
         errors = [_error(evidence, at, beta, z, cells) for beta in BETAS for z in Z for cells in at.numbers[:-1]]
@@ -139,11 +139,11 @@ def distance(evidence: ExperimentEvidence, beta: str, z: str, cells: int, finer:
     ----------
     evidence : ExperimentEvidence
     beta : str
-        Factor of the noise.
+        Factor of the noise (turbulence).
     z : str
-        What is compared, a key of `Z`.
+        Compared components, a key of `Z`.
     cells, finer : int
-        Cells of space and time of the two grids.
+        Numbers of cells of the two grids.
     """
     squares = np.zeros(2)[:, None]
     for name in Z[z]:
@@ -160,13 +160,13 @@ def relative_error(evidence: ExperimentEvidence, at: Cells, beta: str, z: str, c
     ----------
     evidence : ExperimentEvidence
     at : Cells
-        The grids, the last of them the finest.
+        Grids, the last of which is the finest.
     beta : str
-        Factor of the noise.
+        Factor of the noise (turbulence).
     z : str
-        What is compared, a key of `Z`.
+        Compared components, a key of `Z`.
     cells : int
-        Of the grid.
+        Number of cells of the grid.
     """
     return distance(evidence, beta, z, cells, at.numbers[-1])
 
@@ -191,7 +191,7 @@ def _error(evidence: ExperimentEvidence, at: Cells, beta: str, z: str, cells: in
 
 
 def _scale(cells: int, part: str) -> tuple[float, float]:
-    """Return the exact standard deviation of the tip across the fibre, and that of (A), by its matrices."""
+    """Return the exact standard deviation of the transverse motion of the tip, and that of (A), from its matrices."""
     N = cells - 1
     fibre = Fibre(chain=clamped_chain(N, D), alpha=0.4, beta=float(WEAK))
     straight = hanging_fibre(fibre, 1.0)
@@ -212,7 +212,7 @@ def _tip_positions(evidence: ExperimentEvidence, cells: int, part: str) -> Array
 def _variance(evidence: ExperimentEvidence, cells: int, part: str) -> TableEntry:
     x = _tip_positions(evidence, cells, part)
     exact, scheme = _scale(cells, part)
-    # Of a normal sample the standard deviation is known up to 1/sqrt(2 (P - 1)) of it.
+    # The relative error of the standard deviation of a normal sample is 1/sqrt(2 (P - 1)).
     return TableEntry(
         f"standard deviation of the tip across the fibre, beta = {WEAK}, t = {TIME}, one noise of 40 cells",
         {"N + 1": cells, "of": f"{part}_1"},

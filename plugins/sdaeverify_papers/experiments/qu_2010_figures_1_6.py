@@ -9,18 +9,18 @@ from sdaeverify import hookimpl
 from sdaeverify_papers import Curve, Exhibit, Experiment, ExperimentEvidence, MeanLine, MeanTable, Panel, Row
 
 HORIZON, PER_TIME = 10, 32
-# Drawn every half unit of time; in the table at fewer times.
+# Times of the figures, every half unit, and fewer times of the table.
 TIMES, SHOWN = tuple(0.5 * k for k in range(1, 21)), (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)
 
 
 class Figure(NamedTuple):
-    """The coefficients of a figure, as parameters of ``delay-test``, and its theta.
+    """Coefficients of a figure as parameters of ``delay-test``, and its theta.
 
     Attributes
     ----------
     parameters, theta : str
     linear : tuple of str
-        The parameters with l -> 0 and with sin v -> v; empty where l = 0.
+        Parameters with l -> 0 and with sin v -> v; empty if l = 0.
     """
 
     parameters: str
@@ -28,7 +28,7 @@ class Figure(NamedTuple):
     linear: tuple[str, ...] = ()
 
 
-# With l -> 0, and with b + l in the place of b; the last is no figure of the paper.
+# With the brackets l -> 0, and b + l in place of b; the last entry is not in the paper.
 FIGURES = (
     Figure("set=I", "0.2"),
     Figure("set=II", "0.2"),
@@ -54,7 +54,7 @@ def problem(parameters: str) -> str:
 
 
 def rows(figure: Figure) -> Iterator[Row]:
-    """Yield the means in time of a figure and of its linear brackets."""
+    """Yield the means in time for a figure and for its linear brackets."""
     for parameters in (figure.parameters, *figure.linear):
         for t in TIMES:
             yield Row(
@@ -67,7 +67,7 @@ def rows(figure: Figure) -> Iterator[Row]:
 
 
 class MeanSquares(MeanTable):
-    """E x^2 in time: exact, exact of the scheme, and by averages."""
+    """E x^2 in time: exact, exact for the scheme, and by averages."""
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the table at some of the times."""

@@ -11,9 +11,9 @@ from sdaeverify_papers import Curve, Experiment, ExperimentEvidence, FineRun, Me
 PATHS = 2000
 PROBLEM, HORIZON = "delay-test[set=IV]", 4
 SCHEME = "stochastic-theta[theta=1.0]"
-# By 1/h. Of the first entry the paper prints "2.9806-04".
+# Printed numbers by 1/h. The first entry is printed as "2.9806-04".
 TABLE = {8: "2.9806e-04", 16: "1.5971e-04", 32: "7.2109e-05", 64: "4.045e-05", 128: "2.3559e-05"}
-# Explicit, so that a step costs a fourth; its mean square error is that of backward Euler to first order in h.
+# Explicit: a step costs a quarter, and the mean square error equals that of backward Euler to first order in h.
 EXPLICIT = "stochastic-theta[theta=0.0]"
 FINE = 8192
 REFERENCE = FineRun(EXPLICIT, HORIZON * FINE)
@@ -27,7 +27,7 @@ NOTES = (
 
 
 def rows() -> Iterator[Row]:
-    """Yield x and y by step size, then the reference's own error."""
+    """Yield x and y by step size, then the rows for the reference's error."""
     for observable in ("x", "y"):
         for finer, digits in TABLE.items():
             printed = Printed(digits, PATHS) if observable == "x" else None
@@ -37,18 +37,18 @@ def rows() -> Iterator[Row]:
 
 
 def row(scheme: str, finer: int, observable: str, printed: Printed | None = None) -> Row:
-    """Return the row of steps 1/finer.
+    """Return the row for steps of size 1/finer.
 
     Parameters
     ----------
     scheme : str
-        Label.
+        Label of the scheme.
     finer : int
-        Steps in a unit of time.
+        Number of steps per unit of time.
     observable : str
-        Whose error it is.
+        Observable whose error is tabulated.
     printed : Printed, optional
-        Number of the paper.
+        Number printed in the paper.
     """
     return Row(
         problem=PROBLEM,
@@ -61,7 +61,7 @@ def row(scheme: str, finer: int, observable: str, printed: Printed | None = None
 
 
 class MeanSquareErrors(MeanTable):
-    """The table, with the printed numbers beside ours against h."""
+    """The table, with a plot of printed and computed numbers against h."""
 
     def panels(self, found: Sequence[MeanLine], evidence: ExperimentEvidence) -> tuple[Panel, ...]:
         """Return one panel."""

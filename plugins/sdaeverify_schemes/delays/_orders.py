@@ -1,4 +1,4 @@
-"""What the schemes claim on delay equations whose constraint they solve at every mesh point."""
+"""Claims of schemes for delay equations that solve the constraint at every mesh point."""
 
 from sdaeverify import Claim
 

@@ -1,4 +1,4 @@
-"""Whether a step of an index-1 equation has a root, and what becomes of the paths on which it has none."""
+"""Roots of a step of an index-1 equation, and the treatment of paths without one."""
 
 import numpy as np
 
@@ -7,22 +7,22 @@ from sdaeverify.numerics import Root, determinant
 
 
 def hold_failed(state: DelayState, new: DelayState, root: Root) -> Step:
-    """Return a step; a path without root keeps its state and is counted."""
+    """Return a step in which paths without root keep their state and count as failed."""
     kept = (np.where(root.converged, now, before) for now, before in zip(new, state, strict=True))
     return Step(DelayState(*kept), failed=~root.converged, costs={"newton_iterations": root.iterations})
 
 
 def regular(problem: DelaySDAE, lag: Lag, t: tuple[float, float], before: DelayState, after: DelayState) -> Mask:
-    """Tell on which paths du/dy keeps its orientation: where it turns over, the solution has ended on the way.
+    """Return on which paths du/dy keeps its orientation; a change of sign means that the solution has ended.
 
     Parameters
     ----------
     problem : DelaySDAE
     lag : Lag
     t : float, float
-        Times of the step's begin and end.
+        Times at the beginning and end of the step.
     before, after : DelayState
-        States there.
+        States at these times.
     """
     if problem.constraint is None or problem.solved is not None:
         return np.ones(before.x.shape[-1], dtype=bool)

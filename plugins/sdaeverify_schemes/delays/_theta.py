@@ -3,8 +3,8 @@
     x+ = x + h [theta f(t + h, x+, v+, y+) + (1 - theta) f(t, x, v, y)] + g(t, x, v, y) dW,
      0 = u(t + h, x+, v+, y+)
 
-with the lagged values v and v+; where the delay is shorter than a step, v+ = known + delta x+ takes part in the
-solve.
+with the lagged values v and v+; if the delay is shorter than a step, v+ = known + delta x+ is part of the implicit
+equations.
 """
 
 from collections.abc import Callable
@@ -25,9 +25,9 @@ class Begun(NamedTuple):
     ----------
     lag : Lag
     known : ndarray, shape (d, P)
-        x + h (1 - theta) f + g dW.
+        Explicit terms x + h (1 - theta) f + g dW.
     guess : DelayState
-        x after the explicit step, with the old y.
+        Initial guess: x after the explicit step, and the old y.
     """
 
     lag: Lag
@@ -43,7 +43,7 @@ def begin_step(problem: DelaySDAE, state: DelayState, t: float, h: float, noise:
 
 
 def solve_coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
-    """Solve x = known + s f(t, x, v, y), 0 = u(t, x, v, y) for (x, y) together, v = v(x) being lagged.
+    """Solve x = known + s f(t, x, v, y), 0 = u(t, x, v, y) for (x, y) simultaneously, with lagged v = v(x).
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def solve_coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
 
 
 def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) -> Root:
-    """Solve 0 = u(t, x, v, y) for y, where x and its lagged value are known."""
+    """Solve 0 = u(t, x, v, y) for y, with given x and lagged value."""
     v, constraint = lag.ahead(x), problem.constraint
     if constraint is None or problem.solved is not None:
         y = guess if constraint is None else problem.eliminated(t, x, v)
@@ -90,7 +90,7 @@ def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) ->
 
 
 def run_newton(linearised: Callable[[Array], tuple[Array, Callable[[], Array]]], *given: Array) -> Root:
-    """Return where Newton's method leads from the first of what is given; the solution is as large as all of it."""
+    """Run Newton's method from the first of the given arrays; the size of all of them scales its tolerance."""
     return newton(linearised, given[0], update_tolerance(*map(largest, given)))
 
 

@@ -1,4 +1,4 @@
-"""Milstein's scheme for equations of index 1, the drift and the constraint implicit."""
+"""Milstein's scheme for equations of index 1, implicit in the drift and the constraint."""
 
 from typing import ClassVar
 
@@ -18,10 +18,11 @@ class DriftImplicitMilstein(Scheme):
     """x+ = x + h f(t + h, x+, y+) + g dW + (1/2) sum_jk Dg_j g_k (dW_j dW_k - delta_jk h), 0 = u(t + h, x+, y+).
 
     D is the derivative along the solutions of the constraint: Dg_j z = dg_j/dx z - dg_j/dy (du/dy)^{-1} du/dx z, with
-    g and its derivative at (t, x, y). The drift at the end of the step differs from that at its begin by
-    Df g dW + O(h), so that the defect of a step has the root mean square h^(3/2) and the mean h^2 where the noises
-    commute: strong and weak order 1. Otherwise the antisymmetric parts of the iterated integrals are missing, of root
-    mean square h and mean 0: strong order 1/2. y solves the constraint at each mesh point and has the orders of x.
+    g and its derivative at (t, x, y). The drift at the end of the step differs from that at its beginning by
+    Df g dW + O(h), so that for commutative noise the defect of a step has the root mean square h^(3/2) and the mean
+    h^2: strong and weak order 1. Otherwise the antisymmetric parts of the iterated integrals are missing, of
+    root mean square h and mean 0: strong order 1/2. y solves the constraint at each mesh point and has the orders of
+    x.
 
     A path on which Newton's method fails, or on which det du/dy changes its sign, keeps its state and is counted.
     """
@@ -63,11 +64,11 @@ def milstein_term(problem: IndexOneSDAE, state: DelayState, t: float, h: float, 
     Parameters
     ----------
     problem : IndexOneSDAE
-        Whose diffusion is analytic.
+        Problem with an analytic diffusion.
     state : DelayState
-        At the begin of the step.
+        State at the beginning of the step.
     t : float
-        Time of it.
+        Time at the beginning of the step.
     h : float
         Step size.
     dW : ndarray, shape (l, P)
@@ -85,14 +86,14 @@ def milstein_term(problem: IndexOneSDAE, state: DelayState, t: float, h: float, 
 
 
 def follow(problem: IndexOneSDAE, state: DelayState, t: float, z: Array) -> Array:
-    """Return how y changes with x in a direction z: -(du/dy)^{-1} du/dx z, shape (q, P).
+    """Return the derivative of y along x in a direction z: -(du/dy)^{-1} du/dx z, shape (q, P).
 
     Parameters
     ----------
     problem : IndexOneSDAE
-        With or without constraint.
+        Problem with or without constraint.
     state : DelayState
-        Where the derivatives are taken.
+        State at which the derivatives are evaluated.
     t : float
         Time of the state.
     z : ndarray, shape (d, P)

@@ -1,4 +1,4 @@
-"""The stochastic theta method for delay equations that solves for x with the old y: not the method of (2.10)."""
+"""The stochastic theta method for delay equations that solves for x with the old y, unlike (2.10)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ from ._theta import algebraic, begin_step, run_newton
 class LaggedAlgebraicTheta(Scheme):
     """x+ = x + h [theta f(t + h, x+, v+, y) + (1 - theta) f(t, x, v, y)] + g dW with the old y, then u(..., y+) = 0.
 
-    It saves the coupled solve of `stochastic-theta`, has the same orders and another region of mean-square stability.
-    A path on which Newton's method fails keeps its state and is counted.
+    The scheme avoids the coupled system of `stochastic-theta`, has the same orders and another region of mean-square
+    stability. A path on which Newton's method fails keeps its state and is counted.
 
     Attributes
     ----------
     theta : float
-        Between 0, where it is the explicit method of `stochastic-theta`, and 1.
+        Parameter between 0 (the explicit method of `stochastic-theta`) and 1.
     """
 
     theta: float = 1.0
@@ -40,7 +40,7 @@ class LaggedAlgebraicTheta(Scheme):
             raise ParameterError(f"theta must be between 0 and 1, got {self.theta!r}")
 
     def refuses(self, problem: DelaySDAE) -> str:
-        """Refuse problems without y, on which it is the stochastic theta method, and drifts without derivatives."""
+        """Refuse problems without y, for which `stochastic-theta` is equivalent, and drifts without derivatives."""
         if not problem.constraints:
             return "the problem has no algebraic component: use stochastic-theta"
         return "" if self.theta == 0.0 else problem.why_not_jacobian()
@@ -66,5 +66,5 @@ class LaggedAlgebraicTheta(Scheme):
 
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register it with theta = 1."""
+    """Register the scheme with theta = 1."""
     return [LaggedAlgebraicTheta()]

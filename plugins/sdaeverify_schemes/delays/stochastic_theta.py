@@ -14,13 +14,13 @@ from .._euler_orders import ORDERS
 from ._orders import DELAYED
 from ._theta import delay_theta
 
-# Sources of mean-square stability, by the trait of the problems it is claimed for.
+# Sources of mean-square stability, by the trait of the problems.
 STABLE = {
     "no-delay": "Higham 2000; on dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm",
     "dissipative": "Qu, Huang & Liu 2010, Theorem 4.2, sharpened: E |x - theta h f|^2 decreases from theta = 1/2 on",
 }
 
-# Lagged values between mesh points are interpolated: order 1 where the drift is not affine in them.
+# Lagged values between mesh points are interpolated, which reduces the order to 1 unless the drift is affine in them.
 TRAPEZOIDAL = Claim(
     measure="weak",
     value=2.0,
@@ -33,13 +33,13 @@ TRAPEZOIDAL = Claim(
 class StochasticTheta(Scheme):
     """x+ = x + h [theta f(t + h, x+) + (1 - theta) f(t, x)] + B(t, x) dW.
 
-    x+ is the root that Newton's method reaches from the Euler-Maruyama step. A path on which
-    it fails keeps its state and is counted.
+    x+ is the root that Newton's method reaches from the Euler-Maruyama step. A path on which the method fails keeps
+    its state and is counted.
 
     Attributes
     ----------
     theta : float
-        Between 0 (Euler-Maruyama) and 1 (drift-implicit Euler).
+        Parameter between 0 (Euler-Maruyama) and 1 (drift-implicit Euler).
     """
 
     theta: float = 0.5
@@ -55,7 +55,7 @@ class StochasticTheta(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders, and mean-square stability at every step size from theta = 1/2 on."""
+        """Orders, and mean-square stability at every step size from theta = 1/2 on."""
         value = "A-stable" if self.theta >= 0.5 else "conditional"
         second = (TRAPEZOIDAL,) if self.theta == 0.5 else ()
         stable = (
@@ -65,7 +65,7 @@ class StochasticTheta(Scheme):
         return (*self.claims, *second, *stable)
 
     def stable_below(self, problem: SDE | DelaySDAE) -> float:
-        """Return the bound of Theorem 4.2, sharpened, where the problem gives its constants."""
+        """Return the sharpened bound of Theorem 4.2 on stable step sizes; NaN without its constants."""
         known = None if isinstance(problem, SDE) else problem.reduced_dissipation
         return nan if known is None else known.sharp_step(self.theta)
 
@@ -100,11 +100,11 @@ def implicit(problem: SDE, t: float, s: float, known: Array, guess: Array) -> Ro
     t : float
         Time of the new state.
     s : float
-        theta h, the weight of the drift there.
+        Weight theta h of the drift at the new state.
     known : ndarray, shape (d, P)
-        What does not depend on y.
+        Terms independent of y.
     guess : ndarray, shape (d, P)
-        Where Newton's method begins.
+        Initial guess of Newton's method.
     """
     unit = np.eye(len(known))[..., None]
 

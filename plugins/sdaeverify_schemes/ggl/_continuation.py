@@ -1,4 +1,4 @@
-"""Implicit Euler steps in GGL form whose noise is put on in parts, where Newton's method fails at once."""
+"""Continuation in the noise for implicit Euler steps in GGL form, if Newton's method fails."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from ._newton import Root, Stop, solve_equations
 
 
 def continue_in_stages(equations: Equations, root: Root, stop: Stop, stages: int) -> Root:
-    """Lead the paths that failed to a root, along those with the noise B dw k/s in stages k = 1, ..., s.
+    """Solve the failed paths by continuation, with the noise B dw k/s in stages k = 1, ..., s.
 
-    Where B dw is large, Newton's updates may end at a minimum of |F|^2 that is no root. Without noise the old state
-    is near the root, and every stage begins near the next one.
+    If B dw is large, Newton's iteration may end at a minimum of |F|^2 that is not a root. Without noise the old state
+    is near the root, and every stage starts near the next root.
 
     Parameters
     ----------
     equations : Equations
     root : Root
-        Of `solve_equations`.
+        Result of `solve_equations`.
     stop : Stop
     stages : int
 

@@ -8,14 +8,14 @@ from sdaeverify import Array, HolonomicSDAE
 
 
 class Unknowns(NamedTuple):
-    """What a step of size h from (r_0, v_0) asks for.
+    """Unknowns of a step of size h from (r_0, v_0).
 
     Attributes
     ----------
     xi, v : ndarray, shape (n, P)
-        Displacement r - r_0, as r itself has lost the last digits of h v; new velocity.
+        Displacement r - r_0, because r itself loses the last digits of h v; and new velocity.
     lam, nu : ndarray, shape (m, P)
-        h lambda and h nu.
+        Multipliers h lambda and h nu.
     """
 
     xi: Array
@@ -24,21 +24,21 @@ class Unknowns(NamedTuple):
     nu: Array
 
     def moved(self, s: Array | float, update: "Unknowns") -> "Unknowns":
-        """Return the point s of the way along an update, s of shape (P,)."""
+        """Return the unknowns plus s times an update, s of shape (P,)."""
         return Unknowns(*(part + s * change for part, change in zip(self, update, strict=True)))
 
 
 class Defects(NamedTuple):
-    """What is left of the four equations.
+    """Residuals of the four equations.
 
     Attributes
     ----------
     position, velocity : ndarray, shape (n, P)
     constraint, hidden : ndarray, shape (m, P)
     shift, moving, pulling, kicking : ndarray, shape (n, P)
-        M^{-1} times grad g h nu, h a, grad g h lambda and B dw: what cancels in the first two.
+        M^{-1} times grad g h nu, h a, grad g h lambda and B dw, the terms that cancel in the first two residuals.
     square : ndarray, shape (P,)
-        |F|^2.
+        Squared norm |F|^2.
     """
 
     position: Array
@@ -53,7 +53,7 @@ class Defects(NamedTuple):
 
     @property
     def parts(self) -> tuple[Array, ...]:
-        """What is left of each equation, those of the constraint first."""
+        """Residuals of each equation, those of the constraint first."""
         return self.constraint, self.hidden, self.position, self.velocity
 
 
@@ -70,7 +70,7 @@ class Equations(NamedTuple):
     t, h : float
         New time and step size.
     r, v, kick : ndarray, shape (n, P)
-        r_0, v_0 and B dw.
+        Old position r_0, old velocity v_0 and noise B dw.
     """
 
     problem: HolonomicSDAE
@@ -81,15 +81,15 @@ class Equations(NamedTuple):
     kick: Array
 
     def of(self, paths: Array) -> "Equations":
-        """Return those of some paths."""
+        """Return the equations of a subset of the paths."""
         return self._replace(r=self.r[:, paths], v=self.v[:, paths], kick=self.kick[:, paths])
 
     def defects(self, x: Unknowns) -> Defects:
-        """Return what is left of the equations at some point."""
+        """Evaluate the residuals of the equations."""
         problem, r = self.problem, self.r + x.xi
         J = problem.linearised(r)
         shift = problem.push(J, x.nu)
-        # The force may be one for all paths.
+        # The force may be a single vector for all paths.
         force = np.multiply(self.h, problem.force(self.t, r, x.v), out=np.empty_like(r))
         forces = (force, J.transposed(x.lam), self.kick)
         moving, pulling, kicking = (problem.inverse_mass(each) for each in forces)

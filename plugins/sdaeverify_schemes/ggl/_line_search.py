@@ -1,4 +1,4 @@
-"""One update of Newton's method for implicit Euler steps in GGL form, with the line search of Armijo."""
+"""One Newton update for implicit Euler steps in GGL form, with Armijo's line search."""
 
 from typing import NamedTuple, TypeVar
 
@@ -9,23 +9,23 @@ from sdaeverify import Array, Mask
 from ._equations import Defects, Equations, Unknowns
 from ._linearised import Linearised
 
-# Part of what the linearisation promises of |F|^2 that a point along the update must bring.
+# Required fraction of the decrease of |F|^2 predicted by the linearisation.
 ARMIJO = 1e-4
-# Shortest part of the update that is tried.
+# Shortest fraction of the update.
 SHORTEST = 1e-3
 
 Record = TypeVar("Record", Unknowns, Defects)
 
 
 class Iterate(NamedTuple):
-    """Where some paths are.
+    """The present iterate on some paths.
 
     Attributes
     ----------
     equations : Equations
     x : Unknowns
     F : Defects
-        At x.
+        Residuals at x.
     """
 
     equations: Equations
@@ -33,7 +33,7 @@ class Iterate(NamedTuple):
     F: Defects
 
     def of(self, paths: Array) -> "Iterate":
-        """Return some of the paths."""
+        """Return a subset of the paths."""
         return Iterate(self.equations.of(paths), take_paths(self.x, paths), take_paths(self.F, paths))
 
 
@@ -44,7 +44,7 @@ class Searched(NamedTuple):
     ----------
     here : Iterate
     lower : ndarray of bool, shape (P,)
-        Whether there is such a point; where there is none, the path stays at x.
+        Whether there is such a point; otherwise the path stays at x.
     halvings : ndarray of int, shape (P,)
     """
 
@@ -54,7 +54,7 @@ class Searched(NamedTuple):
 
 
 def search_line(old: Iterate, L: Linearised) -> Searched:
-    """Go along Newton's update as far as it lowers |F|^2, or changes it by no more than is known of it."""
+    """Follow Newton's update as long as it decreases |F|^2, or changes it by less than its rounding error."""
     update = L.update(old.F)
     x = Unknowns(*map(np.add, old.x, update))
     F = old.equations.defects(x)
@@ -80,23 +80,23 @@ def _halve(old: Iterate, update: Unknowns, full: Iterate, known: Array) -> Searc
 
 
 def bound(old: Iterate, known: Array | float, s: Array | float) -> Array:
-    """Return the largest |F|^2 that is accepted after a part s of the update."""
+    """Return the largest |F|^2 that is accepted after a fraction s of the update."""
     return np.asarray((1.0 - 2.0 * ARMIJO * s) * old.F.square + known)
 
 
 def _bound_rounding(old: Iterate, L: Linearised) -> Array:
-    # What rounding may leave of |F|^2.
+    # Rounding error of |F|^2.
     of_each = zip(old.F.parts, L.rounding(old.x, old.F), strict=True)
     return np.asarray(sum(len(part) * rounding**2 for part, rounding in of_each))
 
 
 def take_paths(record: Record, paths: Array) -> Record:
-    """Return some paths of a record of arrays."""
+    """Return a record of arrays restricted to some paths."""
     return type(record)(*(part[..., paths] for part in record))
 
 
 def replace_paths(record: Record, paths: Array, other: Record) -> Record:
-    """Return a record of arrays with some paths, in their order, from another one."""
+    """Return a record of arrays with some paths replaced by those of another record, in order."""
     if paths.size == record[0].shape[-1]:
         return other
     parts = [np.array(part) for part in record]

@@ -6,8 +6,8 @@ equations for the changes of xi, v, h lambda and h nu are
     A_r xi - h v - N h nu = -F_1,   A_v v - M^{-1} { h d_r a + H(h lambda) } xi - N h lambda = -F_2,
     Dg xi = -F_3,                   V xi + Dg v = -F_4.
 
-v = (A_r xi - N h nu + F_1)/h is put into the others, which are multiplied by h; in the order that keeps the band of
-entries narrow they read
+Substituting v = (A_r xi - N h nu + F_1)/h into the other equations, multiplied by h, and ordering them for a narrow
+bandwidth gives
 
     | -Dg N     h V + Dg A_r                                    0 |  | h nu       |     | h F_4 + Dg F_1  |
     | -A_v N    A_v A_r - h M^{-1} { h d_r a + H(h lambda) }   -N |  | xi         | = - | h F_2 + A_v F_1 |
@@ -24,7 +24,7 @@ from sdaeverify.numerics import BlockBanded, apply, identity, largest, solve, so
 
 from ._equations import Defects, Equations, Unknowns
 
-# Rounding errors of a component, in units of eps times the terms that cancel in it: about as many as there are terms.
+# Rounding error of a component relative to its cancelling terms, about the number of terms times eps.
 ROUNDINGS = 16.0 * float(np.finfo(float).eps)
 
 
@@ -32,14 +32,14 @@ Matrix = tuple[tuple[BlockBanded | None, ...], ...]
 
 
 class Linearised(NamedTuple):
-    """The derivative at a point.
+    """Derivative of the equations at a point.
 
     Attributes
     ----------
     equations : Equations
     A_v, N, Dg, V : BlockBanded
     turning, stiffness : BlockBanded
-        M^{-1} H(h nu) and M^{-1} { h d_r a + H(h lambda) }.
+        Matrices M^{-1} H(h nu) and M^{-1} { h d_r a + H(h lambda) }.
     """
 
     equations: Equations
@@ -62,10 +62,10 @@ class Linearised(NamedTuple):
         return Unknowns(xi.reshape(n), v.reshape(n), blocks.by_constraint(lam) / h, blocks.by_constraint(nu))
 
     def rounding(self, x: Unknowns, F: Defects) -> Iterator[Array]:
-        """Yield what rounding may leave of each equation, those of the constraint first; shape (P,).
+        """Yield the rounding error of each equation, those of the constraint first; shape (P,).
 
-        A position is known up to eps |r|, which stiff forces and sharp constraints magnify: the bending of a chain
-        leaves h 16 alpha^{-2} ds^{-4} eps |r| of the velocity's equation.
+        A position has the rounding error eps |r|, which stiff forces and sharp constraints magnify: the bending of a
+        chain gives h 16 alpha^{-2} ds^{-4} eps |r| in the velocity's equation.
         """
         r, v, size = largest(self.equations.r + x.xi), largest(x.v), self.Dg.size()
         yield ROUNDINGS * (size * r)
@@ -78,7 +78,7 @@ class Linearised(NamedTuple):
     def _matrix(self) -> Matrix:
         blocks, h, minus = self.equations.problem.blocks, self.equations.h, -1.0 * self.N
         A_r, unused = identity(blocks.nodes, len(self.equations.r) // blocks.nodes) - self.turning, blocks.empty_slots
-        # Signs go where there is least to be multiplied by them. The unknown of a slot that no constraint has is 0.
+        # Signs are applied to the smallest factors. The unknown of a slot without constraint is 0.
         return (
             (unused + self.Dg @ minus, h * self.V + self.Dg @ A_r, None),
             (self.A_v @ minus, self.A_v @ A_r + (-h) * self.stiffness, minus),
@@ -87,7 +87,7 @@ class Linearised(NamedTuple):
 
 
 def solve_node(rows: Matrix, right: Sequence[Array]) -> list[Array]:
-    """Solve the equations of a single node: those in the middle for xi, the others for what acts on it.
+    """Solve the equations of a single node: the middle block for xi, then a Schur complement for the others.
 
         | D  C  0 |  | x |   | a |
         | A  K  E |  | y | = | b |     y = K^{-1} b - K^{-1} ( A E ) (x, z)
@@ -97,12 +97,12 @@ def solve_node(rows: Matrix, right: Sequence[Array]) -> list[Array]:
     ----------
     rows : tuple of tuples of BlockBanded or None
     right : sequence of ndarrays, shape (1, ., P)
-        a, b and c.
+        Right-hand sides a, b and c.
 
     Returns
     -------
     list of ndarray, shape (1, ., P)
-        x, y and z.
+        Solutions x, y and z.
     """
     (D, C, _), (A, K, E), (_, B, _) = ([None if part is None else part.blocks[0, 0] for part in row] for row in rows)
     (a, b, c), (m, n, _) = (part[0] for part in right), B.shape

@@ -1,4 +1,4 @@
-"""Newton's method for implicit Euler steps in GGL form, on every path at once: failure is a value."""
+"""Newton's method for implicit Euler steps in GGL form, vectorised over paths; failures are flagged, not raised."""
 
 from typing import NamedTuple
 
@@ -13,12 +13,12 @@ from ._linearised import Linearised, linearise
 
 
 class Stop(NamedTuple):
-    """When the iteration ends.
+    """Stopping criterion of the iteration.
 
     Attributes
     ----------
     tolerance : float
-        Of the largest component of F.
+        Tolerance of the largest component of F.
     max_iterations : int
     """
 
@@ -27,7 +27,7 @@ class Stop(NamedTuple):
 
 
 class Root(NamedTuple):
-    """What Newton's method reached.
+    """Result of Newton's method.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Root(NamedTuple):
         Last iterate of each path.
     found : ndarray of bool, shape (P,)
     iterations, halvings : ndarray of int, shape (P,)
-        Updates made on the path, and halvings in all of its line searches.
+        Number of updates on the path, and of halvings in its line searches.
     """
 
     x: Unknowns
@@ -47,9 +47,9 @@ class Root(NamedTuple):
 def solve_equations(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
     """Solve the equations from a guess.
 
-    A path has found its root where no component of F is larger than the tolerance, or than what rounding may leave of
-    its equation. It has failed where no point along Newton's update lowers |F|^2, or after too many iterations. The
-    others go on without it, so that no path depends on its neighbours.
+    A path has converged if no component of F exceeds the tolerance or the rounding error of its equation. It has
+    failed if no point along Newton's update decreases |F|^2, or after too many iterations. The other paths continue
+    without it, so that paths are independent.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _is_root(here: Iterate, L: Linearised, tolerance: float) -> Mask:
     small = np.ones(here.F.square.size, dtype=bool)
     for part, rounding in zip(here.F.parts, L.rounding(here.x, here.F), strict=True):
         small &= largest(part) <= np.maximum(tolerance, rounding)
-        # Before the last iterations there is no path on which even the constraint is that small.
+        # Except in the last iterations, the residual of the constraint alone exceeds the bound on all paths.
         if not small.any():
             break
     return small

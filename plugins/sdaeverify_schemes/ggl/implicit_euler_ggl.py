@@ -22,22 +22,22 @@ class ImplicitEulerGGL(Scheme):
         v = v_0 + M^{-1} { h [ a(t + h, r, v) + grad g(r) lambda ] + B(t, r_0, v_0) dw }
         g(r) = 0,   Dg(r) v = 0,   mu+ = mu + h lambda
 
-    nu vanishes with h; lambda is of size h^{-1/2} and has no limit, only its sum mu has one. The root is the one that
-    Newton's method reaches with the line search of Armijo. A path on which it reaches none is led to it once more, by
-    noise put on in parts; where that fails, too, it keeps its state and is counted.
+    nu vanishes with h; lambda is of size h^{-1/2} and has no limit, only its sum mu converges. The root is the one
+    that Newton's method reaches with Armijo's line search. If the method fails on a path, continuation in the noise
+    is tried; if that fails as well, the path keeps its state and is counted.
 
     Attributes
     ----------
     guess : str
-        Where Newton's method starts, always with nu = 0. ``V0``: at (r_0, v_0) with lambda = 0; ``V2``: there, with
-        the multiplier of the explicit scheme; ``V1``: with its position and velocity, too, before any projection.
+        Initial guess of Newton's method, always with nu = 0. ``V0``: (r_0, v_0) with lambda = 0; ``V2``: (r_0, v_0)
+        with the multiplier of the explicit scheme; ``V1``: also its position and velocity before any projection.
     tolerance : float
-        The iteration ends where no component of the equations is larger, or than what rounding leaves of it; with 0
-        it always goes on to rounding errors.
+        The iteration ends if no component of the equations exceeds the tolerance or its rounding error; with 0 it
+        continues to rounding errors.
     max_iterations : int
-        Of each call of Newton's method.
+        Largest number of iterations of each call of Newton's method.
     stages : int
-        Number of parts of the noise in the second attempt; with 1 there is none.
+        Number of stages of the continuation in the noise; 1 for no continuation.
     """
 
     guess: str = "V2"
@@ -66,11 +66,11 @@ class ImplicitEulerGGL(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders, and constraints kept to rounding unless a tolerance lets Newton's method end before."""
+        """Orders, and constraints kept to rounding unless a tolerance stops Newton's method earlier."""
         return self.claims if self.tolerance else (*self.claims, TO_ROUNDING)
 
     def refuses(self, problem: HolonomicSDAE) -> str:
-        """Refuse forces whose derivatives cannot be had."""
+        """Refuse forces without derivatives."""
         return problem.why_not_derivative_of_force()
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:

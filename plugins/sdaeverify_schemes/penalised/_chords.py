@@ -1,4 +1,4 @@
-"""Newton's method for a position, its matrix made anew in some iterations only."""
+"""Newton's method for a position, with a new matrix in some iterations only."""
 
 from collections.abc import Callable, Container
 from typing import NamedTuple, Protocol
@@ -8,39 +8,39 @@ import numpy as np
 from sdaeverify import Array, Mask
 from sdaeverify.numerics import norm
 
-# What is left of the error, estimated by the last update times the last contraction, in parts of |x|: a few times
-# its rounding errors.
+# Tolerance of the error relative to |x|, a few times its rounding errors. The error is estimated by the last update
+# times the last contraction.
 LEFT = 2e-15
 
 
 class Local(Protocol):
-    """A system at one iterate; its matrix is made when it is asked for."""
+    """A system at one iterate, whose matrix is computed on demand."""
 
     @property
     def defect(self) -> Array:
-        """Return what has to vanish."""
+        """Return the residual."""
 
     def update(self, defect: Array) -> Array:
-        """Return what Newton's method takes away from an iterate with this defect, shape (d, P)."""
+        """Return the decrement of Newton's method for a residual, shape (d, P)."""
 
     def positive(self) -> Mask:
-        """Tell on which paths the determinant of Newton's matrix is positive."""
+        """Return on which paths the determinant of Newton's matrix is positive."""
 
 
 class Ending(NamedTuple):
-    """Where the iteration ended.
+    """Result of the iteration.
 
     Attributes
     ----------
     x : ndarray, shape (d, P)
     converged : ndarray of bool, shape (P,)
-        Whether what is left of the error is rounding.
+        Whether the remaining error is rounding.
     updates, matrices : ndarray of int, shape (P,)
-        Iterations, and those of them with a matrix of their own: Newton's.
+        Number of iterations, and of those with a new matrix.
     first, second : ndarray, shape (P,)
-        Lengths of the first two updates, the second with the matrix of the first if it is used again.
+        Lengths of the first two updates; the second may use the matrix of the first.
     last : Local
-        Where the last matrix was made.
+        System of the last matrix.
     """
 
     x: Array
@@ -55,15 +55,15 @@ class Ending(NamedTuple):
 def iterate(local: Callable[[Array], Local], x: Array, anew: Container[int], most: int) -> Ending:
     """Iterate from x on every path.
 
-    The first k iterations of a matrix that was made where the error was e leave about e^(k + 1): a matrix that costs
-    more than an evaluation of the defect should be used more than once, Shamanskii (1967).
+    With a matrix computed at an error e, k iterations leave an error of about e^(k + 1). Therefore a matrix that
+    costs more than an evaluation of the residual should be used more than once, Shamanskii (1967).
 
     Parameters
     ----------
     local : callable, ndarray of shape (d, P) -> Local
     x : ndarray, shape (d, P)
     anew : container of int
-        Numbers of the iterations, from 0 on, that make a new matrix beside the first one.
+        Numbers of the iterations, from 0 on, that compute a new matrix in addition to the first one.
     most : int
         Largest number of iterations.
     """
@@ -77,7 +77,7 @@ def iterate(local: Callable[[Array], Local], x: Array, anew: Container[int], mos
     for n in range(1, most + 1):
         x = np.where(active, x - update, x)
         updates += active
-        # Written so that a NaN stays active and ends as a failure.
+        # Written so that NaN stays active and counts as a failure.
         active &= ~(length * np.minimum(length, before) <= enough * before)
         if n == most or not active.any():
             break

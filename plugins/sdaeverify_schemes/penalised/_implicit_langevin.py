@@ -1,4 +1,4 @@
-"""What schemes for Langevin dynamics share that solve for a multiplier."""
+"""Common base of schemes for Langevin dynamics that solve for a multiplier."""
 
 from dataclasses import dataclass
 
@@ -18,10 +18,10 @@ class ImplicitLangevin(LangevinScheme):
     Attributes
     ----------
     solver : str
-        ``newton``, or ``frozen``: with the Gram matrix of the old point in every iteration.
+        ``newton``, or ``frozen`` for the Gram matrix of the old point in every iteration.
     no_root : str
-        What happens on a path without admissible root, which is counted either way: ``hold`` keeps its state,
-        ``fail`` makes it NaN. Drawing xi anew is not possible: a step is a function of the xi it is given.
+        Treatment of a path without admissible root, which is counted in any case: ``hold`` keeps its state, ``fail``
+        makes it NaN. Drawing a new xi is not possible, because a step is a function of the given xi.
     """
 
     solver: str = "newton"
@@ -38,13 +38,13 @@ class ImplicitLangevin(LangevinScheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims, without that of few iterations where the matrix is frozen."""
+        """Claims, without that of few iterations if the matrix is frozen."""
         kept = super().promises
         return kept if self.solver == "newton" else tuple(claim for claim in kept if claim.measure != "effort")
 
     @property
     def implicitness(self) -> float:
-        """Parameter theta of the point x + theta (x' - x) whose normals are taken."""
+        """Parameter theta of the point x + theta (x' - x) at which normals are taken."""
         return 0.0
 
     def onto(self, at: ConstraintGeometry, y: Array, level: Array) -> Step:

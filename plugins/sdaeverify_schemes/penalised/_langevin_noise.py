@@ -1,4 +1,4 @@
-"""The noise of schemes for penalised and constrained Langevin dynamics: normal or bounded, as a parameter."""
+"""Noise of schemes for penalised and constrained Langevin dynamics, normal or bounded."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -23,9 +23,9 @@ LAWS = ("gaussian", "three-point", "clipped")
 class LangevinScheme(Scheme):
     """Base of schemes driven by sqrt(h) xi with independent xi of mean 0 and variance 1.
 
-    Bounded xi guarantee, for small h, that a multiplier exists, Laurent (2022), section 2. Normal xi are the default
-    all the same: their sums are Brownian, so that strong errors have a meaning, and the steps without root that they
-    may cost are counted. The bound of clipped ones depends on the unit of time.
+    For small h, bounded xi guarantee that a multiplier exists, Laurent (2022), section 2. Normal xi are nevertheless
+    the default: their sums are Brownian, so that strong errors are defined, and the resulting steps without root are
+    counted. The bound of clipped xi depends on the unit of time.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class LangevinScheme(Scheme):
         ``gaussian``; ``three-point``: 0 and +-sqrt(3) with P(xi = 0) = 2/3, (2.3); ``clipped``: normal, clipped at
         A_h = sqrt(2 p |ln h|).
     p : float
-        Of a clipped xi, whose square distance to a normal one is at most h^p.
+        Parameter of a clipped xi, whose mean square distance to a normal one is at most h^p.
     """
 
     xi: str = "gaussian"
@@ -54,5 +54,5 @@ class LangevinScheme(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims, without those of a strong order where sums of xi are not Brownian."""
+        """Claims, without those of a strong order if sums of xi are not Brownian."""
         return tuple(claim for claim in self.claims if not (self.law.bounded and claim.measure == "strong"))

@@ -1,4 +1,4 @@
-"""Steps onto a level set of the constraint along normals that are taken at the old point."""
+"""Steps onto a level set of the constraint along normals at the old point."""
 
 from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
@@ -11,14 +11,14 @@ from sdaeverify import Array, ConstraintGeometry, Gram, Mask
 from ._chords import Ending, iterate
 from ._reached import Reached
 
-# Newton's method converges quadratically; with a frozen matrix the iteration is linear and takes longer.
+# Largest number of iterations: few for quadratic convergence, many for the linear one of a frozen matrix.
 FEW, MANY = 30, 100
 NEWTON = range(FEW)
-# Of more constraints than so many, Newton's matrix costs more than the constraint: the first one is used three times,
-# the next one six times, which is enough as a rule.
+# Number of constraints above which Newton's matrix costs more than the constraint. The first matrix is then used
+# three times and the next one six times, which usually suffices.
 CHEAP, CHORDS = 2, (3, 9, 15, *range(21, FEW))
-# Where the second update is longer than the first, the way to a root says little of it. Then the level is moved in so
-# many parts that the updates of each shrink by at least a half, and in more where that is not enough.
+# If the second update is longer than the first, the iteration may reach a wrong root. The level is then moved in
+# PARTS stages until the updates of each stage shrink by at least a half.
 PARTS, SURE = (4, 32), 0.5
 
 
@@ -29,7 +29,7 @@ class OldNormals:
     Attributes
     ----------
     at : ConstraintGeometry
-        At x.
+        Geometry at x.
     y : ndarray, shape (d, P)
     level : ndarray, shape (q, P)
     """
@@ -41,7 +41,7 @@ class OldNormals:
     def solve(self, *, frozen: bool = False) -> Reached:
         """Return y + g(x) lambda, by Newton's method.
 
-        With the matrix g(x)^T g(x) throughout if it is frozen: then only the distance tells roots apart.
+        If `frozen`, the matrix is g(x)^T g(x) throughout; roots are then distinguished only by their distance.
         """
         if frozen:
             return Reached.by(self._iterate(self.y, (), MANY, self.at.gram), self.y)
@@ -50,7 +50,7 @@ class OldNormals:
     def search(self) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).
 
-        With several constraints, roots that are in doubt are followed from lambda = 0.
+        With several constraints, doubtful roots are recomputed by continuation from lambda = 0.
         """
         if len(self.level) <= CHEAP:
             return Reached.by(self._iterate(self.y, NEWTON), self.y)
@@ -63,12 +63,15 @@ class OldNormals:
         return reached
 
     def follow(self, parts: int) -> Reached:
-        """Return y + g(x) lambda by continuation: the level moves from zeta(y), in parts, and det > 0 all along."""
+        """Return y + g(x) lambda by continuation.
+
+        The level moves from zeta(y) in `parts` stages, and det > 0 is required at each of them.
+        """
         begin, z = self.at.problem.constraint(self.y), self.y.copy()
         found, counts = np.ones(z.shape[1], dtype=bool), np.zeros((2, z.shape[1]), dtype=np.int64)
         for part in np.arange(1, parts + 1) / parts:
             towards = replace(self, level=begin + part * (self.level - begin))
-            # Two updates tell where it is not sure; only the others are worth the rest.
+            # Two updates reveal unsafe paths; only the others are iterated to convergence.
             for most in (2, FEW):
                 where = np.flatnonzero(found)
                 if not len(where):

@@ -1,4 +1,4 @@
-"""What the penalty does to zeta in one step, exactly."""
+"""Exact effect of the penalty on zeta in one step."""
 
 from typing import NamedTuple
 
@@ -11,9 +11,9 @@ class PenaltyIntegrals(NamedTuple):
     Attributes
     ----------
     e : float
-        e^{-h/eps}.
+        Exponential e^{-h/eps}.
     omega : float
-        1 - e.
+        Difference 1 - e.
     first : float
         int_0^h e^{-s/eps} ds = eps omega.
     second : float

@@ -1,4 +1,4 @@
-"""Where an iteration for a multiplier led, and whether it is the root that is meant."""
+"""Result of an iteration for a multiplier, and whether it is the admissible root."""
 
 from typing import NamedTuple
 
@@ -7,22 +7,22 @@ from sdaeverify.numerics import norm
 
 from ._chords import Ending
 
-# By Kantorovich's theorem the root that Newton's method is led to from 0 is at most twice as far as the first
-# update. For a quadratic constraint, q = 1, this tells the near root from the far one.
+# By Kantorovich's theorem the root that Newton's method reaches from 0 is at most twice as far as the first update.
+# For a quadratic constraint with q = 1, this distinguishes the near root from the far one.
 NEAR, ROUNDING = 2.0, 1e-9
 
 
 class Reached(NamedTuple):
-    """Where a step leads.
+    """Result of a step.
 
     Attributes
     ----------
     x : ndarray, shape (d, P)
     found : ndarray of bool, shape (P,)
-        Whether it is the root that is continuously connected to lambda = 0, as far as the way to it can tell: the
-        iteration converged, det > 0 of Newton's matrix, and it is no more than twice as far as the first update.
+        Whether the root is continuously connected to lambda = 0, by these criteria: the iteration converged, Newton's
+        matrix has det > 0, and the root is at most twice as far as the first update.
     updates, matrices : ndarray of int, shape (P,)
-        Iterations, and those of them with a matrix of their own: Newton's.
+        Number of iterations, and of those with a new matrix.
     """
 
     x: Array
@@ -32,12 +32,12 @@ class Reached(NamedTuple):
 
     @classmethod
     def by(cls, end: Ending, y: Array) -> "Reached":
-        """Judge where an iteration from y ended."""
+        """Judge the result of an iteration from y."""
         near = norm(end.x - y) <= NEAR * end.first + ROUNDING * norm(y)
         return cls(end.x, end.converged & near & end.last.positive(), end.updates, end.matrices)
 
     def merge(self, where: Mask, again: "Reached") -> "Reached":
-        """Return this with some paths led elsewhere, by a search that comes on top of the first one."""
+        """Replace the results on some paths by those of a further search, and add its iterations."""
         x, found, updates, matrices = (part.copy() for part in self)
         x[:, where], found[where] = again.x, again.found
         updates[where] += again.updates

@@ -1,4 +1,4 @@
-"""Steps onto a level set of the constraint along normals that turn with the step."""
+"""Steps onto a level set of the constraint along normals at an intermediate or new point."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +21,7 @@ class TurningNormals:
     Attributes
     ----------
     at : ConstraintGeometry
-        At x.
+        Geometry at x.
     y : ndarray, shape (d, P)
     level : ndarray, shape (q, P)
     theta : float
@@ -33,7 +33,7 @@ class TurningNormals:
     theta: float
 
     def solve(self) -> Reached:
-        """Return x', by Newton's method from x' = y, lambda = 0."""
+        """Solve for x' by Newton's method from x' = y, lambda = 0."""
         return Reached.by(iterate(self._local, self.y, NEWTON, FEW), self.y)
 
     def _local(self, z: Array) -> "_Local":
@@ -53,9 +53,10 @@ class _System(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Local:
-    """The linearisation at x' and the multiplier that solves the first equation best, in the directions J = g(x')^T.
+    """The linearisation at x', with the multiplier that solves the first equation best in the directions J = g(x')^T.
 
-    Its defect r = y + g lambda - x' has J r = 0; an update solves A dx - g dlambda = r, J dx = level - zeta(x').
+    The residual r = y + g lambda - x' satisfies J r = 0. An update solves A dx - g dlambda = r and
+    J dx = level - zeta(x').
     """
 
     equation: TurningNormals

@@ -1,4 +1,4 @@
-"""The coefficients of the uniformly accurate step."""
+"""Coefficients of the uniformly accurate step."""
 
 from typing import NamedTuple
 
@@ -10,14 +10,14 @@ from ._penalty_integrals import PenaltyIntegrals
 
 
 class Weights(NamedTuple):
-    """Coefficients of a step's terms.
+    """Coefficients of the terms of a step.
 
     Attributes
     ----------
     quadratic, fixman : float
-        Of g'(w) c and of grad ln det G in the predictor.
+        Coefficients of g'(w) c and of grad ln det G in the predictor.
     zeta, noise, drift, turning, divergence : float
-        Of zeta, of g^T sqrt(h) xi, g^T f and g^T grad ln det G, and of div g in the level.
+        Coefficients of zeta, g^T sqrt(h) xi, g^T f, g^T grad ln det G and div g in the level.
     """
 
     quadratic: float

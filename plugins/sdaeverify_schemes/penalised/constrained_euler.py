@@ -17,12 +17,12 @@ MISSING = "measured; its local error is the Milstein term of sigma Pi o dW, of s
 class ConstrainedEuler(ImplicitLangevin):
     """x+ = x + sqrt(h) sigma xi + h f(x) + g lambda, zeta(x+) = 0.
 
-    It ignores eps: for eps > 0 it runs, as a rival whose error does not vanish with h, and claims nothing.
+    The scheme ignores eps: for eps > 0 it runs as a competitor whose error does not vanish with h, without claims.
 
     Attributes
     ----------
     direction : str
-        ``old``: g(x), (1.6); ``new``: g(x+), (2.7).
+        Normals: ``old`` for g(x), (1.6); ``new`` for g(x+), (2.7).
     """
 
     direction: str = "old"
@@ -43,7 +43,7 @@ class ConstrainedEuler(ImplicitLangevin):
 
     @property
     def implicitness(self) -> float:
-        """Parameter theta of the point whose normals are taken."""
+        """Parameter theta of the point at which normals are taken."""
         return 1.0 if self.direction == "new" else 0.0
 
     def step(self, problem: ConstrainedLangevin, state: Array, t: float, h: float, noise: Increment) -> Step:

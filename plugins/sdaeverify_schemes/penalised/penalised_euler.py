@@ -1,4 +1,4 @@
-"""Euler-Maruyama for penalised Langevin dynamics, whose steps must be shorter than eps."""
+"""Euler-Maruyama for penalised Langevin dynamics, with steps shorter than eps."""
 
 from typing import ClassVar
 
@@ -10,7 +10,7 @@ from ._langevin_noise import LangevinScheme
 class PenalisedEuler(LangevinScheme):
     """x+ = x + sqrt(h) sigma xi + h f + (h sigma^2/4) grad ln det G - (h/eps) g G^{-1} zeta, (1.5).
 
-    It is stable for h of the size of eps only.
+    The scheme is stable only for h of the size of eps.
     """
 
     name: ClassVar[str] = "penalised-euler"

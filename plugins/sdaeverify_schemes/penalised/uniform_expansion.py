@@ -13,18 +13,18 @@ PENALISED = frozenset({"unconstrained"})
 
 
 class ExpansionWeights(NamedTuple):
-    """Coefficients of a step's terms.
+    """Coefficients of the terms of a step.
 
     Attributes
     ----------
     fixman, quadratic : float
-        Of grad ln det G, and of g'(w) c - P g'(w) c.
+        Coefficients of grad ln det G, and of g'(w) c - P g'(w) c.
     noise, drift, normal_fixman : float
-        Of P sqrt(h) xi, P f and P grad ln det G.
+        Coefficients of P sqrt(h) xi, P f and P grad ln det G.
     zeta, turned : float
-        Of -g G^{-1} zeta and -g G^{-1} g'(w)^T w.
+        Coefficients of -g G^{-1} zeta and -g G^{-1} g'(w)^T w.
     divergence, traces : float
-        Of g G^{-1} div g and g G^{-1} tau.
+        Coefficients of g G^{-1} div g and g G^{-1} tau.
     """
 
     fixman: float
@@ -58,7 +58,7 @@ class ExpansionWeights(NamedTuple):
 class UniformExpansion(LangevinScheme):
     """x+ = x + sqrt(h) A + h B: (2.2) up to h^(3/2) in the weak sense, uniformly in eps.
 
-    On a path the two differ by terms of size h and mean 0; for eps -> 0 this one leaves the manifold.
+    On a path the two differ by terms of size h and mean 0; for eps -> 0 the expansion leaves the manifold.
 
     With P = g G^{-1} g^T, c = G^{-1} zeta, w = g c, s^2 = (eps/2h) (1 - e^2), e = exp(-h/eps), omega = 1 - e,
 
@@ -106,7 +106,7 @@ class UniformExpansion(LangevinScheme):
 
 
 def _normal(at: ConstraintGeometry, f: Array, dW: Array, given: ExpansionWeights) -> Array:
-    """Return r of the part g G^{-1} r of a step that acts along the normals alone, shape (q, P)."""
+    """Return r in the part g G^{-1} r of a step that acts along the normals, shape (q, P)."""
     turned = np.einsum("kdp,dp->kp", at.problem.turn_normals(at.x, at.relaxation), at.relaxation)
     moved = given.noise * dW + given.drift * f + given.normal_fixman * at.fixman - given.quadratic * at.quadratic
     traces = given.divergence * at.divergence + given.traces * at.normal_traces

@@ -26,7 +26,7 @@ MEAN = "measured; of (sigma^2/2) xi^T H xi, the level has the mean only"
 
 @dataclass(frozen=True)
 class UniformlyAccurate(ImplicitLangevin):
-    """A predictor, and a multiplier that brings it to where the penalty takes zeta.
+    """A predictor, and a multiplier that moves it to the value of zeta prescribed by the penalty.
 
     With c = G^{-1} zeta, w = g c, I_1 = eps omega, I_2 = (eps/2) (1 - e^2), e = exp(-h/eps), omega = 1 - e,
 
@@ -40,7 +40,7 @@ class UniformlyAccurate(ImplicitLangevin):
     Attributes
     ----------
     theta : float
-        Where normals are taken, from 0, (2.2), to 1, Remark 2.11.
+        Position of the normals, from 0, (2.2), to 1, Remark 2.11.
     """
 
     theta: float = 0.0
@@ -76,7 +76,7 @@ class UniformlyAccurate(ImplicitLangevin):
 
     @property
     def implicitness(self) -> float:
-        """Parameter theta of the point whose normals are taken."""
+        """Parameter theta of the point at which normals are taken."""
         return self.theta
 
     def weights(self, problem: ConstrainedLangevin, h: float) -> Weights:
@@ -93,13 +93,13 @@ class UniformlyAccurate(ImplicitLangevin):
         Parameters
         ----------
         at : ConstraintGeometry
-            Of the old point.
+            Geometry at the old point.
         f : ndarray, shape (d, P)
-            Drift there.
+            Drift at the old point.
         dW : ndarray, shape (d, P)
             Increment of the noise.
         weights : Weights
-            Of the terms, which depend on h and eps.
+            Coefficients of the terms, which depend on h and eps.
         """
         moved = weights.noise * dW
         if not weights.drift:
@@ -108,7 +108,7 @@ class UniformlyAccurate(ImplicitLangevin):
         return weights.zeta * at.zeta + at.J.times(moved) + weights.divergence * at.divergence
 
     def prepare(self, problem: ConstrainedLangevin, h: float) -> Callable[[Array, float, Increment], Step]:
-        """Return the step, its coefficients made once."""
+        """Return the step with its coefficients computed once."""
         weights = self.weights(problem, h)
 
         def stepper(state: Array, t: float, noise: Increment) -> Step:

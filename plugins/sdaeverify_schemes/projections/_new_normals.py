@@ -1,4 +1,4 @@
-"""Projection of a point onto the constraint along the normals at the point that is found."""
+"""Projection of a point onto the constraint along the normals at the new point."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,14 @@ import numpy as np
 from sdaeverify import Array, ConstraintJacobian, HolonomicSDAE, Mask
 from sdaeverify.numerics import norm
 
-# The constraint holds where |g| is a rounding of the position, or where the last update moved it by less than
-# this part, so that the error of g is rounding: the square.
+# The constraint counts as solved if |g| is within rounding of the position, or if the last relative update was below
+# TOLERANCE, so that the error of g is its square and within rounding.
 ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9
-# The normals converge linearly. What is left of r - y is along them but for this part of the position.
+# The normals converge linearly: tolerance of the part of r - y that is not along them, relative to the position.
 NORMALS = 1e-11
 MOST = 100
-# Least s: from points on the inner side of the constraint, the distance may be almost as flat as the constraint.
+# Least s, because from the inner side of the constraint the distance may be nearly degenerate.
 LEAST = 0.5
 
 
@@ -43,25 +43,25 @@ class Projected(NamedTuple):
 def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) -> Projected:
     """Solve F = r - y - M^{-1} grad g(r) eta = 0 and g(r) = 0 in (r, eta), from (y, 0).
 
-    With H(eta) = sum_j eta_j Hess g_j, Newton's matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]]. Here a
-    number s a path stands for Id - M^{-1} H(eta), so that the Gram matrix is all that has to be solved with:
+    With H(eta) = sum_j eta_j Hess g_j, Newton's matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]]. Here
+    Id - M^{-1} H(eta) is replaced by a scalar s for each path, so that only the Gram matrix has to be inverted:
 
         G_M(r) d_eta = Dg F - s g,    s d_r = M^{-1} grad g d_eta - F.
 
-    The first update is Newton's: eta = 0 and s = 1. After each one, s is the mean of Id - M^{-1} H(eta) along it,
-    <d_r, (Id - M^{-1} H) d_r>/|d_r|^2, that is the old s plus <d_r, F>/|d_r|^2 (Barzilai & Borwein 1988). Whatever s
-    is, Dg d_r = -g: g converges quadratically, the normals linearly. Newton's method takes fewer updates, but each of
-    them is a system of n + m equations in place of m.
+    The first update is Newton's: eta = 0 and s = 1. After each update, s is the mean of Id - M^{-1} H(eta) along it,
+    <d_r, (Id - M^{-1} H) d_r>/|d_r|^2, which equals the old s plus <d_r, F>/|d_r|^2 (Barzilai & Borwein 1988). For
+    every s, Dg d_r = -g: g converges quadratically, the normals linearly. Newton's method needs fewer updates, but
+    each of them solves n + m equations instead of m.
 
-    A root is a point whose distance from y, in the norm of M, is stationary. Because s > 0, the iteration is drawn
-    only to roots where this distance is a minimum.
+    A root is a point whose distance from y, in the norm of M, is stationary. Because s > 0, the iteration is
+    attracted only by roots where this distance is a minimum.
 
     Parameters
     ----------
     problem : HolonomicSDAE
     y : ndarray, shape (n, P)
     tolerance : float
-        Of F in parts of |y|, and of g in parts of the terms that cancel in it; 0 for rounding.
+        Tolerance of F relative to |y|, and of g relative to its cancelling terms; 0 for rounding.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) ->
         F = r - y - problem.push(J, eta)
         near = (moved <= TOLERANCE * size) | (norm(g) <= small)
         found |= active & near & (norm(F) <= along)
-        # A path that is no longer finite keeps nobody waiting.
+        # A path that is no longer finite does not prolong the iteration.
         active &= ~found & np.isfinite(moved)
         if not active.any():
             break

@@ -1,4 +1,4 @@
-"""Projection of a point onto the constraint along normals taken elsewhere."""
+"""Projection of a point onto the constraint along normals at another point."""
 
 from collections.abc import Callable
 from functools import partial
@@ -23,8 +23,8 @@ class Projected(NamedTuple):
     A : Gram
         Dg(r) M^{-1} grad g(r_0).
     found : ndarray of bool, shape (P,)
-        Whether Newton's method converged from kappa = 0 to a root with det A > 0. With one constraint that is the
-        root nearest to 0; with several, a far root may pass.
+        Whether Newton's method converged from kappa = 0 to a root with det A > 0. With one constraint this is the
+        root nearest to 0; with several constraints, a far root may be accepted.
     iterations : ndarray of int, shape (P,)
     """
 
@@ -42,10 +42,10 @@ def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacob
     Parameters
     ----------
     problem : HolonomicSDAE or SDE
-        With a constraint g; M is the identity for an SDE.
+        Problem with a constraint g; M is the identity for an SDE.
     y : ndarray, shape (n, P)
     old : ConstraintJacobian
-        At another position r_0, or at y.
+        Linearisation at another position r_0, or at y.
 
     Returns
     -------
@@ -60,13 +60,13 @@ def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacob
 
     def linearised(kappa: Array) -> tuple[Array, Gram | Callable[[], Gram]]:
         x = y + problem.push(old, kappa)
-        # A single number is made anew in less time than it takes to ask whether the last one would do.
+        # With one constraint, recomputing the matrix is cheaper than testing whether the old one suffices.
         return problem.constraint(x), gram(x) if one else partial(gram, x)
 
     def moved(kappa: Array) -> Array:
         return norm(problem.push(old, kappa)) if length is None else length * np.abs(kappa[0])
 
-    # kappa scales like 1/g, so that positions tell how small an update is.
+    # kappa scales like 1/g, so the size of an update is measured in positions.
     root = newton(linearised, none, update_tolerance(norm(y)), solver=lambda A, value: A.solve(value), size=moved)
     r = y + problem.push(old, root.x)
     J = problem.linearised(r)

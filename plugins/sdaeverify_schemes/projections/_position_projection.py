@@ -1,4 +1,4 @@
-"""How a position is projected along the normals at the point that is found: by which iteration, and how closely."""
+"""Iteration and tolerance of the projection of a position along the normals at the new point."""
 
 from typing import NamedTuple
 
@@ -18,9 +18,9 @@ class Projection(NamedTuple):
     Attributes
     ----------
     solver : str
-        ``gram``, where the Gram matrix is all that is solved with, see `onto_constraint`, or ``newton``.
+        ``gram``, which inverts only Gram matrices, see `onto_constraint`, or ``newton``.
     tolerance : float
-        Of both equations, in parts of the position; 0 for rounding.
+        Tolerance of both equations relative to the position; 0 for rounding.
     """
 
     solver: str
@@ -28,7 +28,7 @@ class Projection(NamedTuple):
 
     @property
     def counter(self) -> str:
-        """Name under which iterations are reported: Newton's where they are his."""
+        """Name under which iterations are reported, which differs for Newton's method."""
         return "newton_iterations" if self.solver == "newton" else "projection_iterations"
 
     def __call__(self, problem: HolonomicSDAE, y: Array) -> Projected:
@@ -39,7 +39,7 @@ class Projection(NamedTuple):
 
 
 def check_projection(solver: str, tolerance: float) -> None:
-    """Raise ParameterError where there is no such projection."""
+    """Raise ParameterError for an unknown solver or an invalid tolerance."""
     if solver not in SOLVERS:
         raise ParameterError(f"solver must be gram or newton, got {solver!r}")
     if not 0.0 <= tolerance < 1.0:
@@ -50,14 +50,14 @@ def by_newton(problem: HolonomicSDAE, y: Array, tolerance: float) -> Projected:
     """Solve F = r - y - M^{-1} grad g(r) eta = 0 and g(r) = 0 in (r, eta) by Newton's method, from (y, 0).
 
     The matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]] with H(eta) = sum_j eta_j Hess g_j, as in Lindner et
-    al. (2018), section 4.1. It is dense: n + m equations a path and an iteration.
+    al. (2018), section 4.1. It is dense, with n + m equations per path and iteration.
 
     Parameters
     ----------
     problem : HolonomicSDAE
     y : ndarray, shape (n, P)
     tolerance : float
-        Of F in parts of |y|, and of g in parts of the terms that cancel in it; 0 for rounding.
+        Tolerance of F relative to |y|, and of g relative to its cancelling terms; 0 for rounding.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What the Euler schemes claim that project positions and velocities along normals at the new position."""
+"""Claims of Euler schemes that project positions and velocities along normals at the new position."""
 
 from sdaeverify import Claim
 

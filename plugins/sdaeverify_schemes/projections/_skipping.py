@@ -1,4 +1,4 @@
-"""Euler steps for the inherent SDE that are projected now and then."""
+"""Euler steps for the inherent SDE with projections in some steps only."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from ._position_projection import Projection
 
 
 class SkippingState(NamedTuple):
-    """State of a scheme that projects now and then.
+    """State of a scheme that projects in some steps only.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class SkippingState(NamedTuple):
 
 
 def inherent_euler(problem: HolonomicSDAE, state: SkippingState, t: float, h: float, dw: Array) -> SkippingState:
-    """Return r^, v^ and mu + l^."""
+    """Return the unprojected state r^, v^ and mu + l^."""
     r, v, mu, skipped = state
     J = problem.linearised(r)
     force = problem.force(t, r, v) + problem.diffused(t, r, v, dw) / h
@@ -39,7 +39,7 @@ def inherent_euler(problem: HolonomicSDAE, state: SkippingState, t: float, h: fl
 def projections(
     problem: HolonomicSDAE, old: SkippingState, free: SkippingState, due: Mask, projection: Projection
 ) -> Step:
-    """Return the projections of the paths whose turn it is; those without root keep their old state."""
+    """Project the paths that are due; paths without root keep their old state."""
     new = projection(problem, free.r)
     v, impulse = problem.tangent(new.J, free.v)
     projected = SkippingState(new.r, v, free.mu + impulse, np.zeros_like(free.skipped))

@@ -21,7 +21,7 @@ SKIPPED = Claim(
 
 @dataclass(frozen=True)
 class ExplicitProjectionEuler(Scheme):
-    """A step of Euler's scheme for the inherent SDE, then position and velocity along the new normals.
+    """An Euler step for the inherent SDE, then projection of position and velocity along the new normals.
 
     With the projector P_M, the Gram matrix G_M and the Brownian increment dw,
 
@@ -33,18 +33,18 @@ class ExplicitProjectionEuler(Scheme):
 
     Between two projections `skip` steps end at (r^, v^, mu + l^). A path without root keeps its state and is counted.
 
-    No invariant law is claimed. On the unit circle, without force and noise, omega+ = omega sqrt(1 + (h omega)^2):
-    a chain that meets velocities of size sqrt(2 friction/h) explodes. Its moments grow without bound as h falls, so
-    that orders are claimed in probability.
+    No invariant law is claimed. On the unit circle, without force and noise, omega+ = omega sqrt(1 + (h omega)^2), so
+    that a chain that reaches velocities of size sqrt(2 friction/h) explodes. Moments grow without bound as h tends to
+    0. Therefore orders are claimed in probability.
 
     Attributes
     ----------
     skip : int
-        n of (B_n): the number of steps without projection before each one that has it.
+        Number n in (B_n) of steps without projection before each projected step.
     solver : str
-        How positions are projected: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
+        Projection of positions: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
     tolerance : float
-        Of this projection, in parts of the position; 0 for rounding.
+        Tolerance of this projection relative to the position; 0 for rounding.
     """
 
     skip: int = 0
@@ -63,7 +63,7 @@ class ExplicitProjectionEuler(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders, and exact constraints where no projection is skipped or comes with a tolerance."""
+        """Orders, and exact constraints if no projection is skipped or has a tolerance."""
         if self.skip:
             return (*self.claims, SKIPPED)
         return self.claims if self.tolerance else (*self.claims, EXACT)

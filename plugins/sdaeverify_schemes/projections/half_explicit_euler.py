@@ -34,8 +34,8 @@ class HalfExplicitEuler(Scheme):
         ``none``: eta = 1; a number: C_eta. C_g is the problem's ``constraint_bound``: a problem that declares none
         is refused with ``theory`` and solved with ``none`` or a number.
     no_root : str
-        What happens on a path without admissible root, which is counted either way:
-        ``hold`` keeps its state, ``fail`` makes it NaN; its kappa and lambda are what Newton's method left.
+        Treatment of a path without admissible root, which is counted in any case: ``hold`` keeps its state, ``fail``
+        makes it NaN; its kappa and lambda are the last iterates of Newton's method.
     """
 
     truncation: str | float = "theory"
@@ -70,12 +70,12 @@ class HalfExplicitEuler(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims: with the constants of the theory its theorems, with any truncation bounded moments."""
+        """Claims: with the constants of the theory its theorems, with any truncation bounded moments."""
         theorems = (EVERY_H, CONVERGES) if self.truncation == "theory" else ()
         return (*self.claims, *theorems, *((BOUNDED,) if self.truncation != "none" else ()))
 
     def refuses(self, problem: HolonomicSDAE) -> str:
-        """Refuse the theoretical truncation where C_g is not known."""
+        """Refuse the theoretical truncation if C_g is unknown."""
         if self.truncation == "theory" and problem.constraint_bound is None:
             return "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
         return ""

@@ -14,13 +14,13 @@ NORMAL = "on the manifold, the projection adds the Milstein term: D^2 g(B_j, B_k
 class ProjectedEuler(Scheme):
     """An Euler-Maruyama step y = x + h f + B dW, then x+ = y + grad g(y) kappa with g(x+) = 0.
 
-    Because f and B are those of Ito's equation, g(y) = (1/2) D^2 g(B dW, B dW) - (h/2) sum_j D^2 g(B_j, B_j) has
-    mean 0 up to O(h^2), and the projection moves y by a term of size h and mean 0 beside one of size h^(3/2) that is
-    odd in dW: any transversal direction gives a consistent scheme. Where DB_j B_k is normal, the normals at x, at y
-    and at x+ alike give the missing Milstein term, a fixed direction does not. Those at y need no second Jacobian.
+    Because f and B are those of Ito's equation, g(y) = (1/2) D^2 g(B dW, B dW) - (h/2) sum_j D^2 g(B_j, B_j) has mean
+    0 up to O(h^2), and the projection moves y by a term of size h and mean 0, plus one of size h^(3/2) that is odd in
+    dW: any transversal direction gives a consistent scheme. If DB_j B_k is normal, normals at x, at y or at x+ give
+    the missing Milstein term, whereas a fixed direction does not. Normals at y need no second Jacobian.
 
-    kappa is the root that Newton's method reaches from 0 with Dg(x+) grad g(y) positive definite; a path on which it
-    finds none keeps its state and is counted.
+    kappa is the root that Newton's method reaches from 0 with Dg(x+) grad g(y) positive definite; a path without such
+    a root keeps its state and is counted.
     """
 
     name: ClassVar[str] = "projected-euler"

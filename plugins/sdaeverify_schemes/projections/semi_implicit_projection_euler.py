@@ -21,18 +21,18 @@ class SemiImplicitProjectionEuler(Scheme):
         v+ = v + M^{-1} [ h a(t + h, r+, v) + P_M B(t, r, v) dw + grad g(r+) l ],     Dg(r+) v+ = 0,
         mu+ = mu + l^ + l,                        P_M B dw = B dw + grad g l^.
 
-    The term D^2 g(v, v) of the inherent SDE is part of l. The force is taken where time and position are both new, as
-    if time were a coordinate of the position. A path without root keeps its state and is counted.
+    The term D^2 g(v, v) of the inherent SDE is part of l. The force is evaluated at the new time and the new
+    position, as if time were a coordinate of the position. A path without root keeps its state and is counted.
 
     Attributes
     ----------
     noise_projector : str
-        Where P_M is taken: ``old`` for P_M(r), as in Ito's integral, ``new`` for P_M(r+), which is implied by the
-        projection of v+ and saves a system.
+        Point of P_M: ``old`` for P_M(r), as in Ito's integral, ``new`` for P_M(r+), which is implied by the
+        projection of v+ and saves a linear system.
     solver : str
-        How positions are projected: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
+        Projection of positions: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
     tolerance : float
-        Of this projection, in parts of the position; 0 for rounding.
+        Tolerance of this projection relative to the position; 0 for rounding.
     """
 
     noise_projector: str = "old"
@@ -55,7 +55,7 @@ class SemiImplicitProjectionEuler(Scheme):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The claims, without exact constraints where a projection comes with a tolerance."""
+        """Claims, without exact constraints if a projection has a tolerance."""
         return tuple(claim for claim in self.claims if not self.tolerance or claim != EXACT)
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:

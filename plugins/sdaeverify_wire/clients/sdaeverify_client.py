@@ -1,7 +1,7 @@
-r"""A solver in Python for sdaeverify, by version 1 of its wire. Copy this file; it needs the standard library alone.
+r"""A solver in Python for sdaeverify, by version 1 of its wire. Copy this file; it only needs the standard library.
 
-It is for solvers that live in another interpreter or environment than sdaeverify. An array is a pair of its shape and
-its numbers, paths last: row i of path p of an array of shape (k, P) is ``data[i * P + p]``::
+Use it for solvers in another interpreter or environment than sdaeverify. An array is a pair of its shape and its
+numbers, paths last: row i of path p of an array of shape (k, P) is ``data[i * P + p]``::
 
     from sdaeverify_client import Numbers, serve
 
@@ -24,16 +24,16 @@ Numbers = namedtuple("Numbers", "shape data")
 
 
 def serve(hello, step, enter=None):
-    """Answer messages until there are no more.
+    """Answer messages until the input ends.
 
     Parameters
     ----------
     hello : str
-        The lines that say what the solver is.
+        Lines of the hello that describe the solver.
     step : callable, (given, ask) -> dict of str to Numbers
-        ``given`` holds arrays by name; ``ask(name, **arrays)`` returns what it asks for; the new state comes back.
+        ``given`` holds arrays by name; ``ask(name, **arrays)`` returns a coefficient; the result is the new state.
     enter : callable, (given, ask) -> dict of str to Numbers, optional
-        The same for a hello with ``memory``: it returns the state that it is given, and the memory to begin with.
+        Needed for a hello with ``memory``: returns the given state and the initial memory.
     """
     while True:
         word, given = read_message()
@@ -53,13 +53,13 @@ def serve(hello, step, enter=None):
 
 
 def ask(name, **arrays):
-    """Return what a problem's coefficients are at any batch of states."""
+    """Return a coefficient of the problem at any batch of states."""
     write_message(f"ask {name}", arrays)
     return read_message()[1][name]
 
 
 def read_message():
-    """Return the word of the next message and its arrays; an empty word at the end."""
+    """Return the word of the next message and its arrays; the word is empty at the end of the input."""
     words = sys.stdin.buffer.readline().decode("ascii").split()
     if not words:
         return "", {}

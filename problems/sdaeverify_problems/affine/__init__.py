@@ -1,1 +1,1 @@
-"""A constraint that is affine, whose laws are all normal."""
+"""Dynamics with an affine constraint, whose laws are all normal."""

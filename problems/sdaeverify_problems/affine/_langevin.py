@@ -11,7 +11,7 @@ from ._stiff_modes import modes
 
 
 class AffineLangevin(NamedTuple):
-    """f(x) = -K x + k, zeta(x) = B^T x - b and noise of strength sigma, with P the projector onto the range of B.
+    """Data with f(x) = -K x + k, zeta(x) = B^T x - b and noise of strength sigma; P is the projector onto range B.
 
     Attributes
     ----------
@@ -35,21 +35,21 @@ class AffineLangevin(NamedTuple):
 
     @property
     def normals(self) -> Array:
-        """An orthonormal basis of the range of B, shape (d, q)."""
+        """Orthonormal basis of the range of B, shape (d, q)."""
         return np.linalg.qr(self.B)[0]
 
     @property
     def P(self) -> Array:
-        """B (B^T B)^{-1} B^T."""
+        """Projector B (B^T B)^{-1} B^T, shape (d, d)."""
         return self.normals @ self.normals.T
 
     @property
     def p(self) -> Array:
-        """The point of the flat zeta = 0 that is closest to 0."""
+        """Point of the flat zeta = 0 that is closest to 0, shape (d,)."""
         return np.asarray(self.B @ np.linalg.solve(self.B.T @ self.B, self.b))
 
     def law(self) -> StiffLinear:
-        """Return the solution's equation dx = -(K + P/eps)(x - m) dt + sigma dW, or its limit."""
+        """Return the equation dx = -(K + P/eps)(x - m) dt + sigma dW of the solution, or its limit if eps is 0."""
         parts, forces = modes(self.K, self.normals, self.eps), self.k - self.K @ self.p
         shift = sum(part.E @ np.linalg.solve(part.matrix, part.F @ forces) for part in parts)
         return StiffLinear(parts, self.p + shift, self.sigma)

@@ -14,7 +14,7 @@ NODES = 16
 
 
 class Step(NamedTuple):
-    """A step x+ = x + change (x - m) + sigma ( of_dW dW + of_H H + of_xi xi ), all of shape (d, d)."""
+    """One step x+ = x + change (x - m) + sigma ( of_dW dW + of_H H + of_xi xi ) with matrices of shape (d, d)."""
 
     change: Array
     of_dW: Array
@@ -23,7 +23,7 @@ class Step(NamedTuple):
 
 
 class StiffLinear(NamedTuple):
-    """The equation in its parts.
+    """A linear equation as a sum of modes.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class StiffLinear(NamedTuple):
     sigma: float
 
     def change(self, t: float) -> Array:
-        """Return e^{-(K + P/eps) t} - Id where there is motion: exactly 0 for t = 0."""
+        """Return e^{-(K + P/eps) t} - Id, or its part in the kernel of P if eps is 0; exactly 0 for t = 0."""
         return np.asarray(sum(mode.E @ (mode.decay(t) - np.eye(len(mode.A))) @ mode.F for mode in self.modes))
 
     def covariance(self, t: float = np.inf) -> Array:
-        """Return the covariance at time t from a start that is known, or in the long run: AX + XA^T = sigma^2 Id."""
+        """Return the covariance at time t for a fixed initial value, or the invariant one: AX + XA^T = sigma^2 Id."""
         total = np.zeros((len(self.m), len(self.m)))
         for a in self.modes:
             for b in self.modes:
@@ -51,15 +51,15 @@ class StiffLinear(NamedTuple):
         return total
 
     def slowest(self) -> float:
-        """Return the least rate at which a difference of two solutions decays."""
+        """Return the smallest rate at which the difference of two solutions decays."""
         return float(min(np.linalg.eigvals(mode.matrix).real.min() for mode in self.modes))
 
     def step(self, h: float) -> Step:
         """Return the exact step on a given Brownian path.
 
         With q = (h-s)/h the kernels of dW and H on [0, h] are 1 and q - 1/2: the coefficients are the projections of
-        the kernel e^{-(K + P/eps) h q}, and a root of the covariance of what remains, by quadrature on intervals that
-        shrink towards q = 0 as fast as the kernel asks for.
+        the kernel e^{-(K + P/eps) h q}, and a root of the covariance of the remainder. The quadrature uses intervals
+        that are refined geometrically towards q = 0, down to the scale of the fastest decay.
         """
         q, w = _graded_rule(h * max(np.linalg.norm(mode.matrix, 2) for mode in self.modes))
         kernel = np.asarray(sum(mode.E @ mode.decay(h * q) @ mode.F for mode in self.modes))

@@ -1,10 +1,10 @@
-"""A matrix K + P/eps with an orthogonal projector P, taken apart so that functions of it are accurate for any eps.
+"""Decomposition of a matrix K + P/eps with an orthogonal projector P, for accurate matrix functions at any eps.
 
-Rounding of the whole matrix is rounding of K times 1/eps. For small eps it is therefore written as
+Rounding the sum perturbs K by rounding errors of size 1/eps. For small eps the matrix is therefore written as
 
     K + P/eps = E_s (A_s) F_s + E_f (A_f + Id/eps) F_f,      F_i E_j = delta_ij Id,
 
-with A_s and A_f of the size of K; in the limit eps = 0 the slow part alone is left, in the kernel of P.
+with A_s and A_f of the size of K; in the limit eps = 0 only the slow part remains, in the kernel of P.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ import scipy
 
 from sdaeverify import Array
 
-# Below this eps |K| the parts are found by a fixed point whose errors shrink by 0.3 a turn.
+# For eps |K| up to SPLIT the parts are computed by TURNS fixed-point iterations, which contract errors by 0.3.
 SPLIT, TURNS = 0.125, 40
 
 
@@ -36,7 +36,7 @@ class Mode(NamedTuple):
 
     @property
     def matrix(self) -> Array:
-        """A + rate Id."""
+        """The matrix A + rate Id, shape (m, m)."""
         return np.asarray(self.A + self.rate * np.eye(len(self.A)))
 
     def decay(self, t: float | Array) -> Array:
@@ -46,7 +46,7 @@ class Mode(NamedTuple):
 
 
 def modes(K: Array, N: Array, eps: float) -> tuple[Mode, ...]:
-    """Return the parts of K + P/eps, shape (d, d), for an orthonormal basis N of the range of P, shape (d, q)."""
+    """Return the parts of K + P/eps, shape (d, d), given an orthonormal basis N of the range of P, shape (d, q)."""
     d, q = N.shape
     T = np.linalg.svd(N)[0][:, q:]
     if eps == 0.0:

@@ -1,4 +1,4 @@
-"""What is known of Langevin dynamics with a linear drift and an affine constraint: everything."""
+"""Exact solutions and moments of Langevin dynamics with a linear drift and an affine constraint."""
 
 from functools import cache
 
@@ -17,14 +17,14 @@ PRODUCTS = {"x_1": (0,), "x_2": (1,), "x_1^2": (0, 0), "x_1 x_2": (0, 1)}
 
 
 def observables(given: AffineLangevin) -> dict[str, Observable]:
-    """Return observables of first and second degree, with the distance to the flat where there is one."""
+    """Return observables of first and second degree, with |zeta|^2 if eps is positive."""
     B, b = given.B, given.b[:, None]
     distance = {"|zeta|^2": lambda t, s: ((B.T @ s["x"] - b) ** 2).sum(axis=0)}
     return monomials(*PRODUCTS) | (distance if given.eps else {})
 
 
 def truths(given: AffineLangevin, start: Array) -> tuple[Truth, ...]:
-    """Return the solution on a path, and the expectations of all observables at every time and in the long run."""
+    """Return the pathwise solution, and the moments of all observables at every time and under the invariant law."""
     law, B, b = given.law(), given.B, given.b
 
     def at(t: float) -> tuple[Array, Array]:
@@ -38,7 +38,7 @@ def truths(given: AffineLangevin, start: Array) -> tuple[Truth, ...]:
 
 
 def pathwise(law: StiffLinear, start: Array) -> Pathwise:
-    """Return the solution on a given Brownian path, with d further normals a step."""
+    """Return the solution on a given Brownian path, with d additional normals per step."""
     steps = cache(law.step)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
@@ -50,7 +50,7 @@ def pathwise(law: StiffLinear, start: Array) -> Pathwise:
 
 
 def flat_chart(law: StiffLinear, directions: Array) -> Chart | None:
-    """Return the coordinates of x - m along orthonormal directions, shape (d, k), unless there are too many."""
+    """Return coordinates of x - m along orthonormal directions, shape (d, k); None if k > 2 or a scale is 0."""
     scales = np.sqrt(np.diag(directions.T @ law.covariance() @ directions))
     if len(scales) > 2 or not np.all(scales > 0.0):
         return None

@@ -1,4 +1,4 @@
-"""A linear drift and a constraint that is a flat: everything is Gaussian, for every eps and at every time."""
+"""A linear drift and an affine constraint: all laws are Gaussian, for every eps and at every time."""
 
 import numpy as np
 
@@ -15,8 +15,8 @@ def affine_constraint(
 ) -> ConstrainedLangevin:
     """Langevin dynamics near or on a flat: f(x) = -K x + k, zeta(x) = B^T x - b, K = Id + coupling C.
 
-    B, b, k and C are fixed, of numbers without pattern: f has a part along the normals, and K mixes them with the
-    tangents. With P = B (B^T B)^{-1} B^T and m the point where the drift vanishes, exactly
+    B, b, k and C are fixed and have no special structure: f has a normal part, and K couples normal and tangential
+    directions. With P = B (B^T B)^{-1} B^T and m the zero of the drift, exactly
 
         dX = -(K + P/eps) (X - m) dt + sigma dW,   and for eps = 0 the same in the kernel of P.
 
@@ -29,11 +29,11 @@ def affine_constraint(
     q : int
         Number of constraints, between 1 and d - 1.
     coupling : float
-        0 for the drift -x + k; the symmetric part of K must be positive definite.
+        Strength of the coupling, 0 for the drift -x + k; the symmetric part of K must be positive definite.
     sigma : float
         Noise amplitude, unit x/sqrt(time).
     horizon : float
-        Final time, in the unit in which the drift -x alone forgets its start.
+        Final time, in units of the relaxation time of the drift -x.
 
     Source
     ------
@@ -71,11 +71,11 @@ def affine_langevin(eps: float, d: int, q: int, coupling: float, sigma: float) -
     Parameters
     ----------
     eps : float
-        Stiffness; 0 is the limit on the constraint.
+        Stiffness parameter; 0 for the limit dynamics on the constraint.
     d, q : int
         Dimension, and number of constraints.
     coupling : float
-        Size of what makes K differ from the identity.
+        Size of the deviation of K from the identity.
     sigma : float
         Strength of the noise.
     """

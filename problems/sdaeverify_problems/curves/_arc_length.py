@@ -1,4 +1,4 @@
-"""The ellipse x = 2 cos theta, y = sin theta by its arc length s, ds = l(theta) dtheta, l^2 = 1 + 3 sin^2 theta."""
+"""The ellipse x = 2 cos theta, y = sin theta by arc length s, ds = l(theta) dtheta, l^2 = 1 + 3 sin^2 theta."""
 
 from functools import cache
 
@@ -10,7 +10,8 @@ from sdaeverify.numerics import directional
 
 from .._known import solution
 
-# l is between 1 and 2, and Newton's method for s(theta) = s is quadratic from where it starts, less than 0.2 away.
+# l is between 1 and 2, and Newton's method for s(theta) = s converges quadratically from its start, less than 0.2
+# away.
 NEWTON_STEPS = 6
 
 
@@ -21,12 +22,12 @@ def circumference() -> float:
 
 
 def speed(theta: Array) -> Array:
-    """Return l = ds/dtheta."""
+    """Return l = ds/dtheta, shape of theta."""
     return np.sqrt(1.0 + 3.0 * np.sin(theta) ** 2)
 
 
 def angle(s: Array) -> Array:
-    """Return theta(s), by Newton's method from the angle of a circle with the same circumference."""
+    """Return theta(s), by Newton's method starting at the angle on a circle of the same circumference."""
     theta = 2 * np.pi / circumference() * s
     for _ in range(NEWTON_STEPS):
         theta = theta - (scipy.special.ellipeinc(theta, -3.0) - s) / speed(theta)
@@ -34,7 +35,7 @@ def angle(s: Array) -> Array:
 
 
 def drift(theta: Array) -> Array:
-    """Return beta = -(1/2) d log l/ds = -(3/4) sin 2 theta/l^3, the drift of s that is reversible for ds/l."""
+    """Return the drift beta = -(1/2) d log l/ds = -(3/4) sin 2 theta/l^3 of s, reversible for ds/l."""
     return -0.75 * np.sin(2 * theta) / speed(theta) ** 3
 
 
@@ -45,7 +46,7 @@ def slope(theta: Array) -> Array:
 
 
 def taylor(s: Array, t: float, h: float, noise: Increment) -> Array:
-    """Make one Ito-Taylor step of strong order 3/2 of ds = beta dt + dW, shape (1, P)."""
+    """Return s after one Ito-Taylor step of strong order 3/2 of ds = beta dt + dW, shape (1, P)."""
     theta = angle(s)
     beta, first = drift(theta), slope(theta)
     second = directional(slope, theta, np.ones_like(theta)) / speed(theta)
@@ -54,7 +55,7 @@ def taylor(s: Array, t: float, h: float, noise: Increment) -> Array:
 
 
 def arc_truth(theta_0: float, fixman: float) -> Pathwise:
-    """Return the solution by arc length: Brownian motion, or with the drift of the measure delta(g)."""
+    """Return the solution by arc length: Brownian motion, or with the drift of delta(g) if `fixman` is not 0."""
     s_0 = float(scipy.special.ellipeinc(theta_0, -3.0))
 
     def parts(t: float, s: Array) -> Parts:

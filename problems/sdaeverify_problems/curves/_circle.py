@@ -32,12 +32,12 @@ def curvature(r: Array, y: Array, z: Array) -> Array:
 
 
 def normal(theta: Array | float) -> Array:
-    """Return r, shape (2, P)."""
+    """Return the unit normal r(theta), shape (2, P)."""
     return np.stack([np.sin(theta), -np.cos(theta)])
 
 
 def tangent(theta: Array | float) -> Array:
-    """Return t, shape (2, P)."""
+    """Return the unit tangent t(theta), shape (2, P)."""
     return np.stack([np.cos(theta), np.sin(theta)])
 
 
@@ -52,7 +52,7 @@ def quarter_turn(x: Array) -> Array:
 
 
 def chart(centre: float, scale: float) -> Chart:
-    """Return the coordinates theta and omega, with centre and scale of the law of omega."""
+    """Return the chart with coordinates theta and omega, given centre and scale of the law of omega."""
 
     def embed(z: Array) -> Array:
         return np.concatenate([normal(z[0]), z[1] * tangent(z[0]), 0.0 * z[:1]])
@@ -64,12 +64,12 @@ def chart(centre: float, scale: float) -> Chart:
 
 
 def start(theta_0: float, omega_0: float) -> dict[str, Array]:
-    """Return the initial position and velocity of an angle and an angular velocity."""
+    """Return the initial position and velocity for an angle and an angular velocity."""
     return {"position": normal(theta_0), "velocity": omega_0 * tangent(theta_0)}
 
 
 def parts(t: float, z: Array) -> Parts:
-    """Return r, v and mu of the rows z = (theta, omega, mu)."""
+    """Return r, v and mu of a state with rows z = (theta, omega, mu)."""
     theta, omega, mu = z
     return {"r": normal(theta), "v": omega * tangent(theta), "mu": mu[None]}
 
@@ -87,7 +87,7 @@ def angle_truth(
 def square_integral(h: float, noise: Increment) -> Array:
     """Return E[ int_0^h W(s)^2 ds | dW, H ] = h (dW^2/3 + dW H + 6 H^2/5) + h^2/15, shape (l, P).
 
-    Given dW and H, W(s) has mean q dW + 6 q (1 - q) H, q = s/h, and what remains has int_0^h E[.^2] ds = h^2/15.
+    Given dW and H, W(s) has mean q dW + 6 q (1 - q) H, q = s/h, and its conditional variance has the integral h^2/15.
     """
     W, H = noise.dW, noise.H
     return h * (W * W / 3.0 + W * H + 1.2 * H * H) + h * h / 15.0
@@ -99,7 +99,7 @@ OBSERVABLES = {
     "|v|^4": lambda t, s: (s["v"] ** 2).sum(axis=0) ** 2,
     **monomials("mu", "mu^2"),
 }
-# What mechanics on the circle with M = Id is made of.
+# Fields of mechanical problems on the circle with M = Id.
 MECHANICS = {
     "constraint": constraint,
     "jacobian": jacobian,

@@ -9,8 +9,8 @@ import numpy as np
 from sdaeverify import Array
 from sdaeverify.numerics import directional
 
-# Points of the trapezoidal rule in the parameter, and Fourier modes in arc length: converged to rounding for ellipses
-# of axes 1 to 2 and curves as smooth.
+# Number of points of the trapezoidal rule in the parameter, and of Fourier modes in arc length: converged to rounding
+# for ellipses with axes from 1 to 2 and for similarly smooth curves.
 POINTS, MODES = 512, 100
 
 
@@ -21,7 +21,7 @@ class ClosedCurve:
     Attributes
     ----------
     gamma : callable, ndarray of shape (1, P) -> ndarray of shape (d, P)
-        Analytic, for complex steps.
+        Parametrisation, analytic because it is differentiated by complex steps.
     sigma : float
         Amplitude of the noise, unit length/sqrt(time).
     """
@@ -31,7 +31,7 @@ class ClosedCurve:
 
     @property
     def length(self) -> float:
-        """The length L of the curve."""
+        """Length L of the curve."""
         return float(2.0 * np.pi * self._speed.mean())
 
     @property
@@ -40,14 +40,14 @@ class ClosedCurve:
         return 2.0 * (self.length / (2.0 * np.pi * self.sigma)) ** 2
 
     def arc(self, theta: Array) -> Array:
-        """Return the arc length from theta = 0, by integrating the Fourier series of |gamma'|."""
+        """Return the arc length from 0 to theta, by integrating the Fourier series of |gamma'|."""
         waves = np.fft.rfft(self._speed)[1 : POINTS // 2] / POINTS
         k = 1j * np.arange(1.0, POINTS // 2)
         turns = np.exp(np.multiply.outer(theta, k)) - 1.0
         return np.asarray(self._speed.mean() * theta + 2.0 * (turns @ (waves / k)).real)
 
     def expectation(self, phi: Callable[[Array], Array], theta: float, t: float) -> float:
-        """Return E phi(X_t) from the point of parameter theta."""
+        """Return E phi(X_t) for X_0 = gamma(theta)."""
         values, k = phi(self.gamma(self._parameters[None])), np.arange(1.0, MODES + 1.0)
         waves = np.exp(-2j * np.pi / self.length * np.outer(k, self.arc(self._parameters)))
         shares = waves @ (values * self._weights)
@@ -56,7 +56,7 @@ class ClosedCurve:
         return float(phi(self.gamma(np.array([[theta]])))[0] + 2.0 * (faded @ (here * shares)).real)
 
     def mean(self, phi: Callable[[Array], Array]) -> float:
-        """Return the mean of phi by arc length, the invariant law."""
+        """Return the mean of phi with respect to arc length, the invariant law."""
         return float(self._weights @ phi(self.gamma(self._parameters[None])))
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Closed curves, by a parameter of period 2 pi and as the zeros of functions of second degree."""
+"""Closed curves, given by a parameter of period 2 pi and as the zeros of quadratic functions."""
 
 from collections.abc import Callable
 from typing import NamedTuple

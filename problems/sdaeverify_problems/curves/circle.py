@@ -14,7 +14,7 @@ SOURCE = "rotation by the angle W(t), Ito's formula"
 def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
     """Brownian motion on S^1: dX = J X o dW = -(1/2) X dt + J X dW, J = [[0, -1], [1, 0]], |X| = 1.
 
-    X = (cos theta, sin theta) with theta = theta_0 + W(t), exactly on any grid.
+    X = (cos theta, sin theta) with theta = theta_0 + W(t), which is exact on any grid.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ def constrained_curve(
     Parameters
     ----------
     eps : float
-        Stiffness parameter, unit time; nothing is known exactly unless it is 0.
+        Stiffness parameter, unit time; exact expectations exist only for 0.
     shape : str
         ``ellipse`` or ``space``.
     sigma : float
@@ -68,7 +68,7 @@ def constrained_curve(
 
 
 def truths(curve: ClosedCurve, theta_0: float) -> tuple[Truth, ...]:
-    """Return the expectations of all observables at every time and in the long run."""
+    """Return the expectations of all observables at every time and under the invariant law."""
     values = {name: lambda x, of=of: of(0.0, {"x": x}) for name, of in OBSERVABLES.items()}
     at_times = {name: partial(curve.expectation, phi, theta_0) for name, phi in values.items()}
     return (*moments(at_times, SOURCE), *limits({name: curve.mean(phi) for name, phi in values.items()}, SOURCE))

@@ -1,4 +1,4 @@
-"""Brownian motion on an ellipse, by arc length or reversible for the measure delta(g)."""
+"""Brownian motion on an ellipse by arc length, or motion that is reversible for the measure delta(g)."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from .._known import limits, monomials
 from ._arc_length import arc_truth, circumference, speed
 from ._circle import quarter_turn
 
-# The smallest rate at which the law of the eccentric angle relaxes.
+# Slowest relaxation rate of the law of the eccentric angle.
 RATE = 0.152863743
 
 
@@ -22,7 +22,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
     arc:    dX = t o dW, uniform in arc length, exactly s = s_0 + W(t);
     delta:  dX = t o dW - (1/2) t <t, grad log|grad g|> dt, reversible for delta(g) dx = ds/|grad g|.
 
-    The drift of the second is Fixman's. With X = (2 cos theta, sin theta) the law of delta(g) is uniform in theta.
+    The drift of the second equation is Fixman's. With X = (2 cos theta, sin theta), delta(g) is uniform in theta.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
     theta_0 : float
         Initial eccentric angle, radian.
     horizon : float
-        Final time, in the unit in which the variance of the arc length grows by one, the small half axis being 1.
+        Final time, in the unit in which the variance of the arc length grows by one; the minor semi-axis is 1.
 
     Source
     ------
@@ -61,7 +61,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
         observables=OBSERVABLES,
         truths=(arc_truth(theta_0, fixman), *means(lambda theta: speed(theta) ** (1.0 - fixman))),
         chart=Chart(axes=(Angle(),), embed=embed, read=lambda x: np.arctan2(x[1], 0.5 * x[0])[None]),
-        # By arc length it is that of a circle.
+        # By arc length the relaxation time is that of a circle.
         relaxation_time=1.0 / RATE if fixman else 2.0 * (circumference() / (2 * np.pi)) ** 2,
         units="small half axis 1, time so that the noise has unit strength",
         source="Ciccotti, Lelievre & Vanden-Eijnden 2008, on x^2/4 + y^2 = 1",

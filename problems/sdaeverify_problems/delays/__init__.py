@@ -1,1 +1,1 @@
-"""Equations with a delay: moments and stationary laws by renewal equations."""
+"""Delay equations, with moments and stationary laws by renewal equations."""

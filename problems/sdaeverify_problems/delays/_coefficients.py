@@ -1,4 +1,4 @@
-"""The coefficients of the test problem of Qu, Huang & Liu (2010), (5.1), and their six sets."""
+"""Coefficients of the test problem of Qu, Huang & Liu (2010), (5.1), with the paper's six sets."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from sdaeverify import Dissipation
 
 
 class Coefficients(NamedTuple):
-    """a, b, c, d, l and q, in units of 1/time or 1/sqrt(time)."""
+    """Coefficients a, b, c, d, l and q, in units of 1/time or 1/sqrt(time)."""
 
     a: float
     b: float
@@ -17,7 +17,7 @@ class Coefficients(NamedTuple):
 
     @property
     def dissipation(self) -> Dissipation:
-        """The constants of (4.1); L_1 = 1."""
+        """Constants of (4.1) with L_1 = 1."""
         a, b, c, d, l, q = self
         mixed = abs(c * d)
         return Dissipation(
@@ -35,7 +35,7 @@ class Coefficients(NamedTuple):
 
     @property
     def dissipation_without_y(self) -> Dissipation:
-        """The constants of dx = ((a + q) x + b v + l sin v) dt + (c x + d v) dW."""
+        """Constants of dx = ((a + q) x + b v + l sin v) dt + (c x + d v) dW."""
         a, b, c, d, l, q = self
         return Coefficients(a + q, abs(b) + abs(l), c, d, 0.0, 0.0).dissipation.without_y
 

@@ -1,8 +1,8 @@
-"""Functions on an interval by polynomials on panels, and their convolutions: product integrals that resolve layers.
+"""Piecewise polynomials on graded panels of an interval, and their convolutions, with boundary layers resolved.
 
 Functions with layers of width 1/a at the left end need log(a) panels that double in length. In a convolution at time
-u, one factor has its panels from 0 on and the other one from u backwards; between the ends of both, the product is a
-polynomial, which Gauss' rule integrates.
+u, the panels of one factor start at 0, and those of the other factor run backwards from u. Between consecutive panel
+ends of both factors the product is a polynomial, which is integrated by Gauss' rule.
 """
 
 from functools import cache
@@ -16,7 +16,8 @@ from numpy.polynomial.legendre import leggauss, legvander
 
 from sdaeverify import Array
 
-# Nodes of a panel; lengths, in units of 1/rate, of the first panel of a layer and of any panel of what grows.
+# Number of nodes of a panel; maximal length, in units of 1/rate, of the first panel of a layer and of all panels of
+# growing functions.
 NODES, LAYER, GROWTH = 20, 2.0, 6.0
 
 
@@ -27,9 +28,9 @@ def grade_panels(length: float, stiffness: float, growth: float) -> Array:
     ----------
     length : float
     stiffness : float
-        The largest rate in a layer at the left end.
+        Largest rate in a layer at the left end.
     growth : float
-        The largest rate elsewhere.
+        Largest rate elsewhere.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def nodes(ends: Array) -> Array:
 
 
 def interpolation(ends: Array, points: Array) -> "scipy.sparse.csr_array":
-    """Return the matrix that takes values at the nodes to values at points, shape (Q, N)."""
+    """Return the matrix that maps values at the nodes to values at other points, shape (Q, N)."""
     panel = np.clip(np.searchsorted(ends, points, "right") - 1, 0, len(ends) - 2)
     x = 2.0 * (points - ends[panel]) / np.diff(ends)[panel] - 1.0
     places = NODES * panel[:, None] + np.arange(NODES)
@@ -59,17 +60,17 @@ def interpolation(ends: Array, points: Array) -> "scipy.sparse.csr_array":
 
 
 class Convolution(NamedTuple):
-    """Integrals of kernel(s) f(q) over q, with s + q = end, at some times.
+    """Quadrature of kernel(s) f(q) over q, with s + q = end, at several times.
 
     Attributes
     ----------
     s : ndarray, shape (Q,)
-        Where kernels are wanted, for all times.
+        Arguments of the kernel, of all times.
     weights : ndarray, shape (Q,)
     of_s, of_q : csr_array, shape (Q, N)
-        Values at the nodes to those at s and at q.
+        Matrices that map values at the nodes to values at s and at q.
     owner : csr_array, shape (times, Q)
-        1 where a point belongs to a time.
+        1 if a point belongs to a time, otherwise 0.
     """
 
     s: Array
@@ -79,18 +80,18 @@ class Convolution(NamedTuple):
     owner: "scipy.sparse.csr_array"
 
     def matrix(self, kernel: Array) -> Array:
-        """Return the matrix that takes f's values at the nodes to the integrals, the kernel being known at s."""
+        """Return the matrix that maps values of f at the nodes to the integrals, given the kernel at s."""
         return np.asarray((self.owner @ (scipy.sparse.diags_array(self.weights * kernel) @ self.of_q)).toarray())
 
 
 def convolution(ends: Array, times: Array, older: bool = False) -> Convolution:
-    """Return the convolution over q from 0 to u with s = u - q; of older values, from u on with s = length + u - q.
+    """Return the convolution over q in [0, u] with s = u - q, or in [u, length] with s = length + u - q if `older`.
 
     Parameters
     ----------
     ends : ndarray, shape (p + 1,)
     times : ndarray, shape (times,)
-        u, on the interval.
+        Times u in [0, length].
     older : bool, optional
 
     Returns
@@ -106,17 +107,17 @@ def convolution(ends: Array, times: Array, older: bool = False) -> Convolution:
 
 
 def _points(ends: Array, low: float, high: float, total: float) -> tuple[Array, Array, Array]:
-    """Return q, s = total - q and Gauss' weights between all ends of panels of either."""
+    """Return q, s = total - q and Gauss' weights between all panel ends of q and of s."""
     inner = np.concatenate([ends, total - ends])
     cuts = np.unique([low, *inner[(inner > low) & (inner < high)], high]) if high > low else np.zeros(1)
     half, x = 0.5 * np.diff(cuts)[:, None], _rule().x
-    # From the nearer end of its interval, so that a small s is no difference of large numbers.
+    # s is computed from the right end of its interval, so that small values do not suffer from cancellation.
     q, s = cuts[:-1, None] + half * (1.0 + x), total - cuts[1:, None] + half * (1.0 - x)
     return q.ravel(), s.ravel(), (half * _rule().w).ravel()
 
 
 class _Rule(NamedTuple):
-    """Gauss' rule on [-1, 1], and the matrix that takes values at its nodes to Legendre coefficients."""
+    """Gauss' rule on [-1, 1], and the matrix that maps values at its nodes to Legendre coefficients."""
 
     x: Array
     w: Array

@@ -12,7 +12,8 @@ from ._renewal_equation import mean, second, size
 from ._scalar_delay import ScalarDelay
 
 MOMENTS = "variation of constants and its renewal equation"
-# Unknowns up to which moments are found, 2000 delays unless the equation is stiff: three seconds of arithmetic.
+# Maximal number of unknowns for moments, about 2000 delays unless the equation is stiff: three seconds of
+# computation.
 MOST_UNKNOWNS = 40_100
 OBSERVABLES = monomials("x", "x^2", "x^3")
 
@@ -25,9 +26,9 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
     equation : ScalarDelay
     horizon : float
     truths : tuple of Truth, optional
-        Beside the moments.
+        Truths in addition to the moments.
     **further
-        Further fields of the problem.
+        Additional fields of the problem.
 
     Returns
     -------
@@ -50,7 +51,7 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
 
 
 def delay_moments(equation: ScalarDelay, horizon: float) -> tuple[Moment, ...]:
-    """Return E x and E x^2, unless too many delays fit into the horizon."""
+    """Return E x and E x^2, or an empty tuple if the horizon needs more than `MOST_UNKNOWNS` unknowns."""
     if size(equation, horizon) > MOST_UNKNOWNS:
         return ()
     return moments({"x": lambda t: mean(equation, t), "x^2": lambda t: second(equation, t)}, MOMENTS)

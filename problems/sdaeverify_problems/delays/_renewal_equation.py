@@ -1,18 +1,18 @@
-"""The moments of a scalar linear delay equation: its mean by steps, the second moment by its renewal equation.
+"""Moments of a scalar linear delay equation: the mean by the method of steps, E x^2 by a renewal equation.
 
-With r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0, both r and the mean m go from one interval to the next by
+With r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0, both r and the mean m are continued to the next interval by
 
     f(t + u) = e^(A u) f(t) + B int_0^u e^(A (u - q)) f(t - tau + q) dq,    t a multiple of tau, 0 <= u <= tau.
 
 The noise g = c x + d v + s enters as x(t) = m(t) + int_0^t r(t - q) g(q) dW(q). Hence gamma = E g^2 obeys a renewal
-equation, and E x^2 follows,
+equation, which determines E x^2,
 
     gamma(t) = (c m(t) + d m(t - tau) + s)^2 + int_0^t [c r(t - q) + d r(t - tau - q)]^2 gamma(q) dq,
     E x(t)^2 = m(t)^2 + int_0^t r(t - q)^2 gamma(q) dq.
 
 Between multiples of tau all functions are analytic, with a layer at the left end where |A| tau is large, and the
 equation is solved by collocation there. (The pieces x(s), x(s + tau), ... obey equations with independent noises, but
-a younger one begins where an older one ends: the older one's noise is known to it, and their joint moments obey no
+each piece starts at the end of the previous one and so depends on its noise: their joint moments do not satisfy a
 closed equation in s.)
 """
 
@@ -27,19 +27,19 @@ from sdaeverify import Array, ParameterError
 from ._graded_panels import Convolution, convolution, grade_panels, nodes
 from ._scalar_delay import ScalarDelay, piece
 
-# Rate times delay up to which panels are made.
+# Largest product of growth rate and delay for which panels are built.
 MOST_GROWTH = 1e5
 
 
 class Pieces(NamedTuple):
-    """Functions between multiples of the delay, the first piece being the one before 0.
+    """Functions on intervals between multiples of the delay; the first piece of r and m is that before 0.
 
     Attributes
     ----------
     r, m : ndarray, shape (k + 1, N + 1)
-        At the nodes and at the right end.
+        Values at the nodes and at the right end.
     gamma : ndarray, shape (k, N)
-        At the nodes, from 0 on.
+        Values at the nodes, for intervals from 0 on.
     """
 
     r: Array
@@ -48,13 +48,13 @@ class Pieces(NamedTuple):
 
 
 def mean(equation: ScalarDelay, t: float) -> float:
-    """Return E x(t)."""
+    """Return E x(t) by the method of steps."""
     k, u = piece(equation, t)
     return float(_value_later(equation, _pieces(equation, k).m, k, u))
 
 
 def second(equation: ScalarDelay, t: float) -> float:
-    """Return E x(t)^2."""
+    """Return E x(t)^2 by the renewal equation."""
     k, u = piece(equation, t)
     known, (young, old) = _pieces(equation, k), _convolutions(equation, (u,))
     past = ((_row(young, known.r[1 + k - j]) + _row(old, known.r[k - j])) @ known.gamma[j] for j in range(k + 1))
@@ -62,7 +62,7 @@ def second(equation: ScalarDelay, t: float) -> float:
 
 
 def size(equation: ScalarDelay, horizon: float) -> int:
-    """Return the number of unknowns up to a time: what moments cost grows with its square."""
+    """Return the number of unknowns up to a time; the cost of moments grows quadratically with it."""
     return (piece(equation, horizon)[0] + 1) * len(nodes(_ends(equation)))
 
 
@@ -71,14 +71,14 @@ def _row(at: Convolution, r: Array) -> Array:
 
 
 def _value_later(equation: ScalarDelay, m: Array, k: int, u: float) -> float:
-    """Return m(k tau + u)."""
+    """Return m(k tau + u) from the values of m on the previous interval."""
     (young, _), A = _convolutions(equation, (u,)), equation.A
     drawn = young.matrix(np.exp(A * young.s)) @ m[k, :-1]
     return float((np.exp(A * u) * m[k, -1] + equation.B * drawn)[0])
 
 
 def _pieces(equation: ScalarDelay, k: int) -> Pieces:
-    """Return the pieces up to number k, and perhaps some more."""
+    """Return the pieces up to number k or more; counts are rounded up to powers of two for the cache."""
     return _compute_pieces(equation, 1 << k.bit_length())
 
 
@@ -115,7 +115,7 @@ def _ends(equation: ScalarDelay) -> Array:
     A, B, c, d, *_ = equation
     growth = max(A, 0.0) + max(abs(B) - abs(A), 0.0) + max(c * c + 2.0 * A, 0.0) + max(d * d + 2.0 * A, 0.0)
     fastest = abs(A) + abs(B) + c * c + d * d
-    # Written so that a NaN is refused.
+    # Negated so that NaN is rejected, too.
     if not growth * equation.tau <= MOST_GROWTH or not fastest < np.inf:
         text = f"must be finite and grow by no more than e^{MOST_GROWTH:g} within a delay, got {equation[:4]}"
         raise ParameterError(f"a delay equation with A, B, c, d {text}")

@@ -1,4 +1,4 @@
-"""A scalar linear delay equation with an affine past.
+"""A scalar linear delay equation with an affine history.
 
 dx = (A x + B v) dt + (c x + d v + s) dW,    v(t) = x(t - tau),    x(t) = x_0 + slope t for t <= 0.
 """
@@ -10,7 +10,7 @@ from sdaeverify import Array
 
 
 class ScalarDelay(NamedTuple):
-    """The coefficients, per unit of time or its square root, the delay, and the past.
+    """Coefficients, per unit of time or its square root, with the delay and the history.
 
     Attributes
     ----------
@@ -30,11 +30,11 @@ class ScalarDelay(NamedTuple):
     slope: float
 
     def past(self, t: Array) -> Array:
-        """Return the history at times t <= 0."""
+        """Return the history x_0 + slope t at times t <= 0."""
         return self.x_0 + self.slope * t
 
 
 def piece(equation: ScalarDelay, t: float) -> tuple[int, float]:
-    """Return how many delays fit into t, and what is left."""
+    """Return the number of whole delays in t, and the remaining time."""
     k = floor(t / equation.tau)
     return k, t - k * equation.tau

@@ -1,4 +1,4 @@
-"""What is known of the moments of the test problem of Qu, Huang & Liu (2010), (5.1)."""
+"""Known moments of the test problem of Qu, Huang & Liu (2010), (5.1)."""
 
 import numpy as np
 import scipy
@@ -13,7 +13,7 @@ from ._scalar_delay import ScalarDelay
 
 
 def moments(at: Coefficients, horizon: float) -> tuple[Moment, ...]:
-    """Return E x, E x^2 and E y: at all times where l = 0, else up to the first delay."""
+    """Return E x, E x^2 and E y: at all times if l = 0, otherwise up to the first delay."""
     if at.l == 0.0:
         equation = ScalarDelay(at.a + at.q, at.b, at.c, at.d, 0.0, 1.0, 1.0, 1.0)
         y = Moment(observable="y", value=lambda t: at.q * mean(equation, t), source=linear.MOMENTS)
@@ -22,7 +22,10 @@ def moments(at: Coefficients, horizon: float) -> tuple[Moment, ...]:
 
 
 def _first_interval(at: Coefficients) -> tuple[Moment, ...]:
-    """Return them where v(t) = t: m' = A m + p, S' = (2 A + c^2) S + 2 (p + c d t) m + d^2 t^2, p = b t + l sin t."""
+    """Return the moments up to the first delay, where v(t) = t, by their linear differential equations.
+
+    m' = A m + p, S' = (2 A + c^2) S + 2 (p + c d t) m + d^2 t^2, p = b t + l sin t.
+    """
     values = {
         "x": lambda t: float(_solve_moments(at, t)[0]),
         "x^2": lambda t: float(_solve_moments(at, t)[1]),

@@ -1,4 +1,4 @@
-"""An index-1 delay equation whose constraint depends on time: a force that is manufactured for a known solution."""
+"""An index-1 delay equation whose constraint depends on time, with a force manufactured for a known solution."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
 
     With A = a + q and p(t) = amplitude sin(omega t), the force s(t) = p'(t) - A p(t) - B p(t - tau) makes x - p the
     solution of dX = (A X + B X(t - tau)) dt + sigma dW, X = 1 for t <= 0, whose moments are known; x is normal. A
-    scheme that solves the constraint at another time than it should has the right y on all problems but this one.
+    scheme that solves the constraint at a wrong time has the right y on autonomous problems, but not on this one.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def delay_forced(  # noqa: PLR0913, PLR0917 - the coefficients of two equations
     B : float
         Rate of the delayed force, unit 1/time.
     q : float
-        Rate by y, unit 1/time.
+        Contribution of y to the rate, unit 1/time.
     amplitude : float
-        Of the periodic part of x.
+        Amplitude of the periodic part of x.
     omega : float
-        Its frequency, unit 1/time.
+        Frequency of the periodic part of x, unit 1/time.
     sigma : float
         Noise amplitude, unit x/sqrt(time).
     tau : float

@@ -1,4 +1,4 @@
-"""A delayed noise whose strength is set by a constraint that depends on time."""
+"""A delayed noise whose strength is determined by a time-dependent constraint."""
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -21,8 +21,8 @@ def delay_growing(
 
         N(t) = 1 + exp(-2 a tau) int_0^t b(s)^2 N(s - tau) ds:   a polynomial between two multiples of tau.
 
-    A scheme that solves the constraint at another time than it should has the right y where the constraint does not
-    depend on time; here it has not.
+    A scheme that solves the constraint at a wrong time has the right y if the constraint does not depend on time, but
+    not on this problem.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def delay_growing(
     b : float
         Noise amplitude at the start, unit 1/sqrt(time).
     growth : float
-        Of the amplitude, relative, unit 1/time.
+        Relative growth rate of the amplitude, unit 1/time.
     tau : float
         Delay, positive.
     horizon : float
@@ -78,7 +78,7 @@ def delay_growing(
 
 
 def _piece(strength: Polynomial, tau: float, k: int) -> Polynomial:
-    """Return N on [k tau, (k + 1) tau]."""
+    """Return the polynomial N on [k tau, (k + 1) tau]."""
     before = after = Polynomial([1.0])
     for j in range(k + 1):
         last, before = after, after(Polynomial([-tau, 1.0])) if j else before

@@ -14,7 +14,7 @@ def delay_linear(
 ) -> DelaySDAE:
     """Linear with delay: dx = (A x + B v) dt + (c x + d v) dW, v(t) = x(t - tau), x = 1 for t <= 0.
 
-    With r' = A r + B r(t - tau), r(0) = 1, it is mean-square stable exactly if r decays and
+    With r' = A r + B r(t - tau), r(0) = 1, the equation is mean-square stable if and only if r decays and
     int_0^inf (c r(t) + d r(t - tau))^2 dt < 1: for A = -2, B = 1, c = 0 and tau = 1 up to |d| = 1.7749729938.
 
     Parameters

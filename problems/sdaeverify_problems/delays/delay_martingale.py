@@ -1,4 +1,4 @@
-"""A martingale whose noise is its own past."""
+"""A martingale whose noise is proportional to its own past."""
 
 from sdaeverify import DelaySDAE, hookimpl
 
@@ -10,8 +10,8 @@ from ._scalar_delay import ScalarDelay
 def delay_martingale(d: float = 0.8, tau: float = 1.0, horizon: float = 2.0) -> DelaySDAE:
     """Delayed martingale: dx = d x(t - tau) dW, x = 1 for t <= 0.
 
-    E x = 1, and E x^2 is a polynomial of degree k + 1 on [k tau, (k + 1) tau], 1 + d^2 t on the first of them. Up to
-    tau, Euler's method has no error, and with tau = m h, E (x_N - x(t_N))^2 = d^4 (t_N - tau) h/2 up to 2 tau.
+    E x = 1, and E x^2 is a polynomial of degree k + 1 on [k tau, (k + 1) tau], 1 + d^2 t for k = 0. Up to tau,
+    Euler's method has no error, and with tau = m h, E (x_N - x(t_N))^2 = d^4 (t_N - tau) h/2 up to 2 tau.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Two components with a delay, two noises that do not commute, and two algebraic components that depend on time."""
+"""Two components with a delay, two noises that do not commute, and two time-dependent algebraic components."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from .._brief import DELAYED
 from .._known import monomials
 
 A, B = np.array([[-1.0, 0.4], [-0.3, -0.8]]), np.array([[0.5, -0.2], [0.3, 0.4]])
-# du/dy, and how y depends on x, on the lagged x and on time.
+# Coefficients of y, x and the lagged x in the constraint.
 C, D, E = (
     np.array([[1.0, 0.3], [-0.2, 0.9]]),
     np.array([[0.4, 0.1], [-0.2, 0.3]]),
@@ -23,7 +23,7 @@ def delay_pair(sigma: float = 0.5, tau: float = 0.37, omega: float = 3.0, horizo
     """Delayed pair: dx = (A x + B sin(v) + y) dt + sigma (G_j x + e_j) dW_j, 0 = C y - D x - E v - s(t).
 
     v = x(t - tau). All matrices are full, G_1 and G_2 do not commute, and s(t) = (sin(omega t), cos(omega t))/2. The
-    delay is no multiple of a step, and x = (1 + t, 1/2 - t^2) for t <= 0.
+    delay is not a multiple of the step size, and x = (1 + t, 1/2 - t^2) for t <= 0.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def delay_pair(sigma: float = 0.5, tau: float = 0.37, omega: float = 3.0, horizo
 
 
 def _whole(matrix: Array, x: Array) -> Array:
-    """Return a matrix on every path, shape (2, 2, P)."""
+    """Return a matrix broadcast to every path, shape (2, 2, P)."""
     return np.asarray(np.broadcast_to(matrix[..., None], (2, 2, x.shape[-1])))
 
 

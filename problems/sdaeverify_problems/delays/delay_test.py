@@ -26,14 +26,14 @@ def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
 ) -> DelaySDAE:
     """Linear but for a sine: dx = [a x + b v + y] dt + [c x + d v] dW, 0 = l sin v + q x - y, v(t) = x(t - 1).
 
-    x(t) = t + 1 on [-1, 0]. Without y it is dx = [A x + b v + l sin v] dt + [c x + d v] dW, A = a + q.
+    x(t) = t + 1 on [-1, 0]. Eliminating y gives dx = [A x + b v + l sin v] dt + [c x + d v] dW, A = a + q.
 
     Parameters
     ----------
     set : str
-        I to VI, the paper's coefficients.
+        Set of coefficients in the paper, ``I`` to ``VI``.
     a : float
-        In the place of the set's, as all others, where given; unit 1/time.
+        Replaces the value of the set if given, as all other coefficients; unit 1/time.
     b : float
         Unit 1/time.
     c : float
@@ -58,7 +58,7 @@ def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
 
 
 def problem(at: Coefficients, horizon: float) -> DelaySDAE:
-    """Return the problem with some coefficients."""
+    """Return the problem with the given coefficients."""
     a, b, c, d, l, q = at
 
     return DelaySDAE(

@@ -1,1 +1,1 @@
-"""Inextensible fibres in a turbulent flow: chains, constraints, forces, noise."""
+"""Inextensible fibres in a turbulent flow: chains, constraints, forces and noise."""

@@ -1,4 +1,4 @@
-"""A chain of N points in R^d, clamped or free at its first end and free at its last one: the ghost points.
+"""A chain of N points in R^d, clamped or free at its first end and free at its last end, with its ghost points.
 
 Lindner et al. (2018), sections 2.3-2.7. States of shape (n, P), n = N d, hold one point after the other.
 """
@@ -11,7 +11,7 @@ from sdaeverify import Array
 
 from .._arguments import count
 
-# Points of the longest chain.
+# Largest number of points.
 MOST = 100_000
 
 
@@ -24,7 +24,7 @@ class Chain(NamedTuple):
     ds : float
         Unit length.
     root : ndarray, shape (2, d, 1), or None
-        The fixed points r_{-1} and r_0 of a clamp; None where both ends are free, so that r_1 has no constraint.
+        Fixed points r_{-1} and r_0 of a clamp; None if both ends are free, so that r_1 is unconstrained.
     """
 
     N: int
@@ -38,13 +38,13 @@ class Chain(NamedTuple):
         return (np.arange(self.N) + (0.5 if self.root is None else 1.5)) * self.ds
 
     def straight(self) -> Array:
-        """Return the positions of a straight fibre, shape (n,): down from the clamp, -s_i e_2, or along e_1."""
+        """Return the positions of a straight fibre, shape (n,): downwards from the clamp, -s_i e_2, or along e_1."""
         direction = np.eye(self.d)[0] if self.root is None else -np.eye(self.d)[1]
-        # Adding zero takes the sign of -0.0.
+        # Adding zero removes the sign of -0.0.
         return np.outer(self.arc_lengths, direction).ravel() + 0.0
 
     def points(self, x: Array) -> Array:
-        """Return the rows of a state, or of directions, by points: (n, ..., P) -> (N, d, ..., P)."""
+        """Reshape the rows of a state or of directions by points: (n, ..., P) -> (N, d, ..., P)."""
         return x.reshape(self.N, self.d, *x.shape[1:])
 
     def positions(self, r: Array) -> Array:
@@ -58,7 +58,7 @@ class Chain(NamedTuple):
     def bends(self, x: Array) -> Array:
         """Return r_{i+1} - 2 r_i + r_{i-1}, i = 0..N+1, of x = positions(r), shape (N + 2, d, P).
 
-        Beyond a free end, r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}, they vanish.
+        Second differences beyond a free end vanish: r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}.
         """
         edges, bends = x[1:] - x[:-1], np.zeros_like(x)
         np.subtract(edges[1:], edges[:-1], out=bends[1:-1])
@@ -67,11 +67,11 @@ class Chain(NamedTuple):
         return bends
 
     def edges(self, r: Array) -> Array:
-        """Return r_i - r_{i-1} wherever it is constrained, shape (m, d, P)."""
+        """Return r_i - r_{i-1} for all constrained edges, shape (m, d, P)."""
         return self._differences(self.points(r), 0.0 if self.root is None else self.root[1:])
 
     def differences(self, y: Array) -> Array:
-        """Return y_i - y_{i-1} of directions on the same edges: (n, ..., P) -> (m, d, ..., P)."""
+        """Return y_i - y_{i-1} of directions for all constrained edges: (n, ..., P) -> (m, d, ..., P)."""
         return self._differences(self.points(y), 0.0)
 
     def _extend(self, x: Array, first: Array | float | None) -> Array:
@@ -89,7 +89,7 @@ def clamped_chain(N: int, d: int) -> Chain:
     Raises
     ------
     ParameterError
-        If N is no whole number from 2 to 100000, or d neither 2 nor 3.
+        If N is not an integer from 2 to 100000, or d is neither 2 nor 3.
     """
     count("N", N, 2, MOST)
     count("d", d, 2, 3)
@@ -104,7 +104,7 @@ def free_chain(N: int, d: int) -> Chain:
     Raises
     ------
     ParameterError
-        If N is no whole number from 2 to 100000, or d neither 2 nor 3.
+        If N is not an integer from 2 to 100000, or d is neither 2 nor 3.
     """
     count("N", N, 2, MOST)
     count("d", d, 2, 3)

@@ -1,4 +1,4 @@
-"""Differences and means along a chain as matrices, for what is linear in one component of all points."""
+"""Differences and means along a chain as matrices, which act on one component of all points."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from ._chain import Chain
 
 
 def scalar_matrices(chain: Chain) -> tuple[Array, Array]:
-    """Return the matrices of one component of directions: fourth differences and edge means.
+    """Return the matrices that act on one component of directions: fourth differences and edge means.
 
     Returns
     -------
     S : ndarray, shape (N, N)
     W : ndarray, shape (N + 1, N)
-        From points to all edges, those beyond a free end included.
+        Maps points to all edges, including those beyond a free end.
     """
     scalar = chain._replace(d=1, root=None if chain.root is None else np.zeros((2, 1, 1)))
     x = scalar.positions(np.eye(chain.N))

@@ -1,4 +1,4 @@
-"""What a user may get wrong about a fibre, each in one line."""
+"""Checks of the user's data of a fibre, with messages of one line."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +9,7 @@ from ._chain import Chain
 from ._fibre import Fibre
 
 PROBES = 3
-# Coordinates may come from a sum along the chain, or from a file with ten digits.
+# Coordinates may be accumulated along the chain, or read from a file with ten digits.
 LENGTH_TOLERANCE = 1e-9
 
 
@@ -19,7 +19,7 @@ def rows(chain: Chain, name: str, values: ArrayLike) -> Array:
     Raises
     ------
     ProblemError
-        If they have another shape.
+        If the data have another shape.
     """
     array, expected = np.asarray(values, dtype=float), (chain.N, chain.d)
     if array.shape != expected:
@@ -28,12 +28,12 @@ def rows(chain: Chain, name: str, values: ArrayLike) -> Array:
 
 
 def check_lengths(chain: Chain, r: Array) -> None:
-    """Check the initial positions, shape (n,).
+    """Check that the edges of the initial positions, shape (n,), have length ds.
 
     Raises
     ------
     ProblemError
-        If an edge has not the length ds.
+        If an edge does not have the length ds.
     """
     lengths = np.linalg.norm(chain.edges(r[:, None]), axis=1)[:, 0]
     worst = int(np.argmax(np.abs(lengths - chain.ds)))
@@ -45,12 +45,12 @@ def check_lengths(chain: Chain, r: Array) -> None:
 
 
 def check_functions(fibre: Fibre, r: Array, v: Array) -> None:
-    """Check what u, C and D return on `PROBES` paths at the initial data, each of shape (n,).
+    """Check the shapes that u, C and D return on `PROBES` paths at the initial data, each of shape (n,).
 
     Raises
     ------
     ProblemError
-        If it has another shape than expected.
+        If a returned array has an unexpected shape.
     """
     chain = fibre.chain
     r, v = (np.repeat(x[:, None], PROBES, axis=1) for x in (r, v))

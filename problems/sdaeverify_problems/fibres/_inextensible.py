@@ -1,10 +1,10 @@
-"""The constraint of an inextensible chain, g_{i-1/2} = (1 - |r_i - r_{i-1}|^2/ds^2)/2, at O(N) a path.
+"""The constraint of an inextensible chain, g_{i-1/2} = (1 - |r_i - r_{i-1}|^2/ds^2)/2, in O(N) operations per path.
 
 Lindner et al. (2018), (2.7). With e_i = r_i - r_{i-1}:
 
     (Dg y)_i = -<e_i, y_i - y_{i-1}>/ds^2,   (grad g c)_i = (e_{i+1} c_{i+1} - e_i c_i)/ds^2,
 
-where y_0 = 0 at a clamp, and c = 0 on edges that are no constraint.
+where y_0 = 0 at a clamp, and c = 0 on unconstrained edges.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ EPS = 0.01
 
 
 class ChainJacobian(NamedTuple):
-    """Dg at a position of every path.
+    """Jacobian Dg at one position per path.
 
     Attributes
     ----------
@@ -46,7 +46,10 @@ class ChainJacobian(NamedTuple):
         return np.reshape(padded[1:] - padded[:-1], (-1, *pull.shape[2:]))
 
     def gram(self, other: "ChainJacobian") -> Tridiagonal:
-        """Return Dg grad g with another's f: 2 <e_i, f_i> and -<e_i, f_{i+-1}> by ds^4; <e_1, f_1> at a clamp."""
+        """Return Dg grad g for edges e and f of `other`, the bands 2 <e_i, f_i> and -<e_i, f_{i+-1}> over ds^4.
+
+        At a clamp the first diagonal entry is <e_1, f_1>/ds^4.
+        """
         e, f, scale = self.e, other.e, self.chain.ds**-4
         diagonal = dots(e, f) * (2.0 * scale)
         if self.chain.root is not None:
@@ -85,9 +88,9 @@ def bound(chain: Chain) -> float:
 
     Let T/ds^2 be the Gram matrix of the straight chain: 2 and -1, with T_11 = 1 at a clamp. In general
     |G_ij| <= |T_ij| |e_i| |e_j|/ds^4, where signs off the diagonal do not matter to the eigenvalues of a tridiagonal
-    matrix: those of G lie between the least and the largest one of T, times the least and the largest |e|^2/ds^4, and
-    ||e| - ds| <= sqrt(2) EPS ds. Beside |G| and |G^{-1}|, |grad g| = |G|^(1/2) and |D^2 g| <= (2 |T|)^(1/2)/ds^2 are
-    smaller, because |T| >= 2 and ds < 1.
+    matrix: the eigenvalues of G lie between the least and the largest one of T, times the least and the largest
+    |e|^2/ds^4, and ||e| - ds| <= sqrt(2) EPS ds. The maximum is attained by |G| or |G^{-1}|: |grad g| = |G|^(1/2) and
+    |D^2 g| <= (2 |T|)^(1/2)/ds^2 are smaller, because |T| >= 2 and ds < 1.
     """
     m = chain.N - (chain.root is None)
     T = 2.0 * np.eye(m) - np.eye(m, k=1) - np.eye(m, k=-1)

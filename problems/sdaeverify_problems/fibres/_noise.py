@@ -1,4 +1,4 @@
-"""The noise of a fibre, Lindner et al. (2018), (2.8): each point has its own white noise."""
+"""Noise of a fibre, Lindner et al. (2018), (2.8): independent white noise at each point."""
 
 from typing import NamedTuple
 
@@ -10,13 +10,13 @@ from ._fibre import Fibre
 
 
 class FibreNoise(NamedTuple):
-    """The noise coefficient (B dw)_i = ds^{-1/2} (A_{i+1/2} + A_{i-1/2})/2 dw_i, A = Dr^{-2} beta C D on edges."""
+    """Noise coefficient (B dw)_i = ds^{-1/2} (A_{i+1/2} + A_{i-1/2})/2 dw_i with A = Dr^{-2} beta C D on edges."""
 
     fibre: Fibre
 
     @property
     def strength(self) -> float:
-        """Return beta Dr^{-2} ds^{-1/2}: the coefficient where C and D are the identity."""
+        """The number beta Dr^{-2} ds^{-1/2}, the coefficient if C and D are the identity."""
         return self.fibre.beta / (self.fibre.Dr**2 * np.sqrt(self.fibre.chain.ds))
 
     @property
@@ -26,13 +26,13 @@ class FibreNoise(NamedTuple):
 
     @property
     def traits(self) -> frozenset[str]:
-        """Traits of the problem: noise that does not depend on v acts on v, so that DB_j B_k = 0."""
+        """Traits of the problem: if the noise does not depend on v, DB_j B_k = 0, because it acts on v only."""
         if self.fibre.D is not None:
             return frozenset()
         return frozenset({"additive-noise" if self.additive else "vanishing-milstein-term"})
 
     def matrix(self, t: float, r: Array, v: Array) -> Array:
-        """Return B, shape (n, n, P), or (n, n, 1) where it is constant."""
+        """Return B, shape (n, n, P), or (n, n, 1) if it is constant."""
         n, (N, d, *_) = len(r), self.fibre.chain
         if self.additive:
             return self.strength * np.eye(n)[..., None]
@@ -49,7 +49,7 @@ class FibreNoise(NamedTuple):
         return np.einsum("abip,ibp->iap", self._blocks(t, r, v), points).reshape(w.shape)
 
     def _blocks(self, t: float, r: Array, v: Array) -> Array:
-        # Diagonal blocks of B, shape (d, d, N, P).
+        # Return the diagonal blocks of B, shape (d, d, N, P).
         chain, C, D = self.fibre.chain, self.fibre.C, self.fibre.D
         x, y, tau = self.fibre.edges(chain.positions(r), chain.velocities(v))
         factors = [A for A in (C and C(x, tau, t), D and D(x, y, tau, t)) if A is not None]

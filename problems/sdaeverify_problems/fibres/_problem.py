@@ -1,4 +1,4 @@
-"""A fibre as a constrained problem, with its fine reference."""
+"""A fibre as a constrained problem, with a fine reference solution."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ from ._noise import FibreNoise
 from ._observables import observables
 from ._structure import fibre_structure
 
-# Steps of the finest level and of the fine reference at the default settings.
+# Number of steps of the finest level and of the fine reference at the default settings.
 FINEST_STEPS, REFERENCE_STEPS = 256, 512
 
 
@@ -27,8 +27,8 @@ def fibre_problem(
 ) -> HolonomicSDAE:
     """Return a fibre as a problem.
 
-    Its solution on a path is known by a fine reference where D is the identity, so that the noise does not depend on
-    velocities, and where `is_resolved` holds. It has controls where `mild` holds: these are explicit schemes.
+    The problem has a fine reference solution if D is the identity, so that the noise does not depend on velocities,
+    and if `is_resolved` holds. It has controls if `mild` holds, because the controls are explicit schemes.
 
     Parameters
     ----------
@@ -36,15 +36,15 @@ def fibre_problem(
     horizon : float
         Final time.
     position, velocity : array_like, shape (N, d), optional
-        Initial data; straight and at rest if left out.
+        Initial data; by default straight and at rest.
 
     Raises
     ------
     ParameterError
-        If the fibre or the horizon is of another kind.
+        If the fibre or the horizon has a wrong type.
     ProblemError
-        If the initial data or what u, C or D return have another shape, if an edge of the initial chain has not the
-        length ds, or if the velocity would change it.
+        If the initial data or the results of u, C or D have an unexpected shape, if an edge of the initial chain does
+        not have the length ds, or if the velocity would change a length.
     """
     instance("fibre", fibre, Fibre)
     chain, noise, horizon = fibre.chain, FibreNoise(fibre), number("horizon", horizon)
@@ -77,27 +77,27 @@ def fibre_problem(
 
 
 def is_resolved(fibre: Fibre, horizon: float) -> bool:
-    """Tell whether an explicit reference of second order in time is stable on 512 steps up to the horizon.
+    """Return whether an explicit reference of second order in time is stable with 512 steps up to the horizon.
 
-    A motion of frequency w without friction grows by (1 + (w h)^4/4)^(1/2) a step, by a factor of less than e over
-    all n steps if n (w h)^4 <= 8; and the drag asks for h Dr^{-2} <= 2.
+    A motion of frequency w without friction grows by (1 + (w h)^4/4)^(1/2) per step, by a factor of less than e over
+    all n steps if n (w h)^4 <= 8. The drag requires h Dr^{-2} <= 2.
     """
     h = horizon / REFERENCE_STEPS
     return REFERENCE_STEPS * (_stiffness(fibre) * h * h) ** 2 <= 8.0 and h <= 2.0 * fibre.Dr**2
 
 
 def mild(fibre: Fibre, horizon: float) -> bool:
-    """Tell whether Euler's explicit steps are stable at the finest level up to the horizon, 256 of them.
+    """Return whether Euler's explicit method is stable with 256 steps, the finest level, up to the horizon.
 
-    A motion of frequency w without friction grows by (1 + (w h)^2)^(1/2) a step, by a factor of less than e over all
-    n steps if n (w h)^2 <= 2; and the drag asks for h Dr^{-2} <= 2.
+    A motion of frequency w without friction grows by (1 + (w h)^2)^(1/2) per step, by a factor of less than e over
+    all n steps if n (w h)^2 <= 2. The drag requires h Dr^{-2} <= 2.
     """
     h = horizon / FINEST_STEPS
     return FINEST_STEPS * _stiffness(fibre) * h * h <= 2.0 and h <= 2.0 * fibre.Dr**2
 
 
 def _stiffness(fibre: Fibre) -> float:
-    """Return a bound of w^2: of bending, and of the tension that carries the weight."""
+    """Return an upper bound of w^2, the sum of the contributions of bending and of the tension by weight."""
     ds = fibre.chain.ds
     return 16.0 / (fibre.alpha * ds * ds) ** 2 + 4.0 / (fibre.Fr * ds) ** 2
 

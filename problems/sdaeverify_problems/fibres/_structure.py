@@ -1,4 +1,4 @@
-"""What couples with what in a fibre, and its derivatives in closed form, at O(N) a path."""
+"""Coupling structure of a fibre with derivatives in closed form, in O(N) operations per path."""
 
 from dataclasses import dataclass
 
@@ -13,15 +13,15 @@ from ._fibre import Fibre
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FibreStructure(Structure):
-    """One node a point: the force reaches two points away, a constraint touches its point and the one before.
+    """Structure with one node per point: forces couple points up to distance two, constraints adjacent ones.
 
     Attributes
     ----------
     fibre : Fibre
     bending : BlockBanded
-        -alpha^{-2} ds^{-4} S, blocks of shape (d, d, 1), no wider than there are points.
+        -alpha^{-2} ds^{-4} S, blocks of shape (d, d, 1), of bandwidth min(2, N - 1).
     before, behind : ndarray, shape (3, N, 1, 1, 1)
-        Dr^{-2}/2 times the shares of the points i - 1, i, i + 1 in the edges i - 1/2 and i + 1/2.
+        Dr^{-2}/2 times the weights of the points i - 1, i, i + 1 in the edges i - 1/2 and i + 1/2.
     """
 
     fibre: Fibre
@@ -30,7 +30,7 @@ class FibreStructure(Structure):
     behind: Array
 
     def force_blocks(self, problem: HolonomicSDAE, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
-        """Return d_r a = -alpha^{-2} ds^{-4} S + Dr^{-2} <Du> and d_v a = -Dr^{-2} <1>, <.> a mean over edges."""
+        """Return d_r a = -alpha^{-2} ds^{-4} S + Dr^{-2} <Du> and d_v a = -Dr^{-2} <1> with edge means <.>."""
         if self.fibre.C is not None:
             return super().force_blocks(problem, t, r, v)
         Du = self._flow_derivative(t, r)
@@ -43,11 +43,11 @@ class FibreStructure(Structure):
         return self._pairs(self.fibre.chain.edges(r))
 
     def curvature_rows(self, problem: HolonomicSDAE, r: Array, v: Array) -> BlockBanded:
-        """Return v^T Hess g: the same of v_i - v_{i-1}."""
+        """Return v^T Hess g: the rows of `constraint_blocks` with v_i - v_{i-1} in place of e_i."""
         return self._pairs(self.fibre.chain.differences(v))
 
     def curvature_sum(self, problem: HolonomicSDAE, r: Array, c: Array) -> BlockBanded:
-        """Return H(c): -(c_{i-1/2} + c_{i+1/2})/ds^2 on the diagonal and c/ds^2 beside it, times the identity."""
+        """Return H(c): multiples of Id, -(c_{i-1/2} + c_{i+1/2})/ds^2 on the diagonal and c/ds^2 next to it."""
         own = self.by_slot(c)[:, 0] / self.fibre.chain.ds**2
         after = np.concatenate([own[1:], np.zeros_like(own[:1])])
         rows = np.stack([own, -(own + after), after])
@@ -61,7 +61,7 @@ class FibreStructure(Structure):
         return BlockBanded(blocks, 1)
 
     def _flow_derivative(self, t: float, r: Array) -> Array:
-        # Du on all edges, shape (N + 1, d, d, P).
+        # Return Du on all edges, shape (N + 1, d, d, P).
         chain, flow = self.fibre.chain, self.fibre.flow
         x = chain.positions(r)
         middle = np.moveaxis(0.5 * (x[1:] + x[:-1]), 1, 0)
@@ -71,7 +71,7 @@ class FibreStructure(Structure):
 
 
 def fibre_structure(fibre: Fibre) -> FibreStructure:
-    """Return the structure of a fibre."""
+    """Return the structure of a fibre; the first point has a constraint only if the chain is clamped."""
     chain, d = fibre.chain, fibre.chain.d
     (S, W), bends = scalar_matrices(chain), min(2, chain.N - 1)
     bending, scale = -(fibre.alpha**-2) / chain.ds**4, 0.5 / fibre.Dr**2
@@ -88,7 +88,7 @@ def fibre_structure(fibre: Fibre) -> FibreStructure:
 
 
 def _diagonals(matrix: Array, width: int) -> Array:
-    # Those near the main one of a matrix of shape (N, N), by rows: shape (2 width + 1, N, 1, 1, 1).
+    # Return the diagonals of a matrix, shape (N, N), up to offset `width`, by rows: shape (2 width + 1, N, 1, 1, 1).
     N = len(matrix)
     diagonals = np.zeros((2 * width + 1, N, 1, 1, 1))
     for k in range(-width, width + 1):

@@ -20,15 +20,15 @@ def fibre_clamped(
         a_i = -alpha^{-2} ds^{-4} (r_{i+2} - 4 r_{i+1} + 6 r_i - 4 r_{i-1} + r_{i-2}) + (f_{i+1/2} + f_{i-1/2})/2,
         (grad g dmu)_i = ds^{-2} [(r_{i+1} - r_i) dmu_{i+1/2} - (r_i - r_{i-1}) dmu_{i-1/2}],
 
-    |r_i - r_{i-1}| = ds. It starts straight down and at rest; r_{-1} and r_0 are fixed at (+-ds/2) e_2, and the last
-    end is free of stress. The default parameters are those of the source's section 4.2, for which Euler's explicit
-    steps are stable up to h = 1.34e-5; with alpha = 4 they are up to 1.33e-3. The matrix has a soft short fibre. For
-    another Fr, another flow, or a drag and a turbulence that are matrices, see `Fibre` and `fibre_problem`.
+    |r_i - r_{i-1}| = ds. The fibre starts straight down and at rest; r_{-1} and r_0 are fixed at (+-ds/2) e_2, and
+    the last end is free of stress. The default parameters are those of the source's section 4.2, for which Euler's
+    explicit steps are stable up to h = 1.34e-5; with alpha = 4 up to 1.33e-3. The matrix contains a soft short fibre.
+    For another Fr or flow, or for matrix-valued drag and turbulence, see `Fibre` and `fibre_problem`.
 
     Parameters
     ----------
     alpha : float
-        Bending number, positive; a small one is a stiff fibre.
+        Bending number, positive; small values mean a stiff fibre.
     beta : float
         Strength of the turbulence.
     Dr : float

@@ -15,13 +15,13 @@ def fibre_free(
     """Fibre of N points, free of stress at both ends: dv_i = a_i dt + beta Dr^{-2} ds^{-1/2} dw_i + (grad g dmu)_i.
 
     a_i, g, Fr and the flow are those of the clamped fibre, with ds = 1/N and N - 1 constraints; beyond both ends the
-    chain is straight, r_0 = 2 r_1 - r_2. It starts along the first axis, r_i = s_i e_1, and at rest. In the matrix
-    there is a soft short fibre in space.
+    chain is straight, r_0 = 2 r_1 - r_2. The fibre starts along the first axis, r_i = s_i e_1, and at rest. The
+    matrix contains a soft short fibre in three dimensions.
 
     Parameters
     ----------
     alpha : float
-        Bending number, positive; a small one is a stiff fibre.
+        Bending number, positive; small values mean a stiff fibre.
     beta : float
         Strength of the turbulence.
     Dr : float

@@ -1,4 +1,4 @@
-"""The linearised hanging fibre: transverse motion of a clamped fibre, with its exact mean and covariance."""
+"""The linearised hanging fibre: transverse motion of a clamped fibre, with exact mean and covariance."""
 
 from collections.abc import Callable
 from functools import cache
@@ -20,15 +20,15 @@ def fibre_linear(
 ) -> SDE:
     """Linearised hanging fibre: dy = p dt, dp = (-K y - D p + F) dt + sigma dW in R^N, from rest.
 
-    y are the displacements across the straight clamped fibre. K is alpha^{-2} ds^{-4} times the fourth difference
-    plus the second difference weighted with the tension, Fr = 3, D is Dr^{-2} times the mean over edges,
+    y are the displacements perpendicular to the straight clamped fibre. K is alpha^{-2} ds^{-4} times the fourth
+    difference plus the second difference weighted with the tension, Fr = 3, D is Dr^{-2} times the mean over edges,
     F_i = -Dr^{-2} flow s_i and sigma = beta Dr^{-2} ds^{-1/2}; the solution is Gaussian. With the default parameters,
     the standard deviation of the tip's speed is about its mean.
 
     Parameters
     ----------
     alpha : float
-        Bending number, positive; a small one is a stiff fibre.
+        Bending number, positive; small values mean a stiff fibre.
     beta : float
         Strength of the turbulence.
     Dr : float

@@ -1,4 +1,4 @@
-"""Friction in balance with its noise: the fluctuation-dissipation relation."""
+"""Friction and noise related by the fluctuation-dissipation theorem."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ class Bath:
     Attributes
     ----------
     friction : float, array_like of shape (n, n), or callable
-        gamma, symmetric and positive definite; where it depends on positions, r of shape (n, P) -> ndarray, shape
-        (P,) or (n, n, P).
+        gamma, symmetric and positive definite; if it depends on positions, r of shape (n, P) -> ndarray, shape (P,)
+        or (n, n, P).
     kT : float
-        Positive.
+        Temperature times Boltzmann's constant, positive.
     noise : callable, r -> ndarray, shape (n, l, P) or (n, l, 1), optional
-        sigma; a root of 2 kT gamma if left out, triangular where gamma is a matrix.
+        sigma; by default a root of 2 kT gamma, triangular if gamma is a matrix.
     """
 
     friction: float | ArrayLike | Callable[[Array], Array]
@@ -33,11 +33,11 @@ class Bath:
 
     @property
     def constant(self) -> bool:
-        """Whether sigma is known to be the same everywhere."""
+        """Whether sigma is known to be constant, because neither friction nor noise depends on the position."""
         return self.noise is None and not callable(self.friction)
 
     def gamma(self, r: Array) -> Array:
-        """Return gamma as it was given: a number, shape () or (P,), or a matrix, shape (n, n, P) or (n, n, 1)."""
+        """Return gamma in its given form: a number, shape () or (P,), or a matrix, shape (n, n, P) or (n, n, 1)."""
         value = np.asarray(self.friction(r) if callable(self.friction) else self.friction)
         return value[..., None] if value.ndim == 2 else value
 
@@ -79,15 +79,15 @@ class Bath:
 
 
 def _positive(matrix: Array) -> bool:
-    """Tell whether a matrix is symmetric, up to rounding, and positive definite."""
+    """Return whether a matrix is symmetric, up to rounding, and positive definite."""
     skew = np.abs(matrix - matrix.T).max()
-    # Written so that a NaN is refused.
+    # NaN fails this comparison and is rejected.
     symmetric = skew <= 1e-14 * np.abs(matrix).max() < np.inf
     return bool(symmetric and np.linalg.eigvalsh(matrix)[0] > 0.0)
 
 
 def _triangular_root(A: Array) -> Array:
-    """Return L with L L^T = A on every path, shape (n, n, P), by elimination: analytic, for complex steps."""
+    """Return L with L L^T = A on every path, shape (n, n, P), by elimination, which is analytic for complex steps."""
     columns = []
     for j in range(len(A)):
         columns.append(A[:, j] / np.sqrt(A[j, j]))

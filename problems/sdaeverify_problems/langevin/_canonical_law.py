@@ -17,22 +17,22 @@ from .._known import limits
 
 SOURCE = "density exp(-V/kT) sqrt(x^T M^-1 x) on the sphere, normal velocities; quadrature converged to rounding"
 FEWEST, MOST = 32, 1024
-# Both rules converge geometrically on these densities: where a doubling changes a mean by d, the next would change
-# it by about d^2. So this d leaves rounding alone, and it lies far above the rounding of half a million terms.
+# Both rules converge geometrically for these densities: if a doubling changes a mean by d, the next one changes it by
+# about d^2. With this d only rounding remains, and d is far above the rounding error of half a million terms.
 CHANGE = 1e-11
 
 Nodes = Callable[[int], tuple[Array, Array]]
 
 
 class Canonical(NamedTuple):
-    """What determines the law.
+    """Potential, masses and temperature that determine the law.
 
     Attributes
     ----------
     potential : callable, x -> ndarray, shape (P,)
-        V.
+        Potential V.
     mass : ndarray, shape (n, n)
-        M.
+        Mass matrix M.
     kT : float
     """
 
@@ -41,7 +41,7 @@ class Canonical(NamedTuple):
     kT: float
 
     def means(self, nodes: Nodes, count: int) -> dict[str, float]:
-        """Return the means of r_i, r_i^2, v_i, |v|^2, |v|^4 and v^T M v."""
+        """Return the means of r_i, r_i^2, v_i, |v|^2, |v|^4 and v^T M v by quadrature."""
         x, surface = nodes(count)
         inverse, energy = np.linalg.inv(self.mass), self.potential(x) / self.kT
         pushed = inverse @ x
@@ -57,15 +57,15 @@ class Canonical(NamedTuple):
 
 
 def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple[InvariantMean, ...]:
-    """Return what is known of some observables, doubling the nodes until rounding alone is left.
+    """Return the invariant means of observables, doubling the nodes until only rounding errors remain.
 
     Parameters
     ----------
     law : Canonical
     nodes : callable, count -> ndarray of shape (n, P) and ndarray of shape (P,)
-        Points of the sphere and their weights for its ordinary surface measure, up to a constant.
+        Points of the sphere and their weights for its Euclidean surface measure, up to a constant.
     names : iterable of str
-        Observables of the problem; only those the law tells the mean of are taken.
+        Observables of the problem; those with a mean that is not computed are skipped.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple
     Raises
     ------
     ParameterError
-        If the law is too narrow for the finest nodes.
+        If the law is too narrow for the finest quadrature.
     """
     count, coarse = FEWEST, law.means(nodes, FEWEST)
     while count < MOST:
@@ -89,13 +89,16 @@ def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple
 
 
 def circle_nodes(count: int) -> tuple[Array, Array]:
-    """Return points of the circle, by the midpoint rule in the angle: a narrow law at an end never looks resolved."""
+    """Return points of the circle, by the midpoint rule in the angle, and their weights.
+
+    The highest and lowest point are never nodes, so that a law which is too narrow at them does not look resolved.
+    """
     theta = 2.0 * np.pi * (np.arange(count) + 0.5) / count
     return np.stack([np.sin(theta), -np.cos(theta)]), np.ones(count)
 
 
 def sphere_nodes(count: int) -> tuple[Array, Array]:
-    """Return points of the sphere in R^3, by Gauss' rule in x_3 and the trapezoidal rule in the longitude."""
+    """Return points of the sphere in R^3, by Gauss' rule in x_3 and the midpoint rule in the longitude."""
     height, weights = np.polynomial.legendre.leggauss(count // 2)
     radius, (east, north) = np.sqrt(1.0 - height**2), circle_nodes(count)[0]
     x = np.stack([np.outer(radius, east), np.outer(radius, north), np.outer(height, np.ones(count))])

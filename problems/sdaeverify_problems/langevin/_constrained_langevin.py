@@ -1,4 +1,4 @@
-"""Constrained Langevin dynamics, Lindner & Stroot (2017), section 5.2: a potential, friction and its noise."""
+"""Constrained Langevin dynamics with potential, friction and noise, Lindner & Stroot (2017), section 5.2."""
 
 from collections.abc import Callable
 from typing import Any
@@ -23,7 +23,7 @@ def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mecha
         grad V.
     bath : Bath
     **mechanics
-        Further fields of `HolonomicSDAE`: its constraint, its mass matrix M, where it starts and what is known of it.
+        Other fields of `HolonomicSDAE`: constraint, mass matrix M, initial data and truths.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mecha
     Raises
     ------
     ParameterError, ProblemError
-        If the bath is none, the position is missing, or grad V has another shape.
+        If the bath is invalid, the position is missing, or grad V has an unexpected shape.
 
     Source
     ------

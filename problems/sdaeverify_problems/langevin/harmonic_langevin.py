@@ -1,4 +1,4 @@
-"""A damped harmonic oscillator in a bath: underdamped Langevin dynamics, exact on every path and in law."""
+"""A damped harmonic oscillator in a heat bath: underdamped Langevin dynamics with exact solution and law."""
 
 from functools import lru_cache
 
@@ -13,8 +13,8 @@ from .._arguments import check_positive
 from .._known import monomials, normal_means, normal_truths, solution
 
 SOURCE = "linear equations, Arnold 1974, section 8.3"
-# Of the noise of a step, its projections on Legendre polynomials up to this degree; of what is left the next moment
-# of a smooth kernel is 0, so that it is of size h^(11/2).
+# Degree of the Legendre polynomials onto which the noise of a step is projected. The remainder of a smooth kernel is
+# orthogonal to them, and of size h^(11/2).
 DEGREE, NODES = 4, 16
 PRODUCTS = {"q": (0,), "q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
 
@@ -24,7 +24,7 @@ def harmonic_langevin(
 ) -> Langevin:
     """Langevin dynamics in a harmonic well: dq = p dt, dp = (-omega^2 q - gamma p) dt + sigma dW.
 
-    q and p are normal at every time; under the invariant law with variances kT/omega^2 and kT = sigma^2/(2 gamma).
+    q and p are normal at every time; their invariant variances are kT/omega^2 and kT = sigma^2/(2 gamma).
 
     Parameters
     ----------
@@ -86,15 +86,15 @@ def harmonic_langevin(
 
 
 def same(z: Array) -> Array:
-    """Return what it is given: the chart is the state."""
+    """Return z, the identity map of the chart: coordinates are the state."""
     return z
 
 
 def weights(M: Array, h: float) -> Array:
     """Return the weights of dW, H, K and two normals in int_0^h e^{M (h - s)} (0, 1)^T dW(s), shape (2, 5).
 
-    With the Legendre polynomials P_k on the step, dW, -2 H and 12 K are int P_k dW for k = 0, 1, 2; those for k = 3
-    and 4 are normal with variance h/(2k + 1), and independent of all others.
+    With the Legendre polynomials P_k on the step, dW, -2 H and 12 K are int P_k dW for k = 0, 1, 2; the integrals for
+    k = 3 and 4 are normal with variance h/(2k + 1), and independent of all others.
     """
     nodes, quadrature = legendre.leggauss(NODES)
     kernel = np.stack([scipy.linalg.expm(M * h * 0.5 * (1.0 - node))[:, 1] for node in nodes], axis=1)

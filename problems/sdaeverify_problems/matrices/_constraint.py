@@ -11,7 +11,7 @@ def matrix_constraint(d: int, p: int) -> dict[str, Any]:
     """Return zeta = (x^T x - Id)_ij, i <= j, and its derivatives, for dynamics that start at (Id, 0)."""
     i, j = np.triu_indices(p)
     q, unit = np.arange(len(i)), np.eye(p)[i, j][:, None]
-    # Of each entry of x^T x, the columns of x that it multiplies.
+    # Pairs of columns of x that are multiplied in each entry of x^T x.
     pairs = np.zeros((len(q), p, p))
     pairs[q, i, j] += 1.0
     pairs[q, j, i] += 1.0

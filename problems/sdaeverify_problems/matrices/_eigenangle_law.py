@@ -1,4 +1,4 @@
-"""Constrained dynamics on SO(m) with f = -kappa (x - Id), in eigenangles: density exp(a tr Q), a = 2 kappa/sigma^2.
+"""Invariant law exp(a tr Q), a = 2 kappa/sigma^2, on SO(m) with f = -kappa (x - Id), in terms of eigenangles.
 
 With z_k = 1 - cos theta_k for the m // 2 pairs of eigenvalues e^{+-i theta_k}, tr Q = m - 2 sum_k z_k and Weyl's
 law is
@@ -12,14 +12,14 @@ from sdaeverify import Array
 
 from .._interval_diffusion import IntervalDiffusion
 
-# The weight in y = cos theta varies by e^{4 a}: polynomials in y up to STRONGEST, later functions of a scaled z.
+# The weight in y = cos theta varies by e^{4 a}: polynomials in y are used for a up to STRONGEST, else in a scaled z.
 ANGLES, POLYNOMIALS, STRONGEST, FARTHEST = 2048, 48, 5.0, 1e3
 
 
 def mean_trace(m: int, a: float) -> float:
-    """Return E tr Q under the invariant law, a up to 1e4.
+    """Return E tr Q under the invariant law, for a up to 1e4.
 
-    The z_k are an ensemble of orthogonal polynomials: the mean of their sum is the trace of multiplication by z on
+    The z_k are an orthogonal polynomial ensemble: the mean of their sum is the trace of the multiplication by z on
     polynomials of degree below m // 2, in an orthonormal basis.
     """
     y, weights = _angles(m, a)
@@ -31,7 +31,7 @@ def mean_trace(m: int, a: float) -> float:
 
 
 def single_angle(m: int, a: float, sigma: float) -> IntervalDiffusion:
-    """Return the diffusion of cos theta for m of 2 and 3, a up to `STRONGEST`: |dQ|^2 = 2 dtheta^2 along it."""
+    """Return the diffusion of cos theta for m = 2 and 3, a up to `STRONGEST`; |dQ|^2 = 2 dtheta^2 along it."""
     y, weights = _angles(m, a)
     return IntervalDiffusion(y, weights, 0.25 * sigma**2 * (1.0 - y * y), POLYNOMIALS)
 

@@ -1,4 +1,4 @@
-"""What is known near and on SO(m) with f = -kappa (x - Id), sigma^2 = 2: computed or tabulated."""
+"""Known expectations near and on SO(m) with f = -kappa (x - Id) and sigma^2 = 2, computed or tabulated."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -9,7 +9,7 @@ from sdaeverify import InvariantMean, Moment, Truth
 from ._eigenangle_law import STRONGEST, mean_trace, single_angle
 from ._polar_law import PolarLaw
 
-# E tr x changes with eps at a rate of some m: for smaller eps it is that of the limit, to 1e-8.
+# E tr x changes with eps at a rate of order m: for smaller eps the limit value is accurate to 1e-8.
 NEGLIGIBLE = 1e-10
 SIGMA = sqrt(2.0)
 LIMIT = "exp(kappa tr Q) times Haar's measure, Weyl's integration formula"
@@ -17,7 +17,7 @@ MOMENT = "diffusion of the eigenangle, eigenfunctions in polynomials"
 IDENTITY = "stationary identity of |x|^2, with E tr x: "
 COMPUTED = "density in singular values and rotations, quadrature to 1e-8"
 TABULATED = "importance sampling with quasi-random points, to {}"
-# By m and eps for kappa = 100, with their accuracy.
+# Values of E tr x by m and eps for kappa = 100, with their accuracy.
 SAMPLED = {
     (4, 1e-4): (3.9717384, "1e-7"),
     (4, 1e-3): (3.985870, "1e-6"),
@@ -31,7 +31,7 @@ SAMPLED = {
 
 
 def mean_trace_around(eps: float, m: int, kappa: float) -> tuple[float, str] | None:
-    """Return E tr x for eps > 0 and where it is from, or None where it is not known."""
+    """Return E tr x for eps > 0 and its source, or None if it is unknown."""
     if eps < NEGLIGIBLE:
         return mean_trace(m, kappa), COMPUTED
     if m <= 3:
@@ -42,7 +42,7 @@ def mean_trace_around(eps: float, m: int, kappa: float) -> tuple[float, str] | N
 
 @cache
 def truths(eps: float, m: int, stiffness: float) -> tuple[Truth, ...]:
-    """Return what is known; sigma^2 = 2, so that a = stiffness."""
+    """Return the known expectations; sigma^2 = 2, so that a = stiffness."""
     return tuple(_penalised_truths(eps, m, stiffness) if eps else _constrained_truths(m, stiffness))
 
 
@@ -58,7 +58,10 @@ def _constrained_truths(m: int, a: float) -> Iterator[Truth]:
 
 
 def _penalised_truths(eps: float, m: int, kappa: float) -> Iterator[Truth]:
-    """(1 + 2 kappa eps) E|x|^2 = m + eps (2 kappa E tr x + sigma^2 (q + m^2)), q = m (m + 1)/2."""
+    """Yield E tr x and E |x|^2 if E tr x is known.
+
+    (1 + 2 kappa eps) E|x|^2 = m + eps (2 kappa E tr x + sigma^2 (q + m^2)), q = m (m + 1)/2.
+    """
     known = mean_trace_around(eps, m, kappa)
     if known is not None:
         mean, source = known

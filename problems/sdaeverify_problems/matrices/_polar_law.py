@@ -1,11 +1,11 @@
-"""The invariant law around SO(m), m = 2 and 3, with f = -kappa (x - Id), by quadrature.
+"""Invariant law around SO(m), m = 2 and 3, with f = -kappa (x - Id), by quadrature.
 
 With a = 2 kappa/sigma^2 and x = U diag(s) V^T, U and V of SO(m), the density is
 
     prod_{i<j} |s_i^2 - s_j^2| (s_i^2 + s_j^2)^{1/2} (prod_i s_i)^{1 + 1/(sigma^2 eps)}
         exp(-|s|^2 (1/(2 sigma^2 eps) + kappa/sigma^2)) Z(a s),    Z(s) = int exp(tr(Q diag(s))) dQ over SO(m).
 
-Z is a Bessel function for m = 2, an integral over an interval for m = 3. E tr x is right to some 1e-8.
+Z is a Bessel function for m = 2, an integral over an interval for m = 3. The error of E tr x is about 1e-8.
 """
 
 from typing import NamedTuple
@@ -15,22 +15,22 @@ import scipy
 
 from sdaeverify import Array
 
-# Gauss' rule over gaps of singular values and over the interval of Z, and the trapezoidal rule in the logarithm of
-# the smallest one for a width w: step w/FINE, at most COARSEST. Beyond REACH w, or where an exponential has fallen
-# by e^{-FALLEN}, there is nothing.
+# Numbers of Gauss nodes for gaps of singular values and for the interval of Z. The trapezoidal rule in the logarithm
+# of the smallest singular value, of width w, has the step w/FINE, at most COARSEST; the integrand is negligible
+# beyond REACH w, or where an exponential has decreased by e^{-FALLEN}.
 GAPS, INTERVAL = 24, 24
 FINE, COARSEST, REACH, FALLEN = 2.0, 0.15, 9.0, 36.0
 
 
 class PolarLaw(NamedTuple):
-    """The parameters.
+    """Parameters of the law.
 
     Attributes
     ----------
     eps, kappa, sigma : float
         Positive.
     m : int
-        2 or 3.
+        Number of rows, 2 or 3.
     """
 
     eps: float
@@ -40,11 +40,11 @@ class PolarLaw(NamedTuple):
 
     @property
     def pull(self) -> float:
-        """The number a = 2 kappa/sigma^2."""
+        """The ratio a = 2 kappa/sigma^2."""
         return 2.0 * self.kappa / self.sigma**2
 
     def trace(self) -> float:
-        """Return E tr x."""
+        """Return E tr x under the invariant law."""
         s, log = self._singular_values()
         log = log + self.pull * s.sum(axis=0)
         kept = log > log.max() - FALLEN
@@ -53,7 +53,7 @@ class PolarLaw(NamedTuple):
         return float((weights * slope).sum() / (weights * Z).sum())
 
     def _singular_values(self) -> tuple[Array, Array]:
-        """Return s_1 >= ... >= s_m, shape (m, Q), with logarithms of weights times density but for Z."""
+        """Return s_1 >= ... >= s_m, shape (m, Q), and the logarithms of weight times density without Z."""
         power, decay = 1.0 / (self.sigma**2 * self.eps), 1.0 / (2.0 * self.sigma**2 * self.eps)
         width = self.sigma / np.sqrt(2.0 * (self.kappa + 1.0 / self.eps))
         u = np.arange(-REACH * width - FALLEN / (2.0 + power), np.log1p(REACH * width), min(width / FINE, COARSEST))
@@ -79,7 +79,7 @@ def rotations(a: float, s: Array) -> tuple[Array, Array]:
 
 
 def rotations_in_space(a: float, s: Array) -> tuple[Array, Array]:
-    """Return the same for m = 3, s_1 >= s_2 >= s_3, by an integral in place of the Bessel function.
+    """Return Z(a s) and its derivative in a, scaled as by `rotations`, for m = 3 and s_1 >= s_2 >= s_3.
 
     Z(s) = int_{-1}^1 I_0((s_2 - s_3) (1 - u)/2) I_0((s_2 + s_3) (1 + u)/2) e^{s_1 u} du/2.
     """

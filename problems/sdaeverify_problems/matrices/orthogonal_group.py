@@ -1,4 +1,4 @@
-"""The orthogonal group of Laurent (2022), section 4.2: matrices near or on x^T x = Id, pulled to the identity."""
+"""The orthogonal group of Laurent (2022), section 4.2: matrices near or on x^T x = Id with drift to the identity."""
 
 from collections.abc import Callable
 
@@ -18,18 +18,18 @@ def orthogonal_group(
 ) -> ConstrainedLangevin:
     """Langevin dynamics of m x m matrices with zeta = x^T x - Id, f = -stiffness (x - Id), sigma = sqrt(2), from Id.
 
-    grad ln det G and the quadratic term of the uniformly accurate integrator are in the range of g: the multiplier
-    absorbs an error in them. The sign of det x does not change.
+    grad ln det G and the quadratic term of the uniformly accurate integrator are in the range of g, so that the
+    multiplier compensates errors in them. The sign of det x does not change.
 
     Parameters
     ----------
     eps : float
         Stiffness parameter, unit time.
     m : int
-        Rows and columns, at least 2. For eps > 0 E tr x is known for 2 and 3, and for 4 and 5 with stiffness 100 and
-        four values of eps.
+        Number of rows and columns, at least 2. For eps > 0, E tr x is known for 2 and 3, and for 4 and 5 with
+        stiffness 100 and four values of eps.
     stiffness : float
-        Of the drift, unit 1/time, positive, at most 1e4; 100 in section 4.2.
+        Stiffness of the drift, unit 1/time, positive, at most 1e4; 100 in section 4.2.
     horizon : float
         Final time.
 
@@ -75,7 +75,7 @@ OBSERVABLES: dict[str, Callable[[float, Parts], Array]] = {
 
 
 def rotations() -> Chart:
-    """Return the angle of a rotation of the plane."""
+    """Return the chart of rotations of the plane, with the angle as coordinate."""
     return Chart(
         axes=(Angle(),),
         embed=lambda z: np.concatenate([np.cos(z), -np.sin(z), np.sin(z), np.cos(z)]),

@@ -1,4 +1,4 @@
-"""Orthonormal frames, the Stiefel manifold, or near them: without drift along the manifold."""
+"""Orthonormal frames, the Stiefel manifold, or matrices near them, with no drift along the manifold."""
 
 from collections.abc import Callable
 
@@ -23,19 +23,19 @@ def stiefel(
 ) -> ConstrainedLangevin:
     """Langevin dynamics of d x p matrices with zeta = x^T x - Id, f = -damping x and sigma = 1, from (Id, 0).
 
-    With q = p (p + 1)/2, Y = |X|^2 obeys dY = [d p + q - (Y - p)/eps - 2 damping Y] dt + 2 sqrt(Y) dB. In the limit,
-    where the damping is without effect, E X_t = exp(-(t/2) (d - 1 - (p - 1)/2)) X_0.
+    With q = p (p + 1)/2, Y = |X|^2 obeys dY = [d p + q - (Y - p)/eps - 2 damping Y] dt + 2 sqrt(Y) dB. In the limit
+    eps = 0, where the damping has no effect, E X_t = exp(-(t/2) (d - 1 - (p - 1)/2)) X_0.
 
     Parameters
     ----------
     eps : float
         Stiffness parameter, unit time.
     d : int
-        Rows, at least 2.
+        Number of rows, at least 2.
     p : int
-        Columns, from 1, the sphere, to d, the orthogonal group.
+        Number of columns, from 1, the sphere, to d, the orthogonal group.
     damping : float
-        Unit 1/time, not negative.
+        Damping rate, unit 1/time, not negative.
     horizon : float
         Final time, in the unit in which the noise has strength 1.
 
@@ -46,7 +46,7 @@ def stiefel(
     check_not_negative(eps=eps, damping=damping)
     if not (1 <= p <= d and d >= 2):
         raise ParameterError(f"p must be between 1 and d, and d at least 2, got p = {p!r} and d = {d!r}")
-    # In units of |X|^2 = p: noise of strength p^{-1/2} and as many dimensions as give Y its drift.
+    # In units of |X|^2 = p: noise of strength p^{-1/2}, and the dimension for which Y has its drift.
     law = RadialLaw(eps, d * p + p * (p + 1) // 2 - 1, 1.0 / float(np.sqrt(p)), damping)
     rate = 0.5 * (d - 1.0 - 0.5 * (p - 1.0))
     decay = moments({"x_11": lambda t: float(np.exp(-rate * t))}, "linear functions are eigenfunctions")
@@ -77,7 +77,7 @@ SQUARES: dict[str, Callable[[float, Parts], Array]] = {
 
 
 def radial(law: RadialLaw, p: int) -> tuple[Truth, ...]:
-    """Return the moments of |x|^2, p times the process of the law, and their limits where these are finite."""
+    """Return the moments of |x|^2, p times the process of the law, and their finite limits."""
     powers = {"|x|^2": lambda t: p * law.square(t), "|x|^4": lambda t: p**2 * law.fourth(t)}
     ends = {name: value(np.inf) for name, value in powers.items()}
     return (*moments(powers, SQUARE), *limits({name: end for name, end in ends.items() if np.isfinite(end)}, SQUARE))

@@ -1,1 +1,1 @@
-"""Equations with several Brownian motions: what depends on time, and which areas and products count."""
+"""Equations with several Brownian motions, whose solutions depend on time, Levy areas or mixed products."""

@@ -1,4 +1,4 @@
-"""Linear systems in the plane with three and with four noises, of which no two commute."""
+"""Linear systems in the plane with three and with four noises, no two of which commute."""
 
 from collections.abc import Callable
 
@@ -21,9 +21,9 @@ START = np.array([1.0, 0.5])
 def three_motions(horizon: float = 1.0) -> SDE:
     """Three noises that do not commute: dx = A x dt + B_1 x dW_1 + B_2 x dW_2 + B_3 x dW_3, x(0) = (1, 1/2).
 
-    A = [[-1, 1/2], [-1/2, -1]], B_1 = diag(0.25, -0.15), B_2 = [[0, 0.2], [0.2, 0]], B_3 = [[0, -0.2], [0.2, 0]].
-    The three brackets B_j B_k - B_k B_j are linearly independent: a scheme that takes the Levy area of one pair of
-    motions for that of another is wrong here, and right wherever there are two motions.
+    A = [[-1, 1/2], [-1/2, -1]], B_1 = diag(0.25, -0.15), B_2 = [[0, 0.2], [0.2, 0]], B_3 = [[0, -0.2], [0.2, 0]]. The
+    three brackets B_j B_k - B_k B_j are linearly independent: a scheme that confuses the Levy areas of two pairs of
+    motions is wrong on this problem, but right on problems with two motions.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def three_motions(horizon: float = 1.0) -> SDE:
 def four_motions(horizon: float = 1.0) -> SDE:
     """Four noises that do not commute: dx = A x dt + B_1 x dW_1 + ... + B_4 x dW_4, x(0) = (1, 1/2).
 
-    A and B_1, B_2, B_3 are those of `three_motions`, B_4 = [[0.15, 0.1], [0, 0.15]]. Weak order 2 asks that the
-    double integrals of the pairs (1, 2) and (3, 4) are uncorrelated: fewer motions have no two such pairs.
+    A and B_1, B_2, B_3 are those of `three_motions`, B_4 = [[0.15, 0.1], [0, 0.15]]. Weak order 2 requires that the
+    double integrals of the disjoint pairs (1, 2) and (3, 4) are uncorrelated, which needs at least four motions.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def linear_system(l: int, horizon: float, noise: frozenset[str], known: tuple[Co
     l : int
     horizon : float
     noise : frozenset of str
-        What is drawn.
+        Fields of the increments that are drawn.
     known : tuple of Control
     """
     G = generator(A, B[:l])

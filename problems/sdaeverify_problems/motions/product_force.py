@@ -1,4 +1,4 @@
-"""Two Ornstein-Uhlenbeck processes whose product is a force: additive noise and a drift that is not linear."""
+"""Two Ornstein-Uhlenbeck processes whose product is a force: additive noise and a nonlinear drift."""
 
 from collections.abc import Callable
 
@@ -19,27 +19,27 @@ def product_force(
 ) -> SDE:
     """Product as a force: dx_j = -a x_j dt + s dW_j for j = 1 and 2, dx_3 = (c x_1 x_2 - b x_3) dt + r dW_1.
 
-    x(0) = (2, 1, 0). By Ito's formula five products obey linear equations among themselves,
+    x(0) = (2, 1, 0). By Ito's formula, the expectations of five products satisfy a closed linear system,
 
         (E x_2)' = -a E x_2,                          (E x_3)' = -b E x_3 + c E x_1 x_2,
         (E x_1 x_2)' = -2a E x_1 x_2,                 (E x_1^2 x_2)' = -3a E x_1^2 x_2 + s^2 E x_2,
         (E x_1 x_3)' = -(a + b) E x_1 x_3 + c E x_1^2 x_2 + s r.
 
     The drift has a mixed second derivative along the two motions, f(b_1, b_2) = (0, 0, c s^2): a scheme of weak order
-    2 whose variables for the two motions are correlated is wrong here, and right where the drift is linear.
+    2 with correlated variables for the two motions is wrong on this problem, but right if the drift is linear.
 
     Parameters
     ----------
     a : float
         Rate of the first two components, unit 1/time.
     b : float
-        Rate of the third one, unit 1/time.
+        Rate of the third component, unit 1/time.
     c : float
         Strength of the product, unit 1/time.
     s : float
         Noise amplitude of the first two components, unit 1/sqrt(time).
     r : float
-        Noise amplitude of the third one, unit 1/sqrt(time).
+        Noise amplitude of the third component, unit 1/sqrt(time).
     horizon : float
         Final time.
 
@@ -48,7 +48,7 @@ def product_force(
     Arnold (1974), section 8.5, for products in the place of components.
     """
     start, noise = np.array([2.0, 1.0, 0.0]), np.array([[s, 0.0], [0.0, s], [r, 0.0]])
-    # Of (1, *NAMES).
+    # Matrix of the linear system for (1, *NAMES).
     L = np.zeros((6, 6))
     L[1, 1], L[2, 2], L[3, 3], L[4, 4], L[5, 5] = -a, -b, -2.0 * a, -a - b, -3.0 * a
     L[2, 3], L[4, 5], L[4, 0], L[5, 1] = c, c, s * r, s * s

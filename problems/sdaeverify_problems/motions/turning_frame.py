@@ -1,4 +1,4 @@
-"""Two noises that do not commute, seen from a turning frame: all coefficients depend on time."""
+"""Two noises that do not commute in a rotating frame, so that all coefficients depend on time."""
 
 from collections.abc import Callable
 
@@ -19,16 +19,16 @@ TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 def turning_frame(omega: float = 1.0, x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SDE:
     """Linear system in a turning frame: x = R(t) z, dz = A z dt + B_1 z dW_1 + B_2 z dW_2, R the rotation by omega t.
 
-        dx = (omega J + R A R^T) x dt + R B_1 R^T x dW_1 + R B_2 R^T x dW_2,   J the rotation by a right angle,
+        dx = (omega J + R A R^T) x dt + R B_1 R^T x dW_1 + R B_2 R^T x dW_2,   J the rotation by pi/2,
 
     with A = [[-1, 1/2], [0, -0.4]], B_1 = diag(0.4, -0.2) and B_2 = [[0, 0.3], [0.3, 0]], of which no two commute.
     Hence E x = R exp(A t) x(0) and E x x^T = R (E z z^T) R^T. A scheme that evaluates drift or diffusion at a wrong
-    time of the step, t for t + h say, is right on every autonomous problem; here it is not.
+    time, such as t instead of t + h, is right on every autonomous problem, but not on this one.
 
     Parameters
     ----------
     omega : float
-        Velocity of the frame, unit 1/time.
+        Angular velocity of the frame, radian/time.
     x_1 : float
         Initial value of the first component.
     x_2 : float

@@ -44,8 +44,8 @@ def damped_moments(rotor: Rotor, theta_0: float, omega_0: float) -> tuple[Truth,
     """Return the moments without gravity, with friction gamma and noise sigma.
 
     theta and omega are Gaussian. With d = (1 - e^{-gamma t})/gamma and D = (1 - e^{-2 gamma t})/(2 gamma), the means
-    are theta_0 + omega_0 d and omega_0 e^{-gamma t}, their variances (sigma/gamma)^2 (t - 2 d + D) and sigma^2 D, and
-    their covariance is sigma^2 d^2/2. Then
+    are theta_0 + omega_0 d and omega_0 e^{-gamma t}, the variances (sigma/gamma)^2 (t - 2 d + D) and sigma^2 D, and
+    the covariance is sigma^2 d^2/2. Then
 
         E e^{i theta} = e^{i E theta - Var theta/2},   E omega e^{i theta} = (E omega + i Cov) E e^{i theta}.
     """

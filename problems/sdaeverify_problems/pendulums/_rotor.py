@@ -1,4 +1,4 @@
-"""A pendulum's angle with friction and noise.
+"""The angle of a pendulum with friction and noise.
 
 dtheta = omega dt,   domega = (-c sin theta - gamma omega) dt + sigma dbeta.
 """
@@ -14,7 +14,7 @@ from ..curves._circle import normal, tangent
 
 
 class Rotor(NamedTuple):
-    """The equation's constants.
+    """Constants of the equation.
 
     Attributes
     ----------
@@ -32,12 +32,16 @@ class Rotor(NamedTuple):
 
     @property
     def kT(self) -> float:
-        """Temperature sigma^2/(2 gamma): the invariant variance of omega."""
+        """Temperature sigma^2/(2 gamma), the invariant variance of omega."""
         return self.sigma**2 / (2.0 * self.gamma)
 
     @property
     def relaxation(self) -> float:
-        """An estimate 2/gamma + gamma/max(c, kT): the linear motion with little friction, the slow one with much."""
+        """Estimated relaxation time 2/gamma + gamma/max(|c|, kT).
+
+        The first term estimates the linear motion at small friction, the second one the slow motion at large
+        friction.
+        """
         return 2.0 / self.gamma + self.gamma / max(abs(self.c), self.kT)
 
     def cosines(self) -> tuple[float, float]:
@@ -50,14 +54,14 @@ class Rotor(NamedTuple):
         return float(scaled[1] / scaled[0]), float(0.5 * (1.0 + scaled[2] / scaled[0]))
 
     def taylor(self, z: Array, h: float, dbeta: Array, integral: Array) -> Array:
-        """Make one Ito-Taylor step of strong order 3/2 of (theta, omega), shape (2, P), for a Brownian motion beta.
+        """Return (theta, omega), shape (2, P), after one Ito-Taylor step of strong order 3/2.
 
         Parameters
         ----------
         z : ndarray, shape (2, P)
         h : float
         dbeta, integral : ndarray, shape (P,)
-            Increment and time integral of beta.
+            Increment and time integral of the Brownian motion beta.
         """
         theta, omega = z
         a = -self.c * np.sin(theta) - self.gamma * omega
@@ -66,9 +70,9 @@ class Rotor(NamedTuple):
         return np.stack([turned, omega + a * h + self.sigma * (dbeta - self.gamma * integral) + 0.5 * h**2 * rate])
 
     def on_the_circle(self, z: Array, h: float, noise: Increment) -> Array:
-        """Make the same step of (theta, omega, mu), shape (3, P), for dbeta = <t, dw> and dmu = ... + sigma <r, dw>.
+        """Return (theta, omega, mu), shape (3, P), after such a step with dbeta = <t, dw>, dmu = ... + sigma <r, dw>.
 
-        With I = int (w - w_n) ds and J = h dw - I, the frame's turning adds -sigma omega <r, J> to omega, and
+        With I = int (w - w_n) ds and J = h dw - I, the rotation of the frame adds -sigma omega <r, J> to omega, and
 
             mu+ = mu + m h + sigma <r, dw> + sigma omega <t, J> + 2 sigma omega <t, I>
                      + (h^2/2) (sigma^2 + 2 omega a - c omega sin theta),     m = c cos theta + omega^2.
@@ -92,7 +96,7 @@ def damped_rotor(c: float, gamma: float, sigma: float) -> Rotor:
     Raises
     ------
     ParameterError
-        If there is no friction or no noise.
+        If friction or noise is not positive.
     """
     if not (gamma > 0.0 and sigma > 0.0):
         raise ParameterError("friction and noise must be positive: there is no invariant law otherwise")

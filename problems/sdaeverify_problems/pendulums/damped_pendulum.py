@@ -1,4 +1,4 @@
-"""The stochastic pendulum with friction in balance with its noise."""
+"""The stochastic pendulum with friction and noise related by the fluctuation-dissipation theorem."""
 
 import numpy as np
 
@@ -38,7 +38,7 @@ def damped_pendulum(
     Parameters
     ----------
     c_g : float
-        Gravity, unit length/time^2, the length of the pendulum and the mass of the horizontal motion being 1.
+        Gravity, unit length/time^2; the length of the pendulum and the mass of the horizontal motion are 1.
     gamma : float
         Friction, unit 1/time, positive.
     kT : float
@@ -48,7 +48,7 @@ def damped_pendulum(
     horizon : float
         Final time.
     mass : float
-        Of the vertical motion, positive, in units of that of the horizontal motion.
+        Mass of the vertical motion, positive, in units of the mass of the horizontal motion.
 
     Source
     ------
@@ -75,7 +75,7 @@ def damped_pendulum(
             *(by_angle(rotor, theta_0) if mass == 1.0 else ()),
             *invariant_means(law, circle_nodes, OBSERVABLES),
         ),
-        # The law of omega is widest where <t, M t> is least.
+        # The law of omega is widest at the angle with the smallest <t, M t>.
         chart=circle.chart(0.0, np.sqrt(kT / min(1.0, mass))),
         relaxation_time=rotor.relaxation + 2.0 * (max(1.0, mass) - 1.0) / gamma,
         units="length of the pendulum 1, time in the unit of 1/gamma",
@@ -85,7 +85,7 @@ def damped_pendulum(
 
 
 def by_angle(rotor: Rotor, theta_0: float) -> tuple[Truth, ...]:
-    """Return what is known from the angle form where M = Id: the solution, and its moments without gravity."""
+    """Return the truths from the angle form if M = Id: the solution, and its moments without gravity."""
 
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
         return rotor.on_the_circle(z, h, noise)

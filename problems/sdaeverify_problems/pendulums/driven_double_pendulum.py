@@ -1,4 +1,4 @@
-"""A driven double pendulum in a fluid: every feature of constrained mechanics in one problem."""
+"""A driven double pendulum in a fluid, which combines all features of constrained mechanics."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from sdaeverify import Array, HolonomicSDAE, Parts, hookimpl, in_matrix
 
 from .._brief import VARIANTS
 
-# Masses of both bodies with the fluid that each drags along, and the part of it that they drag together.
+# Mass matrix of both bodies with the added mass of the surrounding fluid, which couples them.
 MASS = np.kron([[1.5, 0.4], [0.4, 1.0]], np.eye(2))
 START = np.array([0.6, -0.8, 1.4, -1.4])
 VELOCITY = np.array([0.4, 0.3, 0.1, -0.1])
@@ -18,9 +18,8 @@ def driven_double_pendulum(
 ) -> HolonomicSDAE:
     """Double pendulum: M dv = (-c - gamma v + drive cos(omega t) e_1) dt + B(r, v) dw + grad g dmu, dr = v dt.
 
-    The rods have the length 1. The mass matrix M is full, the constraints are curved and share the position of the
-    upper body, and the noise of both motions depends on the state: B = sigma [e_1 + v/2, (1 + sin(r_1)/2) e_3].
-    c is the weight.
+    The rods have length 1, and c is the weight. The mass matrix M is full, both constraints are curved and depend on
+    the position of the upper body, and both noises depend on the state: B = sigma [e_1 + v/2, (1 + sin(r_1)/2) e_3].
 
     Parameters
     ----------
@@ -31,7 +30,7 @@ def driven_double_pendulum(
     drive : float
         Amplitude of the force on the upper body, unit mass length/time^2.
     omega : float
-        Its frequency, unit 1/time.
+        Frequency of the force, unit 1/time.
     horizon : float
         Final time.
 

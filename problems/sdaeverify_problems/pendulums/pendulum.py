@@ -22,7 +22,7 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     Parameters
     ----------
     c_g : float
-        Gravity, unit length/time^2, the length of the pendulum being 1.
+        Gravity, unit length/time^2; the length of the pendulum is 1.
     theta_0 : float
         Initial angle from the lowest point, radian.
     omega_0 : float

@@ -1,4 +1,4 @@
-"""The free pendulum with tangential noise: solved by W and its time integral."""
+"""The free pendulum with tangential noise, whose solution is a function of W and its time integral."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: flo
 
         omega = omega_0 + W(t),   theta = theta_0 + omega_0 t + int_0^t W ds,   dmu = omega^2 dt.
 
-    (r, v) has the law of the pendulum with c_g = 0. mu is known up to order 3/2, from the expectation of
-    int W^2 ds given dW and H on the reference grid.
+    (r, v) has the law of the pendulum with c_g = 0. mu is computed to order 3/2, from the expectation of int W^2 ds
+    given dW and H on the reference grid.
 
     Parameters
     ----------

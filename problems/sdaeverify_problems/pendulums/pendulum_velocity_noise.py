@@ -1,4 +1,4 @@
-"""The free pendulum whose noise is proportional to its velocity: a geometric Brownian speed."""
+"""The free pendulum with noise proportional to its velocity, so that its speed is a geometric Brownian motion."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def pendulum_velocity_noise(
 
         omega = omega_0 exp(-k t + sigma W(t)),   theta = theta_0 + int_0^t omega ds,   dmu = omega^2 dt.
 
-    |v| is exact on any grid; theta and mu are known up to order 3/2 on the reference grid.
+    |v| is exact on any grid; theta and mu are computed to order 3/2 on the reference grid.
 
     Parameters
     ----------
@@ -77,16 +77,16 @@ def pendulum_velocity_noise(
 def exponential_integral(a: float, b: float, h: float, noise: Increment) -> Array:
     """Return int_0^h exp(a s + b W(s)) ds up to zero-mean terms of size h^2, shape (P,).
 
-    = h + b int W ds + a h^2/2 + (b^2/2) E[int W^2 ds | dW, H] + remainder.
+    The integral is h + b int W ds + a h^2/2 + (b^2/2) E[int W^2 ds | dW, H] + remainder.
 
     Parameters
     ----------
     a, b : float
-        Rates of time and of noise.
+        Coefficients of time and of W in the exponent.
     h : float
         Step size.
     noise : Increment
-        With dW and H of one Brownian motion W.
+        Increment with dW and H of one Brownian motion W.
     """
     linear = b * noise.time_integral(h)[0]
     return h + linear + 0.5 * a * h**2 + 0.5 * b**2 * circle.square_integral(h, noise)[0]

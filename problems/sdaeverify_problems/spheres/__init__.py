@@ -1,1 +1,1 @@
-"""Diffusions and mechanics on spheres and products of them."""
+"""Diffusions and mechanics on spheres and products of spheres."""

@@ -1,4 +1,4 @@
-"""Dynamics near or on the unit sphere of R^d with a constant drift f = pull e_1: von Mises and Fisher's law.
+"""Laws of dynamics near or on the unit sphere of R^d with a constant drift f = pull e_1, the von Mises-Fisher law.
 
 For eps > 0 the invariant density is |x|^(2 a - d) exp(-|x|^2/(2 sigma^2 eps) + k x_1) with k = 2 pull/sigma^2 and
 a = (d + 1 + 1/(sigma^2 eps))/2. With z = sigma^2 eps k^2/2 its power series in x_1 is a mixture over n = 0, 1, ...
@@ -6,7 +6,7 @@ a = (d + 1 + 1/(sigma^2 eps))/2. With z = sigma^2 eps k^2/2 its power series in 
     p_n ~ (a)_n z^n / ((d/2)_n n!),      |X|^2 = 2 sigma^2 eps Gamma(a + n),
     E x_1 = (2/k) E n,    E x_1^2 = E 2n (2n - 1)/k^2,
 
-whose sums are those of the series of 1F1(a; d/2; z), all terms being positive.
+where the p_n are proportional to the terms of the series of 1F1(a; d/2; z), which are positive.
 """
 
 from math import nan
@@ -24,7 +24,7 @@ MOST_TERMS = 2**20
 def invariant_means(eps: float, d: int, sigma: float, pull: float) -> dict[str, float]:
     """Return the means of x_1, x_1^2, |x|^2 and |x|^4 under the invariant law.
 
-    They are not numbers where the penalty is so weak that the series is too long: its length is of the order of
+    The means are NaN if the penalty is so weak that the series is too long; its length is of the order of
     z = 2 eps (pull/sigma)^2.
     """
     k = 2.0 * pull / sigma**2
@@ -49,7 +49,7 @@ def invariant_means(eps: float, d: int, sigma: float, pull: float) -> dict[str, 
 def on_the_sphere(d: int, sigma: float, pull: float) -> IntervalDiffusion:
     """Return the diffusion of u = x_1 in the limit eps = 0.
 
-    Its generator (sigma^2/2) [(1 - u^2) D^2 - (d - 1) u D] + pull (1 - u^2) D is reversible for
+    The generator (sigma^2/2) [(1 - u^2) D^2 - (d - 1) u D] + pull (1 - u^2) D is reversible for
     (1 - u^2)^((d-3)/2) e^{k u}.
     """
     k = 2.0 * pull / sigma**2
@@ -60,7 +60,7 @@ def on_the_sphere(d: int, sigma: float, pull: float) -> IntervalDiffusion:
 
 
 def _mixture(a: float, b: float, z: float, last: float) -> tuple[Array, Array]:
-    """Return n and p_n ~ (a)_n z^n / ((b)_n n!), up to where the terms have long been negligible."""
+    """Return n and p_n ~ (a)_n z^n / ((b)_n n!) for n < `last`, beyond which the terms are negligible."""
     n = np.arange(np.ceil(last))
     logs = np.concatenate([[0.0], np.cumsum(np.log((a + n) * z / ((b + n) * (n + 1.0))))])[: len(n)]
     p = np.exp(logs - logs.max())

@@ -1,7 +1,7 @@
-"""Penalised dynamics near the unit sphere of R^d with f = -damping x + S x, S^T = -S, from a point of the sphere.
+"""Moments of penalised dynamics near the unit sphere of R^d with f = -damping x + S x, S^T = -S, started on it.
 
-With zeta = (|x|^2 - 1)/2, Y = |X|^2 is a process of Cox, Ingersoll and Ross, and a harmonic polynomial p of degree l
-has the mean
+With zeta = (|x|^2 - 1)/2, Y = |X|^2 is a process of Cox, Ingersoll and Ross, and the mean of a harmonic polynomial p
+of degree l is
 
     E p(X_t) = p(e^{St} X_0) E[ Y_t^{l/2} exp( -(sigma^2/2) l (l + d - 2) int_0^t ds/Y_s ) ].
 """
@@ -11,17 +11,17 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-# Trapezoidal rule in log u of an integrand that is analytic for |Im log u| < pi/2: off by e^{-2 pi 1.3/0.2}.
+# Trapezoidal rule in log u for an integrand that is analytic for |Im log u| < pi/2: error e^{-2 pi 1.3/0.2}.
 LOGARITHMS = np.arange(-45.0, 45.0, 0.2)
 
 
 class RadialLaw(NamedTuple):
-    """The law of the distance from the centre.
+    """Law of the distance from the centre.
 
     Attributes
     ----------
     eps : float
-        Not negative; the constrained dynamics for 0.
+        Stiffness parameter, not negative; 0 for the constrained dynamics.
     d : int
     sigma : float
         Positive.
@@ -36,12 +36,12 @@ class RadialLaw(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """The rate b = 2 damping + 1/eps in dY = (a - bY) dt + 2 sigma sqrt(Y) dB."""
+        """Rate b = 2 damping + 1/eps in dY = (a - bY) dt + 2 sigma sqrt(Y) dB."""
         return 2.0 * self.damping + 1.0 / self.eps
 
     @property
     def level(self) -> float:
-        """E Y in the long run: a/b with a = sigma^2 (d + 1) + 1/eps."""
+        """Invariant mean E Y = a/b with a = sigma^2 (d + 1) + 1/eps."""
         if self.eps == 0.0:
             return 1.0
         return 1.0 + (self.sigma**2 * (self.d + 1) - 2.0 * self.damping) / self.rate
@@ -53,7 +53,7 @@ class RadialLaw(NamedTuple):
     def fourth(self, t: float = np.inf) -> float:
         """Return E Y_t^2, with Var Y_t = (2 sigma^2/b) (1 - e) (2 e + (a/b) (1 - e)) and e = e^{-bt}.
 
-        It may overflow where next to nothing holds the solution.
+        The value overflows to infinity for very large eps without damping.
         """
         if self.eps == 0.0:
             return 1.0
@@ -63,10 +63,10 @@ class RadialLaw(NamedTuple):
             return float(np.square(self.square(t)) + variance)
 
     def harmonic(self, degree: int, t: float) -> float:
-        """Return what a harmonic polynomial of degree 1 or 2 is multiplied by.
+        """Return the factor E p(X_t)/p(e^{St} X_0) of a harmonic polynomial p of degree 1 or 2.
 
-        With delta = a/sigma^2 and alpha (delta + alpha - 2) = l (l + d - 2) it is e^{-alpha b t/2} E' Y_t^s, where
-        s = (l - alpha)/2 is between 0 and 1 and Y_t = v chi'^2 with delta + 2 alpha degrees of freedom and
+        With delta = a/sigma^2 and alpha (delta + alpha - 2) = l (l + d - 2) the factor is e^{-alpha b t/2} E' Y_t^s,
+        where s = (l - alpha)/2 is between 0 and 1 and Y_t = v chi'^2 with delta + 2 alpha degrees of freedom and
         noncentrality e^{-bt}/v, v = sigma^2 (1 - e^{-bt})/b. For M(u) = E' e^{-uY_t} and m = E' Y_t,
 
             E' Y_t^s = m^s - (s/Gamma(1 - s)) int_0^inf (M(u) - e^{-um}) u^{-s-1} du.
@@ -86,7 +86,7 @@ class RadialLaw(NamedTuple):
 
     @property
     def relaxation(self) -> float:
-        """Time in which harmonic polynomials of degree 1 decay by a factor e, the slowest of all functions."""
+        """Time in which harmonic polynomials of degree 1, the slowest of all functions, decay by a factor e."""
         if self.eps == 0.0:
             return 2.0 / (self.sigma**2 * (self.d - 1.0))
         delta = self.d + 1.0 + 1.0 / (self.sigma**2 * self.eps)
@@ -94,5 +94,5 @@ class RadialLaw(NamedTuple):
 
 
 def _exponent(delta: float, eigenvalue: float) -> float:
-    """Return the positive root of alpha (delta + alpha - 2) = eigenvalue, without cancellation."""
+    """Return the positive root of alpha (delta + alpha - 2) = eigenvalue, by a formula without cancellation."""
     return float(2.0 * eigenvalue / (delta - 2.0 + np.hypot(delta - 2.0, 2.0 * np.sqrt(eigenvalue))))

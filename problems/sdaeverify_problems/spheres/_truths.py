@@ -1,4 +1,4 @@
-"""What is known of dynamics near or on the unit sphere, by observable."""
+"""Known moments and invariant means of dynamics near or on the unit sphere, by observable."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ PULLED = "von Mises and Fisher's law, or its mixture around the sphere"
 
 
 class Known(NamedTuple):
-    """An observable of a point near the sphere, its expectation at every time if known, and its invariant mean.
+    """An observable of a point near the sphere, with its moment, None if unknown, and its invariant mean.
 
     Attributes
     ----------
@@ -44,13 +44,16 @@ VALUES: dict[str, Callable[[Array], Array]] = {
 def _known(
     eps: float, moments: Sequence[Callable[[float], float] | None], means: Iterable[float]
 ) -> dict[str, Known]:
-    # On the sphere |x| is 1 and no observable.
+    # On the sphere |x| is 1, so that powers of |x| are omitted.
     found = {name: Known(*each) for name, *each in zip(VALUES, VALUES.values(), moments, means, strict=True)}
     return {name: each for name, each in found.items() if eps or "|" not in name}
 
 
 def free(law: RadialLaw, angle: float, spin: float = 0.0) -> Mapping[str, Known]:
-    """Return what is known without pull, from (cos angle, sin angle, 0, ...) turning at a rate in its plane."""
+    """Return the known observables without pull, for the start (cos angle, sin angle, 0, ...).
+
+    `spin` is the rate of the rotation in the plane of the first two components.
+    """
 
     def first(t: float) -> float:
         return law.harmonic(1, t) * float(np.cos(angle + spin * t))
@@ -63,7 +66,7 @@ def free(law: RadialLaw, angle: float, spin: float = 0.0) -> Mapping[str, Known]
 
 
 def with_pull(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
-    """Return what is known with the drift pull e_1 alone: moments at every time in the limit only."""
+    """Return the known observables with the drift pull e_1 alone; moments are known only for eps = 0."""
     means, u = invariant_means(law.eps, law.d, law.sigma, pull), float(np.cos(angle))
     if law.eps:
         return _known(law.eps, [None] * len(VALUES), means.values())
@@ -73,17 +76,17 @@ def with_pull(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
 
 
 def truths(known: Mapping[str, Known], source: str) -> tuple[Truth, ...]:
-    """Return the expectations that are known at every time, and the invariant means, but those that overflow."""
+    """Return the known moments, and the invariant means that are finite."""
     values = {name: each.moment for name, each in known.items() if each.moment is not None}
     means = {name: each.limit for name, each in known.items() if np.isfinite(each.limit)}
     return (*moments(values, source), *limits(means, source))
 
 
 def polar_chart(law: RadialLaw, square: float) -> Chart | None:
-    """Return the angle and log |x| in the plane, the angle alone on the circle, for E |x|^2 in the long run.
+    """Return the angle and log |x| as coordinates in the plane, or the angle on the circle.
 
-    There is none where E |x|^2 is not known.
-    Var |x|^2 = (2 sigma^2/b) E |x|^2 without pull, and log |x| varies by half of |x|^2/E |x|^2.
+    `square` is the invariant mean of |x|^2; the result is None if it is not finite. Without pull,
+    Var |x|^2 = (2 sigma^2/b) E |x|^2, and the deviation of log |x| is half of that of |x|^2/E |x|^2.
     """
     if law.eps == 0.0:
         return Chart(axes=(Angle(),), embed=direction, read=lambda x: np.arctan2(x[1], x[0])[None])

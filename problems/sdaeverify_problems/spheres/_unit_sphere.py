@@ -30,15 +30,15 @@ def curvature(r: Array, y: Array, z: Array) -> Array:
 def constraint_bound(mass: Array, eps: float = EPS) -> float:
     """Return C_g of Lindner & Stroot (2.7) on the eps-neighbourhood of the sphere.
 
-    The eigenvalues of M being between l_min and l_max, G_M = r^T M^{-1} r is between (1 - eps)^2/l_max and
-    (1 + eps)^2/l_min, which |M^{-1} r| does not exceed either, and |D^2 g| = 1.
+    If the eigenvalues of M are between l_min and l_max, G_M = r^T M^{-1} r is between (1 - eps)^2/l_max and
+    (1 + eps)^2/l_min; the latter also bounds |M^{-1} r|, and |D^2 g| = 1.
 
     Parameters
     ----------
     mass : ndarray, shape (n, n)
-        M.
+        Mass matrix M.
     eps : float, optional
-        Between 0 and 1.
+        Relative width of the neighbourhood, between 0 and 1.
 
     Returns
     -------

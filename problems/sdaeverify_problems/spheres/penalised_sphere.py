@@ -24,9 +24,9 @@ def penalised_sphere(
 ) -> ConstrainedLangevin:
     """Langevin dynamics with zeta = (|x|^2 - 1)/2, f = pull e_1 - damping x + spin (-x_2, x_1, 0, ...), sigma = 1.
 
-    Without pull |X|^2 is a process of Cox, Ingersoll and Ross; with pull alone the invariant law is von Mises and
+    Without pull, |X|^2 is a process of Cox, Ingersoll and Ross; with pull alone, the invariant law is von Mises and
     Fisher's, or for eps > 0 its counterpart around the sphere. grad ln det G = 2 x/|x|^2 and the quadratic term of
-    the uniformly accurate integrator are multiples of x = g: the multiplier absorbs an error in them.
+    the uniformly accurate integrator are multiples of x = g, so that the multiplier compensates errors in them.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def penalised_sphere(
     pull : float
         Constant drift, unit length/time.
     damping : float
-        Unit 1/time, not negative; it and the spin must be 0 where there is a pull.
+        Damping rate, unit 1/time, not negative; damping and spin must be 0 unless the pull is 0.
     spin : float
         Angular velocity, radian/time.
     horizon : float
-        Final time, in the unit in which the noise has strength 1, the radius being 1.
+        Final time, in the unit in which the noise has strength 1; the radius is 1.
 
     Source
     ------
@@ -78,18 +78,18 @@ def quarter_turn(x: Array) -> Array:
 
 
 def check_parameters(eps: float, d: int, pull: float, damping: float, spin: float) -> None:
-    """Check that there is a sphere, and that its closed forms are known.
+    """Check that the sphere exists and that closed forms are known for the parameters.
 
     Parameters
     ----------
     eps : float
-        Stiffness.
+        Stiffness parameter.
     d : int
-        Dimension of the space around the sphere.
+        Dimension of the embedding space.
     pull : float
         Strength of a constant force.
     damping, spin : float
-        Rates of the pull to the centre and of the rotation, 1/time.
+        Rates of the drift to the centre and of the rotation, unit 1/time.
     """
     check_not_negative(eps=eps, damping=damping)
     check_least(2, d=d)

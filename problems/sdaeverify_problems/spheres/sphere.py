@@ -10,7 +10,7 @@ from ._unit_sphere import constraint, jacobian, squared_norm
 
 SOURCE = "spherical harmonics: those of degree n decay at the rate n (n + 1)/2"
 RELAXATION = 1.0
-# Df, the same everywhere.
+# Constant Jacobian Df of the drift.
 SHRINKING = -np.eye(3)[..., None]
 
 
@@ -24,11 +24,11 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
     latitude : float
         Initial latitude, radian.
     horizon : float
-        Final time, in the unit in which the squared distance from the start begins to grow by two.
+        Final time, in units in which the mean squared distance from the start initially grows at rate 2.
 
     Source
     ------
-    Hsu (2002), Stochastic Analysis on Manifolds, chapter 3: projected Brownian motion of the space around.
+    Hsu (2002), Stochastic Analysis on Manifolds, chapter 3: projected Brownian motion of the embedding space.
     """
     start = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
 

@@ -1,4 +1,4 @@
-"""A heavy point on the sphere with friction in balance with its noise, and a mass for each direction."""
+"""A point with weight on the sphere, with friction, balanced noise, and one mass for each direction."""
 
 from collections.abc import Callable
 
@@ -30,15 +30,15 @@ def sphere_langevin(
     """Langevin dynamics on S^2: dr = v dt, M dv = (-gamma v - c_g e_3) dt + sqrt(2 gamma kT) dw - r dmu, |r| = 1.
 
     M = diag(m_1, m_2, m_3) and w in R^3. The invariant law has the density exp(-c_g r_3/kT) sqrt(r^T M^{-1} r) on the
-    sphere, v being normal at each r. With L = r x v, E L_3 = exp(-gamma t/m) L_3(0) where m_1 = m_2 = m, and where
-    m_3 is the same and there is no gravity,
+    sphere, with v normal given r. With L = r x v, E L_3 = exp(-gamma t/m) L_3(0) if m_1 = m_2 = m. If also m_3 = m,
+    and without gravity,
 
         E L = exp(-gamma t/m) L(0),   E |v|^2 = exp(-2 gamma t/m) |v(0)|^2 + 2 (kT/m) (1 - exp(-2 gamma t/m)).
 
     Parameters
     ----------
     c_g : float
-        Gravity, a force: unit mass length/time^2, the radius of the sphere being 1.
+        Gravitational force, unit mass length/time^2; the radius of the sphere is 1.
     gamma : float
         Friction, unit mass/time, positive.
     kT : float
@@ -46,7 +46,7 @@ def sphere_langevin(
     m_1 : float
         Mass of the first horizontal direction, positive.
     m_2 : float
-        Mass of the second, positive.
+        Mass of the second horizontal direction, positive.
     m_3 : float
         Mass of the vertical direction, positive.
 
@@ -80,7 +80,7 @@ def sphere_langevin(
 
 
 def observables_of(masses: Array) -> dict[str, object]:
-    """Return the observables; the kinetic energy depends on the masses."""
+    """Return the observables, with the kinetic energy of the given masses."""
 
     def momentum(row: int, s: Parts) -> Array:
         return np.asarray(np.cross(s["r"], s["v"], axis=0)[row])
@@ -94,18 +94,18 @@ def observables_of(masses: Array) -> dict[str, object]:
 
 
 def moments(masses: Array, c_g: float, gamma: float, kT: float) -> tuple[Moment, ...]:
-    """Return the expectations that obey equations of their own, where masses are the same.
+    """Return the expectations that satisfy closed equations, which requires equal masses.
 
     Parameters
     ----------
     masses : ndarray, shape (3,)
-        Of the coordinates.
+        Masses of the coordinates.
     c_g : float
-        Force in direction 3.
+        Weight, a force in direction -e_3.
     gamma : float
         Friction.
     kT : float
-        Temperature, in units of energy.
+        Temperature in units of energy.
     """
     m, start = float(masses[0]), float(VELOCITY @ VELOCITY)
     alike, all_alike = masses[1] == m, bool(np.all(masses == m)) and c_g == 0.0

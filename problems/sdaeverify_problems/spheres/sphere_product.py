@@ -1,4 +1,4 @@
-"""Independent points near or on unit spheres, with constraints that are mixed."""
+"""Independent points near or on unit spheres, with mixed constraints."""
 
 import numpy as np
 
@@ -20,8 +20,8 @@ def sphere_product(
 ) -> ConstrainedLangevin:
     """Langevin dynamics of x = (y_1, ..., y_q), y_i in R^d, with zeta = A ((|y_i|^2 - 1)/2)_i, f = 0 and sigma = 1.
 
-    A = Id + mixing C with a fixed matrix C. Neither (1.2) nor (1.4) depends on a regular A: the y_i are independent,
-    each as if it were alone, so that products of their functions have known expectations, too.
+    A = Id + mixing C with a fixed matrix C. Neither (1.2) nor (1.4) depends on a regular A: the y_i are independent
+    solutions of single-sphere problems, so that products of functions of different y_i have known expectations.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ def sphere_product(
     spheres : int
         Number q of points, at least 2.
     mixing : float
-        0 for the constraints one by one; A must be regular.
+        Strength of the mixing, 0 for separate constraints; A must be regular.
     horizon : float
-        Final time, in the unit in which the noise has strength 1, the radius being 1.
+        Final time, in the unit in which the noise has strength 1; the radius is 1.
 
     Source
     ------
@@ -68,7 +68,7 @@ def sphere_product(
 
 
 def mixture(q: int, mixing: float) -> Array:
-    """Return A, shape (q, q)."""
+    """Return A, shape (q, q); raise if its condition number is not below 1e3."""
     i, j = np.indices((q, q))
     A = np.eye(q) + mixing * np.sin(1.0 + i + 3.0 * j)
     if not (np.isfinite(mixing) and np.linalg.cond(A) < 1e3):
@@ -77,7 +77,7 @@ def mixture(q: int, mixing: float) -> Array:
 
 
 def point_truths(law: RadialLaw) -> dict[str, Known]:
-    """Return what is known of the first two points: of each, and of products, whose factors are independent."""
+    """Return the known observables of the first two points, and their products, whose factors are independent."""
     one, two = (free(law, angle) for angle in ANGLES)
     known = {}
     for name in one.keys() - {"|x|^4"}:
@@ -88,22 +88,22 @@ def point_truths(law: RadialLaw) -> dict[str, Known]:
 
 
 def at_block(i: int, d: int, known: Known) -> Known:
-    """Return what is known of the i-th point.
+    """Return an observable of one point as an observable of the i-th point.
 
     Parameters
     ----------
     i : int
-        Which of the points, from 0.
+        Index of the point, from 0.
     d : int
-        Coordinates of each.
+        Number of coordinates of each point.
     known : Known
-        Of one point.
+        Observable of a single point.
     """
     return known._replace(value=lambda x: known.value(x[i * d : (i + 1) * d]))
 
 
 def product(first: Known, second: Known) -> Known:
-    """Return what is known of the product of two independent observables."""
+    """Return the product of two independent observables, with the products of their expectations."""
     (value, moment, limit), (other, further, last) = first, second
     return Known(lambda x: value(x) * other(x), lambda t: moment(t) * further(t), limit * last)
 

@@ -1,1 +1,1 @@
-"""A curved strip around a line, with a stiff return to it."""
+"""A curved strip around a line, with a stiff drift to the line."""

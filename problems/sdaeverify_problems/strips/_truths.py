@@ -1,4 +1,4 @@
-"""What is known on the exponential strip x = (t, n): the invariant law of n, and everything in the limit eps = 0."""
+"""Truths on the exponential strip x = (t, n): the invariant law of n, and the exact solution in the limit eps = 0."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,12 +12,12 @@ from ..ou import exponential_integral
 
 SOURCE = "radial invariant density of n, quadrature"
 EXACT = "Ornstein-Uhlenbeck process along the line n = 0"
-# Trapezoidal rule in log |n| of an integrand that is analytic for |Im log |n|| < pi/4: off by e^{-2 pi 0.7/0.1}.
+# Trapezoidal rule in log |n| for an integrand that is analytic for |Im log |n|| < pi/4: error e^{-2 pi 0.7/0.1}.
 STEP, LOWEST = 0.1, 45.0
 
 
 class Strip(NamedTuple):
-    """The parameters: dimension q of n, growth alpha of zeta = e^{alpha t} n, f = (-kappa (t - c), -kappa n).
+    """Parameters: dimension q of n, growth alpha of zeta = e^{alpha t} n, f = (-kappa (t - c), -kappa n).
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Strip(NamedTuple):
     q : int
     alpha, kappa, sigma, c : float
     start : float
-        t at time 0.
+        Value of the coordinate t at time 0.
     """
 
     eps: float
@@ -37,7 +37,7 @@ class Strip(NamedTuple):
     start: float = 0.0
 
     def radial_means(self, *functions: Callable[[Array], Array]) -> list[float]:
-        """Return the means of functions of r = |n| under the invariant law, eps > 0.
+        """Return the means of functions of r = |n| under the invariant law, for eps > 0.
 
         The density of r is r^(q-1) exp(-kappa r^2/sigma^2) (1 + alpha^2 r^2)^(1/2 - 1/(sigma^2 eps alpha^2)).
         """
@@ -51,7 +51,7 @@ class Strip(NamedTuple):
         return [float(weights @ function(r) / weights.sum()) for function in functions]
 
     def invariant_means(self) -> dict[str, float]:
-        """Return E t, E |n|^2 and E |n|^4, or E t and E t^2 in the limit.
+        """Return the means of t, |n|^2 and |n|^4 under the invariant law, or of t and t^2 in the limit.
 
         E t = c + (1/kappa) (sigma^2 q alpha/2 - (alpha/eps) E[ |n|^2/(1 + alpha^2 |n|^2) ]).
         """
@@ -64,7 +64,7 @@ class Strip(NamedTuple):
         return {"t": self.c + drift / self.kappa, "|n|^2": square, "|n|^4": fourth}
 
     def truths(self) -> tuple[Truth, ...]:
-        """Return what is known."""
+        """Return the invariant means, and for eps = 0 the pathwise solution and the moments."""
         source = SOURCE if self.eps else EXACT
         known = limits(self.invariant_means(), source)
         return (*known, *(() if self.eps else (self._pathwise(), *self._moments())))
@@ -91,7 +91,7 @@ class Strip(NamedTuple):
 
 
 def observables(limit: bool) -> dict[str, Callable[[float, Parts], Array]]:
-    """Return functions of t, and of |n| where n is not 0."""
+    """Return functions of t, and for eps > 0 of |n|, by name."""
     along = {"t": lambda t, s: s["x"][0], "t^2": lambda t, s: s["x"][0] ** 2}
     across = {
         "|n|^2": lambda t, s: (s["x"][1:] ** 2).sum(axis=0),

@@ -1,4 +1,4 @@
-"""A line whose constraint function grows along it: the sharpest detector of errors in the tangential terms."""
+"""A line with a constraint function that grows along it, which is sensitive to errors in the tangential terms."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ def exponential_strip(
 ) -> ConstrainedLangevin:
     """Langevin dynamics of x = (t, n), n in R^q, zeta = e^{alpha t} n, f = (-kappa (t - c), -kappa n), sigma = 1.
 
-    In the limit X is an Ornstein-Uhlenbeck process along the line n = 0, which the growth of zeta does not change.
-    For eps > 0 it makes grad ln det G and the return to the line have parts along it: with D = 1 + alpha^2 |n|^2
+    In the limit X is an Ornstein-Uhlenbeck process along the line n = 0, which does not depend on alpha. For eps > 0,
+    grad ln det G and the stiff drift have components along the line: with D = 1 + alpha^2 |n|^2
 
         grad ln det G = (2 q alpha, 2 alpha^2 n/D),    g G^{-1} zeta = (alpha |n|^2, n)/D.
 
@@ -33,7 +33,7 @@ def exponential_strip(
     kappa : float
         Rate of the drift, unit 1/time, positive.
     c : float
-        The value of t where the drift vanishes.
+        Value of t at which the drift vanishes.
     horizon : float
         Final time.
 
@@ -69,9 +69,9 @@ def exponential_strip(
 
 
 def strip_chart(strip: Strip) -> Chart:
-    """Return the coordinates t and arsinh(alpha n)/alpha, for q = 1, or t alone in the limit.
+    """Return the chart with coordinates t and arsinh(alpha n)/alpha, for q = 1, or t alone in the limit.
 
-    The equation is singular at n = i/alpha; in this coordinate it is further away.
+    The equation is singular at n = i/alpha; in this coordinate the singularity is further away from the real axis.
     """
     means = strip.invariant_means()
     along = Line(means["t"], strip.sigma / float(np.sqrt(2.0 * strip.kappa)))

@@ -1,1 +1,1 @@
-"""Diffusions on tori, by penalty and in a tube."""
+"""Diffusions on tori, with two constraint functions for the same surface."""

@@ -1,4 +1,4 @@
-"""The torus with core circle of radius R and tube of radius r, as the zeros of two functions, and as two angles."""
+"""The torus with core radius R and tube radius r, as the zeros of two functions, and by two angles."""
 
 from typing import NamedTuple
 
@@ -25,7 +25,7 @@ class Quartic(NamedTuple):
     r: float = TUBE
 
     def zeta(self, x: Array) -> Array:
-        """Return zeta = (s^2 - r^2) ((rho + R)^2 + x_3^2 - r^2), shape (1, P), without the cancellation above."""
+        """Return zeta = (s^2 - r^2) ((rho + R)^2 + x_3^2 - r^2), shape (1, P), a form without cancellation."""
         rho, height = axial(x), x[2] ** 2
         inner, outer = ((rho + sign * self.R) ** 2 + height - self.r**2 for sign in (-1.0, 1.0))
         return np.asarray(inner * outer)[None]
@@ -92,7 +92,7 @@ def outward(x: Array) -> Array:
 
 
 def surface_chart() -> Chart:
-    """Return the angle theta around the core circle, 0 outside, and the angle phi around the axis."""
+    """Return the chart with the angle theta around the core circle, 0 outside, and phi around the axis."""
 
     def embed(z: Array) -> Array:
         rho = RADIUS + TUBE * np.cos(z[0])

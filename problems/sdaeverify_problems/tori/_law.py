@@ -1,8 +1,8 @@
 """Invariant laws of f = -stiffness (x - (R - r, 0, 0)), sigma^2 = 2, on the torus and around it.
 
 In coordinates around the axis and the core circle, x = (rho cos phi, rho sin phi, s sin theta) with
-rho = R + s cos theta, exp(-V) is integrated over phi in closed form. What is left is smooth, periodic in theta, and
-narrow.
+rho = R + s cos theta, exp(-V) is integrated over phi in closed form. The remaining integrand is smooth, narrow, and
+periodic in theta.
 """
 
 import numpy as np
@@ -13,28 +13,28 @@ from sdaeverify import Array, ParameterError
 from ._geometry import RADIUS, TUBE
 
 CENTRE = RADIUS - TUBE
-# On the axis and beyond, the density is less than e^{-2 stiffness}, rounding even for the smallest. The trapezoidal
-# rule in theta is off by e^{-NODES^2/(2 stiffness)}.
+# On the axis and beyond, the density is less than e^{-2 stiffness}, which is negligible even for SMALLEST. The
+# trapezoidal rule in theta has the error e^{-NODES^2/(2 stiffness)}.
 SMALLEST, LARGEST, NODES = 16.0, 2500.0, 512
-# Trapezoidal rule in log s for a width w: off by e^{-2 pi^2 FINE^2}; beyond REACH w, or where a power has fallen by
-# e^{-FALLEN}, there is nothing.
+# Trapezoidal rule in log s for a width w: its error is e^{-2 pi^2 FINE^2}. The integrand is negligible beyond
+# REACH w, or where a power has decreased by e^{-FALLEN}.
 FINE, REACH, FALLEN = 3.0, 9.0, 36.0
 
 
 def check_drift(stiffness: float) -> None:
-    """Check the stiffness of the drift.
+    """Check that the stiffness of the drift is in the range of the quadratures.
 
     Raises
     ------
     ParameterError
-        Where the quadratures would not be exact.
+        If the quadratures would not be exact.
     """
     if not SMALLEST <= stiffness <= LARGEST:
         raise ParameterError(f"stiffness must be between {SMALLEST:g} and {LARGEST:g}, got {stiffness!r}")
 
 
 def surface_means(stiffness: float) -> dict[str, float]:
-    """Return the means under exp(-V) dsigma_M, dsigma_M = r rho dtheta dphi."""
+    """Return the means under exp(-V) dsigma_M on the surface, dsigma_M = r rho dtheta dphi."""
     return _means(stiffness, np.zeros(1), np.zeros(1))
 
 

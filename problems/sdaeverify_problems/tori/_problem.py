@@ -1,4 +1,4 @@
-"""Langevin dynamics near or on the torus, pulled to the inner end of its tube."""
+"""Langevin dynamics near or on the torus, with a drift to the inner end of its tube."""
 
 from collections.abc import Callable, Mapping
 
@@ -31,7 +31,8 @@ def torus_problem(
     zeta : Quartic or Tube
     eps, stiffness, horizon : float
     penalised : tuple of callable and str
-        () -> invariant means known for eps > 0 by observable, and their source.
+        Function without arguments that returns the invariant means known for eps > 0, by observable; and their
+        source.
     family : callable, eps -> ConstrainedLangevin
     """
     check_not_negative(eps=eps)
@@ -61,7 +62,7 @@ def torus_problem(
 
 
 def observables(zeta: Quartic | Tube, *, limit: bool) -> dict[str, Callable[[float, Parts], Array]]:
-    """Return |x|^2 and x_1, and what the penalty creates where there is one."""
+    """Return |x|^2 and x_1, and unless `limit` is true zeta and zeta^2, which vanish on the surface."""
     kept = {"|x|^2": lambda t, s: squared_norm(s["x"]), "x_1": lambda t, s: s["x"][0]}
     created = {"zeta": lambda t, s: zeta.zeta(s["x"])[0], "zeta^2": lambda t, s: zeta.zeta(s["x"])[0] ** 2}
     return kept if limit else kept | created

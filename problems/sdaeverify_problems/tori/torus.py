@@ -11,7 +11,7 @@ from ._problem import torus_problem
 
 STIFFNESS = 25.0
 SOURCE = "stationary Fokker-Planck equation, tabulated Galerkin solution; E |x|^2 to 1e-8, from eps = 0.1 on to 2e-6"
-# Invariant means for stiffness 25 of |x|^2, x_1, zeta and zeta^2, by eps.
+# Invariant means of |x|^2, x_1, zeta and zeta^2 for stiffness 25, by eps.
 TABLE = {
     1e-6: (4.12244885, 2.01038279, 3.0462e-5, 2.35167e-3),
     1e-4: (4.12234154, 2.01033069, 3.03710e-3, 0.234519),
@@ -30,17 +30,17 @@ TABLE = {
 def torus(eps: float = 0.1, stiffness: float = STIFFNESS, horizon: float = 0.125) -> ConstrainedLangevin:
     """Langevin dynamics with zeta = (|x|^2 + R^2 - r^2)^2 - 4 R^2 (x_1^2 + x_2^2), R = 3, r = 1, sigma = sqrt(2).
 
-    f = -stiffness (x - (R - r, 0, 0)), from (R - r, 0, 0). No invariant density is known for eps > 0: means are for
-    stiffness 25, from a table for ten values of eps. In the limit they come from exp(-V) on the surface.
+    f = -stiffness (x - (R - r, 0, 0)), from (R - r, 0, 0). No invariant density is known for eps > 0: means exist
+    only for stiffness 25 and ten tabulated values of eps. In the limit they are computed from exp(-V) on the surface.
 
     Parameters
     ----------
     eps : float
         Stiffness parameter, unit time.
     stiffness : float
-        Of the potential, unit 1/time, from 16 to 2500.
+        Stiffness of the potential, unit 1/time, from 16 to 2500.
     horizon : float
-        Final time. A step h of constrained Euler needs h no larger than 1/50, or there may be no root.
+        Final time. Steps of constrained Euler need h <= 1/50, otherwise the projection may have no root.
 
     Source
     ------
@@ -57,7 +57,7 @@ def torus(eps: float = 0.1, stiffness: float = STIFFNESS, horizon: float = 0.125
 
 
 def tabulated_means(eps: float, stiffness: float) -> Mapping[str, float]:
-    """Return the invariant means that the table has, perhaps none."""
+    """Return the tabulated invariant means, empty if eps or the stiffness is not in the table."""
     row = TABLE.get(eps if stiffness == STIFFNESS else inf, ())
     return dict(zip(("|x|^2", "x_1", "zeta", "zeta^2"), row, strict=False))
 

@@ -1,4 +1,4 @@
-"""``check``: the conformance kit over schemes and problems by name."""
+"""``check``: run the conformance kit on schemes and problems."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -23,17 +23,12 @@ from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
 
-WORDS = {
-    ExitCode.OK: "no check fails",
-    ExitCode.REFUTED: "a check fails",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.PLUGIN)
 LISTED = "; sdaeverify list shows all"
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Put schemes and problems to the conformance kit.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Put schemes and problems to the conformance kit.")
 @click.argument(
     "names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True, shell_complete=names_of("schemes", "problems")
 )
@@ -44,9 +39,10 @@ STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each answer.")
 @plugins
 def check(**options: Any) -> ExitCode:
-    """Put schemes and problems to every check of the kit: their contract, derivatives, truths and controls.
+    """Run every check of the conformance kit on schemes and problems: contract, derivatives, truths, controls.
 
-    NAME is a scheme or a problem, with parameters or as a glob. Prints what did not pass, and how many did.
+    NAME is a scheme or a problem, with parameters or as a glob. Prints the checks that did not pass, and how many
+    did.
     """
     registry = load_and_warn(options["plugins"])
     with output_to_stderr():
@@ -86,7 +82,7 @@ def _kinds(registry: Registry, pattern: str) -> list[str]:
 
 
 def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
-    """Return the first row of each status and reason of a subject, and how many there are: one fault is said once."""
+    """Group rows with the same subject, status and reason: return the first of each group and its size."""
     found = grouped(rows, lambda row: (row["subject"], row["status"], row["reason"]))
     return [(same[0], len(same)) for same in found.values()]
 

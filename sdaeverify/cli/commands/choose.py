@@ -1,4 +1,4 @@
-"""``choose``: which scheme needs the least work for an accuracy on a problem."""
+"""``choose``: find the scheme that needs the least work for an accuracy on a problem."""
 
 from collections.abc import Iterator
 from itertools import zip_longest
@@ -23,21 +23,17 @@ from ..console import complain, output, output_to_stderr, print_json, print_text
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 
-WORDS = {
-    ExitCode.OK: "at least one scheme reaches the accuracy",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "no scheme is known to reach it",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 HEADINGS = ("", "scheme", "order", "noise", "error", "at", "steps", "work", "")
+LEADING = "leading error"
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
-# Enough for errors to be told from each other; a run of more paths is given by --run.
+# Enough paths to distinguish the errors of schemes; for more paths, use --run.
 PATHS = 2048
 WIDEST = 1000
 OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Tell which scheme needs the least work on a problem.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Tell which scheme needs the least work on a problem.")
 @click.argument("problem", metavar="PROBLEM[PARAMETERS]", shell_complete=names_of("problems"))
 @options.once("-m", "--measure", type=click.Choice(ERRORS), default=ERRORS[0], help="Of which errors.")
 @options.once("--quantity", metavar="NAME", help="Of which component or observable.  [default: the first]")
@@ -57,10 +53,10 @@ OF_A_RUN = ("schemes", "paths", "levels", "seed", "jobs", "progress")
 def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any) -> ExitCode:
     """Measure the errors of all schemes that solve PROBLEM, and sort them by the work for an accuracy.
 
-    All errors are those to one reference, which the last line names: the solution on each path or, where it is not
-    known, the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out;
-    those that claim nothing come last. The work is the time of the steps of a path, measured on this machine; the
-    verdict is the one on what the scheme claims of these errors on this problem.
+    All errors refer to one reference, named in the last line: the solution on each path or, where it is not known,
+    the best verified scheme at finer steps. Schemes with a refuted claim and negative controls are left out; schemes
+    without a claim come last. The work is the time of the steps of a path, measured on this machine. The verdict is
+    that on the claim of the scheme about these errors on this problem.
     """
     accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
     if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):
@@ -87,7 +83,7 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
 
 
 def _require_none_given(context: click.Context) -> None:
-    """Refuse options of a run where nothing is run: they would change nothing."""
+    """Raise if an option of a run is given together with --run, where it would have no effect."""
     names = [name for name in OF_A_RUN if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
     if names:
         given = ", ".join(f"--{name}" for name in names)
@@ -102,7 +98,7 @@ def _result(problem: str, asked: dict[str, Any]) -> Result:
 
 
 def _label(result: Result, problem: str, *, alone: bool) -> str:
-    """Return the label under which a problem is in a result: the only one if it was run alone."""
+    """Return the label of a problem in a result: the given one, an equivalent one, or the only one."""
     labels = list(dict.fromkeys(row.problem for row in result.rows.verdicts))
     if problem in labels or not labels:
         return problem
@@ -114,17 +110,18 @@ def _show(found: Choices, result: Result) -> None:
     console = output()
     plain = console.options.ascii_only
     print_texts(console, wrap_text(visible(_heading(found)), console.width))
-    table = empty_table(*HEADINGS)
+    known = any(one.leading for one in found.found)
+    table = empty_table(*HEADINGS, *([LEADING] if known else []))
     table.columns[1].no_wrap = True
     least = min((one.seconds for one in found.found if isfinite(one.seconds)), default=nan)
     for one, following in zip_longest(found.found, found.found[1:]):
         ends = bool(one.claim and following and not following.claim)
         table.add_row(
-            *(Text(visible(cell)) for cell in _cells(one, least, plain=plain)),
+            *(Text(visible(cell)) for cell in (*_cells(one, least, plain=plain), *([one.leading] if known else []))),
             style=SYMBOLS[one.verdict][2],
             end_section=ends,
         )
-    # Names are not broken: a table that needs more than the terminal has is as wide as it needs.
+    # Names are not broken: a table may be wider than the terminal.
     natural = Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
     table.width = natural if natural > console.width else None
     console.print(table, crop=False)
@@ -157,7 +154,7 @@ def _time(seconds: float) -> str:
 
 
 def _views(found: Choices, result: Result) -> Iterator[str]:
-    """Yield which schemes solve the problem in another form, in which steps know nothing of a constraint."""
+    """Yield which schemes solve the problem in another form, such as one without the constraint."""
     here = [row for row in result.rows.verdicts if (row.problem, row.measure) == (found.problem, found.measure)]
     for view in sorted({row.view for row in here if row.view}):
         names = ", ".join(dict.fromkeys(row.scheme for row in here if row.view == view))
@@ -170,7 +167,7 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     if open_ := [one.scheme for one in found.found if one.verdict == "inconclusive"]:
         yield f"inconclusive: {', '.join(open_)}; sdaeverify matrix -p {found.problem} -m {found.measure} says why"
     if any(one.beyond for one in found.found):
-        yield "~ more steps than were made, by the order"
+        yield "~ number of steps by the order or, where paths show no error, by the leading error"
     if unknown := [one.scheme for one in found.found if not isfinite(one.seconds)]:
         yield f"work unknown, as {_why_unknown(found, result)}: {', '.join(unknown)}"
     if found.left_out:
@@ -183,6 +180,8 @@ def _notes(found: Choices, result: Result) -> Iterator[str]:
     further = found.quantities[1:] if found.quantity == found.quantities[0] else found.quantities[:1]
     if further:
         yield f"other quantities, for --quantity: {', '.join(further)}"
+    if any(one.leading for one in found.found):
+        yield f"{LEADING}: C h^p of the mean as h falls, without sampling"
     yield from _legend(found)
 
 

@@ -1,4 +1,4 @@
-"""``cite``: how a run is cited in a paper."""
+"""``cite``: print a citation of a run."""
 
 from pathlib import Path
 
@@ -17,10 +17,10 @@ LATEX, MARKDOWN = "latex", "markdown"
 @click.argument("folder", type=options.PLACE, metavar="[RUN]", default=Path("reports", "latest"))
 @options.once("--table", type=click.Choice([LATEX, MARKDOWN]), help="Print the table of the verdicts instead.")
 def cite(folder: Path, table: str | None) -> ExitCode:
-    """Print how the run in a folder, reports/latest if left out, is cited.
+    """Print how to cite the run in a folder, reports/latest if left out.
 
-    A sentence on method and version, an entry for BibTeX, and the sources of the claims of each scheme; with --table
-    the verdicts for a paper: LaTeX with booktabs, or Markdown.
+    Prints a sentence on method and version, a BibTeX entry, and the sources of the claims of each scheme. With
+    --table, prints the verdicts as a table for a paper: LaTeX with booktabs, or Markdown.
     """
     result = load(folder)
     told = {LATEX: result.to_latex, MARKDOWN: result.to_markdown}[table]() if table else result.cite()

@@ -1,4 +1,4 @@
-"""``compare``: what changed from one run to the next: verdicts, orders and sizes of errors."""
+"""``compare``: changes of verdicts, orders and sizes of errors between runs."""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.compare.cells import compare as compared
 from ...report.compare.changes import RunPair, advice, changes, counts, list_omissions, pair_in_words, records
-from ...report.compare.runs import StoredRun, damages, read_run, verdict_pairs
+from ...report.compare.runs import StoredRun, constant_changes, damages, read_run, verdict_pairs
 from ...report.plain import visible, wrap_text
 from ..console import complain, conclude, output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
@@ -20,16 +20,10 @@ from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
 
 MARGIN, ALPHA = 1.1, 0.01
-WORDS = {
-    ExitCode.OK: "no error has grown beyond the factor, no claim is newly refuted",
-    ExitCode.REFUTED: "an error has grown beyond the factor, or a claim is newly refuted",
-    ExitCode.USAGE: "the command line is wrong, or a folder holds no run",
-    ExitCode.NOTHING: "no verdict differs, and errors of no quantity could be compared",
-    ExitCode.PLUGIN: "a requested plugin failed to load",
-}
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN)
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Tell what changed from one run to the next.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Tell what changed from one run to the next.")
 @click.argument("runs", nargs=-1, required=True, type=PLACE)
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
 @once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in a comparison.")
@@ -39,9 +33,9 @@ WORDS = {
 def compare(**options: Any) -> ExitCode:
     """Compare RUNS, folders that matrix or gate wrote with --out, oldest first, each with the one before.
 
-    Shows which verdicts changed, and which orders and errors moved by more than chance explains. An order may be kept
-    while errors double: on the same paths the ratio of errors is known far better than errors are, so that this shows
-    with few paths. Errors are compared where both runs have the same seed, step sizes and problem.
+    Shows which verdicts changed, and which orders and errors changed significantly. An order may stay the same while
+    errors double: on the same paths the ratio of errors is known far more precisely than the errors, so that a few
+    paths show the change. Errors are compared if both runs have the same seed, step sizes and problem.
     """
     if len(options["runs"]) < 2:
         raise UsageError("compare needs two runs or more: folders that matrix --out wrote, the oldest first")
@@ -60,18 +54,19 @@ def compare(**options: Any) -> ExitCode:
         print_json({**about, "exit_code": code.value, "pairs": [*map(records, pairs)]})
     else:
         _show(pairs, every=options["every"])
-        conclude(code, {**WORDS, ExitCode.REFUTED: _worse(pairs)})
+        print_texts(output(), [_worse(pairs)] if code is ExitCode.REFUTED else [])
+        conclude(code)
     return code
 
 
 def _plugins_to_add(runs: Sequence[StoredRun], registry: Registry) -> str:
-    """Return which options load what the runs were made with and what is not registered here; empty for none."""
+    """Return the options that load plugins of the runs which are not registered here, or an empty string."""
     known = {*registry.schemes, *registry.problems, *registry.measures}
     needed = {run.folder: _compared_names(run, runs) - known for run in runs}
     lacking = [run.saved for run in runs if needed[run.folder] and {*run.saved.files} - {*registry.files}]
     if not lacking:
         return ""
-    # Files of several runs may register the same names: those of the last one are enough.
+    # Files of several runs may register the same names, so the files of the last run suffice.
     newest, unknown = lacking[-1], sorted({name for run in lacking for name in needed[run.folder]})
     files = [file for file in newest.files if file not in registry.files]
     option = shlex.join(word for file in files for word in ("--plugin", file))
@@ -79,7 +74,7 @@ def _plugins_to_add(runs: Sequence[StoredRun], registry: Registry) -> str:
 
 
 def _compared_names(run: StoredRun, runs: Sequence[StoredRun]) -> set[str]:
-    """Return the names that are needed to read errors of a run: of the cells of which another run has paths, too."""
+    """Return the names needed to read the errors of cells for which another run has paths as well."""
     others = {key for other in runs if other is not run for key in other.lanes}
     cells = run.lanes.keys() & others
     names = {label.partition("[")[0] for key in cells for label in key}
@@ -90,8 +85,8 @@ def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[s
     every = compared(old, new, registry)
     found, omitted = ([each for each in every if each.found.known == known] for known in (True, False))
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
-    both = verdict_pairs(old.folder, new.folder)
-    return RunPair(old.folder, new.folder, both, list(zip(found, judged, strict=True)), omitted)
+    both, rows = verdict_pairs(old.folder, new.folder), list(zip(found, judged, strict=True))
+    return RunPair(old.folder, new.folder, both, rows, omitted, constant_changes(old.folder, new.folder))
 
 
 def _code(pairs: Sequence[RunPair]) -> ExitCode:

@@ -1,4 +1,4 @@
-"""``demo``: a first picture and a first table, in seconds."""
+"""``demo``: a first report, in seconds."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from ..options import PLACE, once
 from ..running import Run, advance, workers
 
 FOLDER = Path("reports", "demo")
-# Names among what is shipped: a scheme of order 1/2, one of order 1, and one for mechanics with a constraint.
+# Shipped schemes: one of order 1/2, one of order 1, and one for mechanics with a constraint.
 SCHEMES, PROBLEMS, MEASURES = "euler-maruyama,milstein,half-explicit-euler", "gbm,pendulum", "strong"
 SETTINGS = Settings(paths=1024, levels=5)
 
@@ -29,9 +29,9 @@ SETTINGS = Settings(paths=1024, levels=5)
 @once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @click.pass_context
 def demo(context: click.Context, /, out: Path) -> ExitCode:
-    """Put three schemes to the test on two problems: have they the strong orders that are claimed of them.
+    """Test the claimed strong orders of three schemes on two problems.
 
-    Takes a few seconds, and ends with the path of a page to look at.
+    Takes a few seconds, and prints the path of an HTML page at the end.
     """
     require_writable(out)
     registry = load_and_warn(())

@@ -1,4 +1,4 @@
-"""``gate``: run the claims of a project and fail where one is significantly wrong."""
+"""``gate``: test the claims of a project and fail if a claim is significantly wrong."""
 
 import os
 from contextlib import nullcontext
@@ -24,7 +24,7 @@ from ..loading import load_and_warn
 from ..options import PLACE, jobs, limits, once, plugins, progress_of_cells, selection
 
 FOLDER = Path("reports", "gate")
-# What GitHub's runner sets.
+# Environment variables of GitHub's runner.
 GITHUB, SUMMARY, WORKSPACE = "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"
 SEEDS = ("fixed", "date")
 
@@ -46,12 +46,12 @@ SEEDS = ("fixed", "date")
 @click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
 @click.pass_context
 def gate(context: click.Context, /, **options: Any) -> ExitCode:
-    """Run the claims of a project and fail where one is significantly wrong.
+    """Test the claims of a project and fail if one is significantly wrong.
 
-    What is gated is said by [tool.sdaeverify] in pyproject.toml; options come before it. Fails on claims that are
-    refuted beyond their margin, on cells that cannot be measured, on claims that are locked and gone, and on verified
-    claims that were expected to fail; never on time. On GitHub it annotates the lines of claims, too, and writes a
-    summary of the job.
+    The policy is the table [tool.sdaeverify] of pyproject.toml; options override it. Fails on claims refuted beyond
+    their margin, on cells that cannot be measured, on locked claims that are gone, and on verified claims that were
+    expected to fail; never because of run times. On GitHub it also annotates the lines of claims and writes a summary
+    of the job.
     """
     policy = policy_of(options)
     if options["write_lock"] and is_narrowed(options):
@@ -78,7 +78,7 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
 
 
 def _require_project(policy: Policy) -> None:
-    """Refuse to gate all installed schemes unless they are asked for: that takes long, and gates no project."""
+    """Raise if there is no project and no selection, because gating all schemes takes long."""
     if policy.file is None and not (policy.plugins or policy.schemes):
         raise UsageError(
             "no pyproject.toml is here or above, so there is no project to gate; go to its folder, or give --config "
@@ -87,7 +87,7 @@ def _require_project(policy: Policy) -> None:
 
 
 def policy_of(options: dict[str, Any]) -> Policy:
-    """Return the policy of a command line: what options say comes before what the file says.
+    """Return the policy of a command line; options override the file.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def policy_of(options: dict[str, Any]) -> Policy:
 
 
 def _own_plugins_work(registry: Registry, policy: Policy) -> bool:
-    """Complain where a plugin of the project itself is broken: its claims would be missed."""
+    """Return whether all plugins of the project load; a broken one would hide its claims."""
     own = [row for row in registry.plugins if policy.distribution and row.distribution == policy.distribution]
     broken = [row for row in own if row.status == "broken"]
     for row in broken:

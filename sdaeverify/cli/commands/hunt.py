@@ -1,4 +1,4 @@
-"""``hunt``: examples are drawn at random until one breaks a claim."""
+"""``hunt``: search random examples for one that breaks a claim."""
 
 from pathlib import Path
 from typing import Any
@@ -15,19 +15,12 @@ from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..options import PLACE, jobs, once, plugins, progress_of_cells, seed
 
-WORDS = {
-    ExitCode.OK: "no claim is refuted",
-    ExitCode.REFUTED: "a claim is refuted, and that is confirmed",
-    ExitCode.USAGE: "wrong usage",
-    ExitCode.NOTHING: "no example was looked at",
-    ExitCode.PLUGIN: "a plugin or hypothesis cannot be loaded",
-    ExitCode.INTERRUPTED: "interrupted; with --out, what was looked at is kept",
-}
-# What hypothesis remembers, beside the file of a counterexample.
+CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOTHING, ExitCode.PLUGIN, ExitCode.INTERRUPTED)
+# Database of hypothesis, in the folder of the counterexample.
 DATABASE = ".sdaeverify-hunt"
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Look for problems on which claims do not hold.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Look for problems on which claims do not hold.")
 @click.argument("schemes", metavar="SCHEME...", nargs=-1, required=True)
 @click.option("-m", "--measure", "measures", multiple=True, help="Whose claims are attacked.  [default: all]")
 @click.option("--when", multiple=True, metavar="TRAITS", help="Traits that each example has, separated by commas.")
@@ -46,10 +39,11 @@ DATABASE = ".sdaeverify-hunt"
 @progress_of_cells
 @plugins
 def hunt(**options: Any) -> ExitCode:
-    """Draw problems at random until a claim of SCHEME does not hold, and shrink what is found.
+    """Draw problems at random until a claim of SCHEME fails, and shrink the counterexample.
 
-    What is found is run by itself before it counts. At the end it says what was tried. The result is the same for any
-    number of jobs where no time ends the search. A hunt with --out that is interrupted goes on when it is run again.
+    A counterexample is confirmed by a separate run before it counts. At the end the tried examples are listed. The
+    result does not depend on the number of jobs unless a time limit ends the search. An interrupted hunt with --out
+    continues when it is run again.
     """
     out: Path | None = options.pop("out")
     if out is not None and out.suffix != ".py":

@@ -1,6 +1,6 @@
-"""``info``: all that is known of one registered thing, or of a word of the framework, as text: heading first.
+"""``info``: print everything known about a registered entry or a term of the framework, heading first.
 
-Words are told by docstrings and by what is registered: forms, traits, noise and the like.
+Terms are explained by docstrings and by registered entries: forms, traits, noise and the like.
 """
 
 import inspect
@@ -48,7 +48,7 @@ LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parame
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
     """Show all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
 
-    Or about a word: a form such as SDE, traits, noise, claims, measures, a public name such as Scheme.
+    Or about a term: a form such as SDE, traits, noise, claims, measures, a public name such as Scheme.
     """
     registry, label = load_quietly(plugins), parse_label(name)
     if label.name not in _names(registry):
@@ -73,7 +73,7 @@ def _names(registry: Registry) -> set[str]:
 
 
 def _tell(registry: Registry, name: str, texts: Mapping[str, str]) -> Iterator[tuple[Passport, list[str]]]:
-    """Yield what is known of each thing that has a name, as a record and as lines, heading first."""
+    """Yield each entry with the given name, as a record and as lines, heading first."""
     for kind in (registry.schemes, registry.problems, registry.measures):
         if name in kind:
             yield _tell_entry(kind[name], texts)
@@ -95,7 +95,7 @@ def _print(console: Console, sections: list[list[str]]) -> None:
 
 
 def stability_lines(given: Problem) -> list[str]:
-    """Return growth rates, condition (4.1) with its constants and the step sizes it promises; empty without delay."""
+    """Return growth rates, condition (4.1), its constants and its step sizes; empty without delay."""
     problem = given.capability(Delayed)
     if problem is None:
         return []
@@ -155,7 +155,7 @@ def _tell_entry(entry: Registered, texts: Mapping[str, str]) -> tuple[Passport, 
 
 
 def _facts(told: Passport) -> Iterator[str]:
-    """Yield what a passport says beside text and parameters, under its own keys."""
+    """Yield the lines of a passport other than label, text and parameters, under its keys."""
     for name, value in told.items():
         if name in LISTED:
             yield f"{name}:" if value else f"{name}: none"
@@ -186,7 +186,7 @@ def _parameter(told: Parameter, choices: Collection[str]) -> str:
 
 
 def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
-    """Return a problem; `given` tells whether the user chose its parameters.
+    """Build a problem and raise the error that fits the origin of its parameters.
 
     Parameters
     ----------
@@ -194,17 +194,17 @@ def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
         Problem with its parameters, for messages.
     build : callable, () -> Problem
     given : bool
-        Whether the user chose its parameters, and is to blame if they are not accepted.
+        Whether the parameters come from the user, so that a rejected one is a usage error.
 
     Raises
     ------
     UsageError
         If the parameters are not accepted.
     ProblemError
-        If it cannot be built.
+        If the problem cannot be built.
     """
     try:
-        # A number that is not finite is said in one line, by the problem.
+        # The problem reports numbers that are not finite, in one line.
         with np.errstate(all="ignore"):
             return build()
     except FAULTS as error:
@@ -213,17 +213,17 @@ def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
 
 
 def concept_names(registry: Registry) -> set[str]:
-    """Return the words that `describe_concept` knows."""
+    """Return the terms that `describe_concept` explains."""
     return {*CONCEPTS, *_forms(registry), *sdaeverify.__all__}
 
 
 def describe_concept(name: str, registry: Registry) -> list[str]:
-    """Return what a word means, as lines of text: heading first.
+    """Return the explanation of a term as lines of text, heading first.
 
     Parameters
     ----------
     name : str
-        One of `concept_names`.
+        Element of `concept_names`.
     registry : Registry
     """
     if name in CONCEPTS:
@@ -234,7 +234,7 @@ def describe_concept(name: str, registry: Registry) -> list[str]:
 
 
 def _forms(registry: Registry) -> dict[str, type[Problem]]:
-    """Return the forms that have a name of their own: those of the package, and those that a plugin uses."""
+    """Return the forms by name: those of the package, and those of registered schemes."""
     used = (form for scheme in _schemes(registry) for form in scheme.forms)
     own = (each for each in vars(forms).values() if isinstance(each, type) and issubclass(each, Problem))
     return {form.__name__: form for form in (*own, *used) if form is not Problem}
@@ -281,7 +281,7 @@ def _noise(registry: Registry) -> Iterator[str]:
 
 
 def _methods(kind: type) -> Iterator[str]:
-    """Yield the public methods of a class with their arguments and the first line of what each does."""
+    """Yield the public methods of a class with their arguments and the first line of their docstring."""
     for name, method in vars(kind).items():
         if inspect.isfunction(method) and not name.startswith("_"):
             arguments = [each for each in inspect.signature(method).parameters if each != "self"]

@@ -1,4 +1,4 @@
-"""``list``: what is registered."""
+"""``list``: print registered entries."""
 
 import math
 from typing import Any
@@ -31,7 +31,7 @@ COLUMNS = {
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, or one list for each kind.")
 @plugins
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
-    """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
+    """List registered schemes, problems, measures or plugins; everything without KIND."""
     registry = load_quietly(plugins, lab=as_json or kind == "plugins")
     with output_to_stderr():
         records = catalogue(registry)
@@ -68,7 +68,7 @@ def _word(value: object) -> str:
 
 
 def catalogue(registry: Registry) -> dict[str, list[Record]]:
-    """Return the records of each kind, sorted by name; plugins in the order they were loaded."""
+    """Return the records of each kind, sorted by name; plugins in the order of loading."""
     return {
         "schemes": [_record("scheme", entry) for entry in registry.schemes.values()],
         "problems": [_record("problem", entry) for entry in registry.problems.values()],
@@ -93,5 +93,5 @@ def _record(kind: str, entry: Registered) -> Record:
 
 
 def _plain(default: Any) -> Any:
-    # JSON knows neither infinity nor nan.
+    # JSON has neither infinity nor NaN.
     return str(default) if isinstance(default, float) and not math.isfinite(default) else default

@@ -106,7 +106,7 @@ COUNT = re.compile("[0-9]{1,9}")
 def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     """Cross schemes with problems, measure every cell, judge every claim.
 
-    With no options: everything that is registered, at a small budget.
+    Without options, all registered entries are run at a small budget.
     """
     settings = _settings(options)
     if options["quiet"] and options["as_json"]:
@@ -117,7 +117,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     with workers(*options_of(options), registry, options["executor"]) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
         with output_to_stderr():
-            # A table of cells is not worth the start of workers, which takes as long as all else.
+            # For a dry run, starting workers would take as long as everything else.
             asked = None if options["dry_run"] else crew.executor
             todo = plan_of(registry, schemes, problems, measures, asked)
         if options["lf"]:
@@ -152,7 +152,7 @@ def _read_shard(text: str) -> tuple[int, int]:
 
 
 def _open_part(plan: Plan, folder: Path) -> Plan:
-    """Return a plan without what was verified, or not asked, in the last run into a folder.
+    """Return the plan restricted to cells of the last run in a folder that need attention.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def _show_plan(todo: Plan, settings: Settings) -> ExitCode:
 
 
 def _plan_table(todo: Plan) -> Table:
-    """Return a row for each cell: what would be run, in which view, and why not."""
+    """Return a table with a row for each cell: whether it is run, and its view or the reason why not."""
     run = Text("run", style="green")
     rows = (
         (

@@ -1,4 +1,4 @@
-"""``merge``: runs of several machines as one."""
+"""``merge``: combine runs of several machines."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -34,10 +34,10 @@ FOLDER = Path("reports", "merged")
 @plugins
 @click.pass_context
 def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> ExitCode:
-    """Put the evidence of RUNS, folders that matrix or gate wrote, into one folder and judge it there.
+    """Copy the evidence of RUNS, folders that matrix or gate wrote, into one folder and judge it there.
 
-    Nothing is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
-    settings, but for the number of paths. matrix with the same --out computes what is missing.
+    No path is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
+    settings, except for the number of paths. matrix with the same --out computes the missing part.
     """
     saved = [read_run(folder) for folder in runs]
     _require_same(saved)
@@ -68,7 +68,7 @@ def _require_same(saved: "Sequence[SavedRun]") -> None:
 
 
 def _first_difference(one: SavedRun, other: SavedRun) -> str | None:
-    """Return the first setting in which two runs differ that must be the same."""
+    """Return the name of the first setting other than `paths` in which two runs differ, or None."""
     names = (field.name for field in fields(Settings) if field.name != "paths")
     return next((name for name in names if getattr(one.settings, name) != getattr(other.settings, name)), None)
 
@@ -80,7 +80,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     if not chosen:
         raise UsageError("nothing to merge: no run is about schemes, problems and measures that are registered here")
     plans = [plan_of(registry, known["schemes"], known["problems"], known["measures"], executor) for known in chosen]
-    # As one run would have them.
+    # In the order of a single run.
     schemes, problems = (
         [each.label for each in select[kind](registry, [label for known in chosen for label in known[kind]])]
         for kind in ("schemes", "problems")
@@ -89,7 +89,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
 
 
 def _select_registered(registry: Registry, run: SavedRun, kind: str, select: Any) -> list[str]:
-    """Return the labels that mean something here; the others are told."""
+    """Return the labels that are registered here, and warn about the others."""
     known = []
     for label in getattr(run, kind):
         try:

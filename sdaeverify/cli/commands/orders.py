@@ -1,4 +1,4 @@
-"""``orders``: the order conditions of a scheme for classes of equations."""
+"""``orders``: order conditions of a scheme for classes of equations."""
 
 from collections.abc import Iterator, Sequence
 from math import isnan
@@ -8,6 +8,7 @@ from typing import Any
 import click
 from rich.text import Text
 
+from ...contracts.finding import Verdict
 from ...contracts.scheme import Scheme
 from ...errors import UsageError
 from ...registry.selection import select_measures, select_schemes
@@ -17,21 +18,21 @@ from ...report.files import write_text
 from ...report.plain import text_table, visible
 from ...study.modified_equations import modified_of
 from ...study.order_report import MOST_MOTIONS, OrderReport
-from ...trees.class_row import ClassRow, ClassVerdict
+from ...trees.class_row import ClassRow
 from ...trees.conditions import Condition
 from ...trees.grow import picture
 from ...trees.modified.lines import lines_of_equation, record_of_equation
 from .. import options
+from ..codes_of_runs import code_of_verdicts
 from ..console import conclude, output, print_json, print_texts
-from ..exit_codes import WORDS, ExitCode, codes_in_words
+from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 
 HEADINGS = ("class", "motions", "claim", "order", "held", "verdict")
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
-ABOUT = {code: WORDS[code] for code in CODES}
 
 
-@click.command(epilog=codes_in_words(ABOUT), short_help="Put the claims of schemes to classes of equations.")
+@click.command(epilog=codes_in_words(*CODES), short_help="Put the claims of schemes to classes of equations.")
 @click.argument("schemes", nargs=-1, required=True, metavar="SCHEME...")
 @options.once("--class", "classes", metavar="NAMES", help="Classes, separated by commas.  [default: all]")
 @options.once(
@@ -52,13 +53,13 @@ def orders(
     problem: Path | None,
     **asked: Any,
 ) -> ExitCode:
-    """Put the claims of schemes to classes of equations.
+    """Test the claims of schemes on classes of equations.
 
     One step on an equation whose components are rooted trees gives every elementary weight. A claim is verified for a
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
-    Of constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
-    --modified no claim is put to the test: the equations are shown that schemes solve to one order more.
+    For constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
+    --modified no claim is tested: the modified equations are shown, which schemes solve to one order more.
     """
     registry = load_and_warn(plugins)
     asked = {name: value for name, value in asked.items() if value is not None}
@@ -71,11 +72,11 @@ def orders(
         _write_problem(reports, problem)
     if as_json:
         print_json([_told(row) for row in rows])
-        return code_of_rows(rows)
+        return code_of_verdicts(row.verdict for row in rows)
     console = output()
-    shown = (row for row in rows if row.verdict is not ClassVerdict.NOT_APPLICABLE)
+    shown = (row for row in rows if row.verdict is not Verdict.NOT_APPLICABLE)
     for scheme, own in grouped(shown, lambda row: row.scheme).items():
-        # Names with parameters are long: a line of their own leaves the table its width.
+        # Names with parameters are long, so they get a separate line above the table.
         print_texts(console, [Text(visible(scheme), style="bold")])
         console.print(text_table(HEADINGS, map(_cells, own)), Text())
     print_texts(console, _lines(rows))
@@ -83,12 +84,12 @@ def orders(
 
 
 def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: bool, **asked: Any) -> ExitCode:
-    """Print the equations that schemes solve to one order more, of classes that they solve, and the exit code.
+    """Print the modified equations of schemes for the classes they solve, and return the exit code.
 
     Raises
     ------
     UsageError
-        If a file for a problem is given, or a name or number is wrong.
+        If a problem file is given, or a name or number is invalid.
     """
     if problem is not None:
         raise UsageError(
@@ -104,15 +105,13 @@ def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: 
 
 
 def _conclude(rows: Sequence[ClassRow]) -> ExitCode:
-    """Print how many claims have which verdict, and the exit code, which open claims leave at 0."""
+    """Print the counts of verdicts and return the exit code; claims without a verdict leave it at 0."""
     print_texts(output(), class_notes([row.cells for row in rows]))
-    code, undecided = code_of_rows(rows), sum(row.verdict is ClassVerdict.PREMISE for row in rows)
-    words = f"{ABOUT[code]}, {undecided} without a verdict" if undecided else ABOUT[code]
-    return conclude(code, {**ABOUT, code: words})
+    return conclude(code_of_verdicts(row.verdict for row in rows))
 
 
 def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
-    """Write the problem of the first condition, or a random member, that refutes a claim.
+    """Write a problem file of the first failing condition or random member that refutes a claim.
 
     Raises
     ------
@@ -127,22 +126,12 @@ def _write_problem(reports: Sequence[OrderReport], file: Path) -> None:
     raise UsageError(f"no claim is refuted: there is no problem to be written into {file}")
 
 
-def code_of_rows(rows: Sequence[ClassRow]) -> ExitCode:
-    """Return the code of what was found."""
-    verdicts = {row.verdict for row in rows}
-    if ClassVerdict.REFUTED in verdicts:
-        return ExitCode.REFUTED
-    if ClassVerdict.ERROR in verdicts:
-        return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {ClassVerdict.NOT_APPLICABLE} else ExitCode.OK
-
-
 def _lines(rows: Sequence[ClassRow]) -> Iterator[str]:
-    """Yield what a reader asks next below the table: premises, reasons, trees of failing conditions."""
+    """Yield the lines below the table: premises, reasons, trees of failing conditions."""
     for note, some in grouped(rows, lambda row: f"{row.scheme}: {row.premise}").items():
         yield f"{visible(note)} ({', '.join(dict.fromkeys(row.kind for row in some))})"
     for row in rows:
-        if row.verdict is ClassVerdict.REFUTED and row.first:
+        if row.verdict is Verdict.REFUTED and row.first:
             yield ""
             yield from _failing(row)
     yield ""

@@ -1,4 +1,4 @@
-"""``show``: look again at a finished run, without running anything."""
+"""``show``: print a finished run again, without running anything."""
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
@@ -7,13 +7,15 @@ from pathlib import Path
 import click
 from rich.text import Text
 
+from ...contracts.claimed import AT_H
 from ...contracts.spelling import did_you_mean
 from ...errors import UsageError
-from ...report.cells import grouped
+from ...report.cells import grouped, number
 from ...report.class_words import class_lines, class_notes, hint
 from ...report.folders import RUN, SavedTables, TextRow, key_of, read_tables, read_verdicts
 from ...report.plain import visible
 from ...report.sentences import ATTENTION, counts_of, ending, lines_of, overview, quantity_lines
+from ...report.tables.choice import Leading
 from ...report.tables.command import command_of, records_of
 from ...report.verdict_row import VerdictRow
 from .. import options
@@ -31,15 +33,17 @@ INDENT = "    "
 @options.as_json
 @options.quiet
 def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_json: bool, quiet: bool) -> ExitCode:
-    """Show what a run came to: DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
+    """Show the results of a run in DIR, reports/latest if left out; SCHEME and PROBLEM are names or globs.
 
-    With SCHEME, what was found of each quantity; with PROBLEM, too, why, and the command that does it again.
+    With SCHEME, shows the finding on each quantity; with PROBLEM, also its reason and the command that reproduces it.
     """
     folder, scheme, problem = _places(what)
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
         raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
     tables = read_verdicts(folder)
-    chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
+    # Verdicts on classes are selected by problem name, for example `every-equation`.
+    judged = [*tables.verdicts, *tables.classes] if as_json or problem else tables.verdicts
+    chosen, absent = ([r for r in some if _fits(r, scheme, problem, measures)] for some in (judged, tables.absent))
     rows = [*map(VerdictRow.from_row, chosen)]
     if not (rows or absent):
         about = ", ".join(filter(None, [" on ".join(filter(None, (scheme, problem))), *measures]))
@@ -67,7 +71,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
 
 
 def _places(what: Sequence[str]) -> tuple[Path, str, str]:
-    """Return folder, scheme and problem; a folder is what holds a run, or is written as a path."""
+    """Return folder, scheme and problem; a word is a folder if it holds a run or is written as a path."""
     words = list(what)
     folder = FOLDER
     if words and (len(words) > 2 or (Path(words[0]) / RUN).is_file() or _is_path(words[0])):
@@ -79,7 +83,7 @@ def _places(what: Sequence[str]) -> tuple[Path, str, str]:
 
 
 def _meant(folder: Path, tables: SavedTables, scheme: str, problem: str, measures: Sequence[str]) -> str:
-    """Return what a name that the run does not have was meant to be, or else how to see what it has."""
+    """Return a suggestion for a name that the run does not have, or the command that lists its names."""
     rows, hint = [*tables.verdicts, *tables.absent], f"; sdaeverify show {folder} shows what there is"
     for kind, word in (("scheme", scheme), ("problem", problem), *(("measure", each) for each in measures)):
         names = {row[kind] for row in rows}
@@ -124,15 +128,26 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
         for row in found:
             yield from quantity_lines(row, width, plain=plain)
             yield from _traceback(row, tables.details) if row.verdict == "error" else ()
-        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in found)
+            yield from _leading_error(row, tables.details, width)
+        # Order conditions say nothing of a bound at one step size.
+        orders = (row for row in found if AT_H not in row.quantity)
+        hints = dict.fromkeys(hint(tables.classes, scheme, measure, row.verdict) for row in orders)
         yield from (line for each in hints if each for line in lines_of(f"    {each}", width, INDENT))
         command = command_of(found[0].cells, tables.run)
         yield from lines_of(visible(f"  again: {command}"), width, INDENT) if command else ()
         yield Text()
 
 
+def _leading_error(row: VerdictRow, details: Sequence[TextRow], width: int) -> Iterator[Text]:
+    """Yield the leading weak error of a quantity, where it is known without sampling."""
+    for each in (each for each in details if key_of(each) == row.key):
+        if found := str(Leading.of(each)):
+            known = number(each, "error_constant_known")
+            yield from lines_of(f"    leading error {found} without sampling, C known to {known:.1g}", width, INDENT)
+
+
 def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
-    """Yield the calls of what raised an error, as Python tells them; in a table ends of lines are visible."""
+    """Yield the traceback of an error; the details table stores its line breaks as escapes."""
     key = row.scheme, row.problem, row.measure, row.quantity
     for text in (each.get("traceback", "") for each in details if key_of(each) == key):
         yield from (Text(visible(f"{INDENT}{line}")) for line in text.split("\\n") if text)
@@ -140,14 +155,14 @@ def _traceback(row: VerdictRow, details: Sequence[TextRow]) -> Iterator[Text]:
 
 def _classes(tables: SavedTables, scheme: str, measures: Sequence[str], width: int) -> Iterator[Text]:
     """Yield the verdicts on claims about classes, scheme by scheme."""
-    rows = [row for row in tables.classes if _fits({**row, "problem": ""}, scheme, "", measures)]
+    rows = [row for row in tables.classes if _fits(row, scheme, "", measures)]
     for label, own in grouped(rows, lambda row: row["scheme"]).items():
         if lines := [*class_lines(own, width)]:
             yield from (Text(), Text(visible(f"{label}: classes of equations")), *lines)
 
 
 def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Text]:
-    """Yield what does not apply, measures with the same reason together."""
+    """Yield cells that do not apply, with the measures of the same reason on one line."""
     for (scheme, problem, reason), same in grouped(rows, lambda r: (r["scheme"], r["problem"], r["reason"])).items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(row['measure'] for row in same)}: {reason}"
         yield from lines_of(visible(told), width, INDENT)

@@ -1,4 +1,4 @@
-"""What the author of a delay problem gives of derivatives, checked where the problem is built."""
+"""Checks of the derivatives and of the algebraic solution that the author of a delay problem provides."""
 
 from collections.abc import Callable
 from functools import partial
@@ -14,14 +14,14 @@ from .delayed import IndexOne
 from .partials import Partials
 
 NAMES = ("x", "v", "y")
-# A closed form is taken for a solution where it leaves no more than this of the terms.
+# A closed form is accepted as a solution if its defect is at most this part of the terms.
 SOLVED = 1e-8
-# What complex steps leave of a derivative that vanishes is far below this part of the others.
+# The rounding error of a complex step, in a derivative that vanishes, is far below this part of the other entries.
 SINGULAR = 16.0 * np.finfo(float).eps
 
 
 def check_jacobians(problem: IndexOne, *at: Array) -> None:
-    """Check that given derivatives of drift and constraint are right, or that complex steps can take them.
+    """Check the given derivatives of drift and constraint, or that complex steps can compute those of the constraint.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def check_jacobians(problem: IndexOne, *at: Array) -> None:
     Raises
     ------
     ProblemError
-        If a given derivative disagrees with a difference quotient, or the constraint is not analytic. A drift that
-        is not is for the schemes to refuse that differentiate it.
+        If a given derivative disagrees with a difference quotient, or the constraint is not analytic. A drift that is
+        not analytic is refused only by schemes that differentiate it.
     """
     if problem.drift_partials is not None:
         _check("drift_partials", partial(problem.drift, 0.0), partial(problem.drift_partials, 0.0), at)
@@ -47,7 +47,7 @@ def check_jacobians(problem: IndexOne, *at: Array) -> None:
 
 
 def why_not_drift_partials(problem: IndexOne) -> str:
-    """Return why the derivatives of the drift can neither be had from the author nor by complex step, or nothing."""
+    """Return why the drift has no derivatives, from the author or by complex step, or an empty string."""
     if problem.drift_partials is not None:
         return ""
     (x, y), v = problem.initial(1), problem.past(-problem.delay)
@@ -57,17 +57,18 @@ def why_not_drift_partials(problem: IndexOne) -> str:
 
 
 def check_solved(problem: IndexOne, x: Array, v: Array) -> None:
-    """Check that a given solution solves the constraint, at the start and beside it.
+    """Check that a given closed form solves the constraint, at the start and near it.
 
     Parameters
     ----------
     problem : IndexOne
     x, v : ndarray, shape (d, P)
-        The initial state, and the solution a delay before it.
+        The initial state, and the solution one delay before it.
 
     Raises
     ------
     ProblemError
+        If the defect exceeds `SOLVED` times the size of the terms.
     """
     if problem.solved is None:
         return
@@ -82,17 +83,18 @@ def check_solved(problem: IndexOne, x: Array, v: Array) -> None:
 
 
 def size_of_terms(problem: IndexOne, *at: Array) -> float:
-    """Return the size of what cancels in the constraint at time 0, at least 1, at x, v and y of some paths."""
+    """Return the size of the terms that cancel in the constraint at time 0 for given x, v and y; at least 1."""
     terms = zip(problem.linearised_constraint(0.0, *at), at, strict=True)
     return max(1.0, *(float(np.abs(A).max() * np.abs(z).max()) for A, z in terms))
 
 
 def check_regular(problem: IndexOne, *at: Array) -> None:
-    """Check that du/dy is regular at the start: the problem has index 1.
+    """Check that du/dy is regular at the start, so that the problem has index 1.
 
     Raises
     ------
     ProblemError
+        If du/dy is singular.
     """
     matrices = [part[..., 0] for part in problem.linearised_constraint(0.0, *at)]
     u_y, size = matrices[-1], max(float(np.abs(part).max()) for part in matrices)

@@ -1,4 +1,4 @@
-"""Features of delay equations and of index-1 equations that a scheme may treat wrongly, see `features`."""
+"""Features of delay equations and of index-1 equations that schemes may treat wrongly, see `features`."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import Array
 from ..features import PATHS, SEED, Feature, differ, has_several_motions, times_of, vary
 
-# The number of steps of a run, at which the delay is compared with the step size.
+# Number of steps of a run whose step size is compared with the delay.
 STEPS = 1024
 
 
@@ -23,7 +23,7 @@ def undelayed_features() -> tuple[Feature, ...]:
 
 
 def delay_features() -> tuple[Feature, ...]:
-    """Return all features."""
+    """Return the features of index-1 equations, followed by those of the delay."""
     return (
         *undelayed_features(),
         Feature("noise that depends on the past", lambda problem: bool(problem.delay) and _noise_varies(problem, 1)),
@@ -32,7 +32,7 @@ def delay_features() -> tuple[Feature, ...]:
 
 
 def _states(problem: Any) -> tuple[Array, Array, Array]:
-    """Return the initial x, lagged x and y, moved at random on all paths but the first."""
+    """Return the initial x, lagged x and y, perturbed at random on all paths except the first."""
     rng = np.random.Generator(np.random.Philox(key=SEED))
     x, v, y = problem.past(0.0), problem.past(-problem.delay), problem.initial(1).y
     moved = (z + 0.1 * (1.0 + np.abs(z)) * rng.standard_normal((len(z), PATHS)) for z in (x, v, y))
@@ -41,7 +41,7 @@ def _states(problem: Any) -> tuple[Array, Array, Array]:
 
 
 def _noise_varies(problem: Any, which: int) -> bool:
-    """Return whether the noise depends on x and y, or on the lagged x, if `which` is 1."""
+    """Return whether the noise depends on x and y or, if `which` is 1, on the lagged x."""
     x, v, y = _states(problem)
     still = [np.repeat(z[:, :1], z.shape[1], axis=1) for z in (x, v, y)]
     given = (still[0], v, still[2]) if which else (x, still[1], y)

@@ -38,10 +38,10 @@ from .mesh import Lag, Mesh, Recall
 from .partials import Partials, partials
 from .trivial_delays import trivial_delays
 
-# Times at which a history is looked at.
+# Number of times at which a history is checked.
 HISTORY = 17
 NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)"
-# Of x, the delayed x and y.
+# Arguments: t, x, the lagged x, and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
 K = TypeVar("K")
 
@@ -52,7 +52,9 @@ class DelayState(NamedTuple):
     Attributes
     ----------
     x : ndarray, shape (d, P)
+        Differential components.
     y : ndarray, shape (q, P)
+        Algebraic components.
     """
 
     x: Array
@@ -60,13 +62,13 @@ class DelayState(NamedTuple):
 
 
 def _is_number(given: object) -> TypeGuard[int]:
-    """Tell whether y at time 0 is given as its number of components, to be solved for."""
+    """Return whether `algebraic` is the number of components of y, whose initial value is then solved for."""
     return isinstance(given, int | np.integer)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Compared(SDE):
-    """The equation that steps are compared with: its growth is no matter, and y far out takes long to solve for."""
+    """The equation that steps are compared with; omits the test of linear growth, which solves for y at large x."""
 
     def _grows_linearly(self) -> bool:
         return False
@@ -81,7 +83,7 @@ class DelaySDAE(Delayed):
 
         dx = f(t, x, v, y) dt + g(t, x, v, y) dW,    0 = u(t, x, v, y),    x = phi on [-tau, 0].
 
-    The constraint holds no noise and determines y: du/dy is regular. Without delay it is a plain SDAE, with v = x.
+    The constraint contains no noise and determines y: du/dy is regular. Without delay it is a plain SDAE, with v = x.
 
     Attributes
     ----------
@@ -94,28 +96,28 @@ class DelaySDAE(Delayed):
     history : callable, t -> array_like, shape (d,)
         phi, for t from -tau to 0.
     constraint : callable, (t, x, v, y) -> ndarray, shape (q, P), optional
-        u; without it there is no y.
-    algebraic : array_like, shape (q,), optional
-        y at time 0; it must be consistent. Of an int, the number q, y is solved for.
+        u; if omitted, there is no y.
+    algebraic : array_like, shape (q,), or int, optional
+        y at time 0, which must be consistent. If it is an int, the number q, y is solved for.
     solved : callable, (t, x, v) -> ndarray, shape (q, P), optional
-        U, the y that solves the constraint; by Newton's method if left out.
+        U, the y that solves the constraint; by Newton's method if omitted.
     drift_partials, constraint_partials : callable, (t, x, v, y) -> three matrices, optional
-        The derivatives in x, v and y of f, shapes (d, d, P), (d, d, P), (d, q, P), and of u; by complex step if left
-        out, and the function must then be analytic.
+        The derivatives in x, v and y of f, shapes (d, d, P), (d, d, P), (d, q, P), and of u; by complex step if
+        omitted, and the function must then be analytic.
     dissipation : Dissipation, optional
         The constants of condition (4.1) of mean-square stability.
     dissipation_without_y : Dissipation, optional
-        Those of the equation with y eliminated, where better than `dissipation` implies: schemes that solve for y do.
+        Constants of the equation with y eliminated, if better than those that `dissipation` implies.
     horizon, noise_dim, source, units, traits, noise, observables, truths
-        As of any `Problem`.
+        As for any `Problem`.
     controls, chart, domain, relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
     ProblemError
-        If a function returns the wrong shape or something not finite at the start, if the delay is negative, if y at
-        time 0 is inconsistent or du/dy is singular there, or if given derivatives are wrong.
+        If a function returns the wrong shape or a value that is not finite at the start, if the delay is negative, if
+        y at time 0 is inconsistent or du/dy is singular there, or if given derivatives are wrong.
     """
 
     drift: Coefficient
@@ -130,7 +132,7 @@ class DelaySDAE(Delayed):
     dissipation: Dissipation | None = None
     dissipation_without_y: Dissipation | None = None
 
-    # Of the author's functions, for messages.
+    # Arguments of the author's functions, for messages.
     arguments = "t, x, v, y"
 
     def __post_init__(self) -> None:
@@ -152,14 +154,14 @@ class DelaySDAE(Delayed):
             "algebraic": self.has_constraints,
             "dissipative": constants is not None and constants.C > 0.0,
         }
-        # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it. And the noise that drives
-        # the past is not the one that drives x: they do not commute where a diffusion depends on the past.
+        # An interpolated y has order 1/2 with additive noise, too: only x gains. The noise that drives the past
+        # differs from the noise that drives x, so they do not commute if a diffusion depends on the past.
         not_said = {"no-delay", *({"vanishing-milstein-term", "commutative-noise"} if self.delay else ())}
         return super()._all_traits() - not_said | {name for name, holds in found.items() if holds}
 
     @property
     def reduced_dissipation(self) -> Dissipation | None:
-        """The constants of the equation with y eliminated: given, or what `dissipation` implies."""
+        """The constants of the equation with y eliminated: the given ones, or those that `dissipation` implies."""
         given = self.dissipation_without_y
         return given or (self.dissipation.without_y if self.dissipation else None)
 
@@ -197,11 +199,11 @@ class DelaySDAE(Delayed):
         return state._asdict() if self.constraints else {"x": state.x}
 
     def mesh(self, h: float) -> Mesh:
-        """Return how the delay lies on steps of size h."""
+        """Return the position of the delay on a grid of steps of size h."""
         return Mesh.of(self.delay, h)
 
     def recall(self, h: float, paths: int) -> Recall | None:
-        """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
+        """Return the lagged values of a run with steps of size h on a number of paths; None without delay."""
         return Recall(self.mesh(h), h, self.delay, self.past, self.initial(paths).x) if self.delay else None
 
     def lag(self, x: Array, h: float, noise: Increment) -> Lag:
@@ -227,7 +229,7 @@ class DelaySDAE(Delayed):
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
         y : ndarray, shape (q, P)
             Algebraic components at t.
         """
@@ -241,7 +243,7 @@ class DelaySDAE(Delayed):
         return given(t, x, v, y) if given else partials(self.constraint, t, x, v, y)
 
     def eliminated(self, t: float, x: Array, v: Array) -> Array:
-        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
+        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN if Newton's method fails."""
         if self.constraint is None:
             raise ProblemError(NO_Y)
         if self.solved is not None:
@@ -249,7 +251,7 @@ class DelaySDAE(Delayed):
         return solve_algebraic(self, t, x, v, columns(self._start_y, x.shape[-1]))
 
     def without_y(self) -> "DelaySDAE":
-        """Return the delay equation with y eliminated."""
+        """Return the delay equation with y eliminated; the problem itself if there is no y."""
         if not self.constraints:
             return self
         return DelaySDAE(
@@ -264,11 +266,11 @@ class DelaySDAE(Delayed):
         )
 
     def capability(self, kind: type[K]) -> K | None:
-        """Return the problem itself for what it is; it is `Delayed` only with a delay."""
+        """Return the problem as a capability; it is `Delayed` only with a delay."""
         return None if kind is Delayed and not self.delay else super().capability(kind)
 
     def view(self, form: type[Problem]) -> Problem | None:
-        """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
+        """Return the problem itself or, without delay, the equation of x if an `SDE` is requested."""
         return super().view(form) or (self._sde if form is SDE and not self.delay else None)
 
     @classmethod
@@ -283,29 +285,29 @@ class DelaySDAE(Delayed):
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return several components and motions, features of the noise, and of the delay."""
+        """Return the features of the form: several components and motions, kinds of noise, and the delay."""
         return delay_features()
 
     def ito(self) -> SDE | None:
-        """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
+        """Return the equation of x with y eliminated; None with a delay, because x alone is not a state."""
         return None if self.delay else self._compared
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
-        """Return f, g and u at the rows x and y of states; the delayed x of a path is that of another one."""
+        """Return f, g and u at the rows x and y of states; the lagged x of each path is the x of another path."""
         z, y = x[: self.dimension], x[self.dimension :]
         v, constraint = np.roll(z, 1, axis=1), [] if self.constraint is None else [self.constraint]
         return tuple(function(t, z, v, y) for function in (self.drift, self.diffusion, *constraint))
 
     def state(self, x: Array, t: float = 0.0) -> DelayState:
-        """Return the state at x and time t without delay."""
+        """Return the state at x and time t, for problems without delay."""
         return self.consistent(t, x, x)
 
     def consistent(self, t: float, x: Array, v: Array) -> DelayState:
-        """Return the state at x and its past v, with the y that solves the constraint."""
+        """Return the state at x and its lagged value v, with the y that solves the constraint."""
         return DelayState(x, self.eliminated(t, x, v) if self.constraints else x[:0])
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
-        """Return the defect u where y, the lagged x and the time are known."""
+        """Return the defect u if y, the lagged x (with a delay) and the time are known."""
         if self.constraint is None or "y" not in parts or (self.delay and "lagged" not in parts):
             return {}
         x, y, t = parts["x"], parts["y"], float(parts["t"][0, 0]) if "t" in parts else 0.0
@@ -326,16 +328,16 @@ class DelaySDAE(Delayed):
         return self.diffused(t, x, x if noise.lagged is None else noise.lagged, parts.get("y", x[:0]), noise.dW)
 
     def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:
-        """Tell on which paths du/dy turns over, or no y is found, within a step of Euler's method.
+        """Return the paths on which du/dy changes sign, or no y is found, within a step of Euler's method.
 
-        A path that reaches a point where du/dy is singular ends there: the equation is of index 1 no longer.
+        A solution ends at a point where du/dy is singular, because the equation has index 1 no longer.
 
         Parameters
         ----------
         t, h : float
-            Begin and length of the step.
+            Beginning and length of the step.
         parts : mapping of str to ndarray
-            x and y at its begin.
+            x and y at its beginning.
         noise : Increment
             Of the step, the lagged values included.
 
@@ -354,10 +356,10 @@ class DelaySDAE(Delayed):
         return np.asarray(~(determinant(begin) * determinant(end) > 0.0))
 
     def without_index(self, t: float, x: Array, v: Array) -> Mask:
-        """Tell at which x and lagged v no y is found, or det du/dy has another sign than at time 0.
+        """Return the paths on which no y is found at x and lagged v, or det du/dy has another sign than at time 0.
 
-        The determinant is continuous along a solution of index 1, and not 0: none comes to where its sign is another,
-        even if the equation with y eliminated does.
+        The determinant is continuous and nonzero along a solution of index 1. So no solution reaches a point where
+        its sign differs, even if the equation with y eliminated does.
 
         Parameters
         ----------
@@ -427,7 +429,7 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     """Return the y that solves 0 = u(t, x, v, y), by Newton's method; NaN on paths where it fails.
 
     x and v may be complex, for a derivative by complex step: y then has the derivative of the solution, which one
-    further update of Newton's method at the real solution gives exactly.
+    further update of Newton's method at the real solution computes exactly.
 
     Parameters
     ----------
@@ -435,7 +437,7 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     t : float
     x, v : ndarray, shape (d, P)
     guess : ndarray, shape (q, P) or (q, 1)
-        Where Newton's method begins.
+        Initial iterate.
 
     Returns
     -------

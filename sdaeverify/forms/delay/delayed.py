@@ -1,4 +1,4 @@
-"""What a problem offers whose coefficients depend on x, on its past v and on algebraic components y."""
+"""Capabilities of problems whose coefficients depend on x, on its past v and on algebraic components y."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -61,7 +61,7 @@ class IndexOne(Problem):
 
     @abstractmethod
     def mesh(self, h: float) -> Mesh:
-        """Return how the delay lies on steps of size h."""
+        """Return the position of the delay on a grid of steps of size h."""
 
     @abstractmethod
     def lag(self, x: Array, h: float, noise: Increment) -> Lag:
@@ -70,11 +70,11 @@ class IndexOne(Problem):
         Parameters
         ----------
         x : ndarray, shape (d, P)
-            The solution at the start of the step; the lagged value itself where the delay is 0.
+            The solution at the start of the step; the lagged value itself if the delay is 0.
         h : float
             Step size, in the problem's unit of time.
         noise : Increment
-            Of this step: it carries the values that the delay reaches back to.
+            Of this step: it contains the lagged values.
         """
 
     @abstractmethod
@@ -85,7 +85,7 @@ class IndexOne(Problem):
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
 
         Raises
         ------
@@ -101,11 +101,11 @@ class IndexOne(Problem):
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
         y : ndarray, shape (q, P)
             Algebraic components at t.
         w : ndarray, shape (l, P)
-            What g is multiplied with, such as an increment of the Brownian motions.
+            Factor of g, such as an increment of the Brownian motions.
         """
 
     @abstractmethod
@@ -116,7 +116,7 @@ class IndexOne(Problem):
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
         y : ndarray, shape (q, P)
             Algebraic components at t: u need not vanish there.
 
@@ -138,11 +138,11 @@ class IndexOne(Problem):
         ----------
         t : float
         x, v : ndarray, shape (d, P)
-            The solution at t, and a delay before t.
+            The solution at t, and one delay before t.
         """
 
     def near_past(self, rng: np.random.Generator, paths: int, spread: float) -> dict[str, Any]:
-        """Return lagged values of a step around x at time 0, by their names in `Increment`; none without delay.
+        """Draw lagged values of a step around x at time 0, by their names in `Increment`; empty without delay.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class IndexOne(Problem):
         paths : int
             Number P of paths.
         spread : float
-            Standard deviation of the lagged values around the start, in the unit of x.
+            Standard deviation of the lagged values around the start, relative to the size of x.
         """
         x = np.repeat(self.past(0.0), paths, axis=1)
         drawn = x + spread * unit_of(float(np.abs(x).max())) * rng.standard_normal((2, *x.shape))
@@ -158,6 +158,6 @@ class IndexOne(Problem):
 
 
 class Delayed(IndexOne):
-    """The same with a delay."""
+    """An `IndexOne` problem with a delay."""
 
     absent: ClassVar[str] = "has no delay"

@@ -1,4 +1,4 @@
-"""Constants of a dissipative index-1 delay equation, and the step sizes for which they promise mean-square stability.
+"""Constants of dissipative index-1 delay equations, and the step sizes for which they ensure mean-square stability.
 
 For dx = f(x, v, y) dt + g(x, v, y) dW, 0 = u(x, v, y), v = x(t - tau), with a zero solution and all arguments,
 
@@ -18,7 +18,7 @@ import numpy as np
 
 
 class Dissipation(NamedTuple):
-    """The constants of (4.1); all but abar are not negative.
+    """The constants of (4.1); all except abar are nonnegative.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Dissipation(NamedTuple):
 
     @property
     def C(self) -> float:
-        """C = lam0 - lam1, the rate at which E |x|^2 would decay without delay, at least."""
+        """C = lam0 - lam1, a lower bound of the rate at which E |x|^2 would decay without delay."""
         return self.lam0 - self.lam1
 
     @property
@@ -69,9 +69,9 @@ class Dissipation(NamedTuple):
 
     @property
     def without_y(self) -> "Dissipation":
-        """What the constants imply for the equation with y eliminated: other constants of the same C, K1 and K2.
+        """Constants of the equation with y eliminated that these imply, with the same C, K1 and K2.
 
-        An equation whose drift and constraint partly cancel has better ones of its own.
+        An equation whose drift and constraint partly cancel has better constants.
         """
         by_x, by_v = self.L1 * self.L2, self.L1 * self.L3
         return Dissipation(
@@ -88,7 +88,7 @@ class Dissipation(NamedTuple):
         )
 
     def largest_step(self, theta: float) -> float:
-        """Return h_0 = C/(2 (1 - theta)^2 (K1^2 + K2^2)), below which Theorem 4.2 says the theta method is stable.
+        """Return h_0 = C/(2 (1 - theta)^2 (K1^2 + K2^2)), below which the theta method is stable by Theorem 4.2.
 
         The printed second branch, for B <= 0, needs B^2 >= 4 A and can never apply: x^T f <= -abar |x|^2 forces
         abar <= al0, hence B^2 <= 4 (1 - theta)^2 abar^2 <= 2 A.

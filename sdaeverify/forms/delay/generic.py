@@ -1,4 +1,4 @@
-"""Delay equations with an algebraic constraint drawn at random: polynomial coefficients, history and constraint."""
+"""Random delay equations with an algebraic constraint: polynomial coefficients, history and constraint."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from .partials import Partials
 
 COMPONENTS, MOTIONS = 2, 2
 MOST_ALGEBRAIC = 2
-# A lag of the size of the horizon, no multiple of a step.
+# A lag comparable to the horizon, not a multiple of a step.
 LAGS, HORIZON = (0.3, 0.6), 1.0
 TIME, STATE, OWN, MANY, ALGEBRAIC, LAGGED = (
     "time",
@@ -38,7 +38,7 @@ FEATURES = {
 
 
 def draw_delay(form: Callable[..., Any], rng: Generator, without: frozenset[str]) -> Any:
-    """Draw a delay equation without some features.
+    """Draw a delay equation without the given features.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class _History:
 
 
 class _DelayCoefficient:
-    # A polynomial of (t, x, v, y) as a function of these, its values of some shape.
+    # A polynomial as a function of (t, x, v, y) with values of a given shape.
     def __init__(self, f: Polynomial, shape: tuple[int, ...]) -> None:
         self.f, self.shape, self.first = f, shape, f.derivative
 
@@ -120,7 +120,7 @@ def _stacked(t: float, x: Array, v: Array, y: Array) -> Array:
 
 
 def _draw_coefficients(rng: Generator, xv: Array, without: frozenset[str]) -> tuple[Any, Any, Any, Array]:
-    """Return f, g, u and y at time 0, where u vanishes at the current and lagged values of x."""
+    """Draw f, g, u and y at time 0, where u vanishes at the current and lagged values of x."""
     d, l = COMPONENTS, 1 if MANY in without else MOTIONS
     q = 0 if ALGEBRAIC in without else int(rng.integers(1, MOST_ALGEBRAIC + 1))
     y = draw_signed(rng, (q,))

@@ -25,11 +25,11 @@ from .universal import IndexOneTrees
 
 @dataclass(frozen=True)
 class Pastless:
-    """A function of (t, x, y) that schemes for delay equations call as one of (t, x, v, y).
+    """A function of (t, x, y) that accepts the arguments (t, x, v, y) of schemes for delay equations.
 
     Attributes
     ----------
-    f : callable, (t, x, y) -> object; of (t, x) where y is not an argument
+    f : callable, (t, x, y) -> object; of (t, x) if y is not an argument
     of_y : bool
         Whether y is an argument.
     """
@@ -38,12 +38,12 @@ class Pastless:
     of_y: bool = True
 
     def __call__(self, t: float, x: Array, *rest: Array) -> Any:
-        """Return f(t, x, y), the last argument being y; a lagged value before it, which is x itself, is left out."""
+        """Return f(t, x, y), where y is the last argument; a lagged value before y, which equals x, is ignored."""
         return self.f(t, x, *rest[-1:]) if self.of_y else self.f(t, x)
 
 
 def _with_past(df: Callable[..., tuple[Array, Array]], t: float, x: Array, y: Array) -> Partials:
-    # The derivatives in x, v and y, those in v being 0.
+    # The derivatives in x, v and y; those in v are 0.
     in_x, in_y = df(t, x, y)
     return Partials(in_x, np.zeros_like(in_x), in_y)
 
@@ -55,8 +55,8 @@ class IndexOneSDAE(DelaySDAE):
 
         dx = f(t, x, y) dt + g(t, x, y) dW,    0 = u(t, x, y),
 
-    where the constraint holds no noise and determines y: du/dy is regular. It is a `DelaySDAE` whose delay is 0: what
-    solves that one solves it, too.
+    where the constraint contains no noise and determines y: du/dy is regular. It is a `DelaySDAE` with delay 0, so
+    schemes for that form solve it, too.
 
     The state of a scheme for it is a ``DelayState(x, y)``, which a step returns as well. The step calls
     ``problem.drift(t, x, y)``, ``problem.diffused(t, x, y, noise.dW)`` for g dW, ``problem.constraint(t, x, y)``, and
@@ -71,24 +71,24 @@ class IndexOneSDAE(DelaySDAE):
     start : array_like, shape (d,)
         x at time 0.
     constraint : callable, (t, x, y) -> ndarray, shape (q, P), optional
-        u; without it there is no y.
-    algebraic : array_like, shape (q,), optional
-        y at time 0; it must be consistent. Of an int, the number q, y is solved for.
+        u; if omitted, there is no y.
+    algebraic : array_like, shape (q,), or int, optional
+        y at time 0, which must be consistent. If it is an int, the number q, y is solved for.
     solved : callable, (t, x) -> ndarray, shape (q, P), optional
-        The y that solves the constraint; by Newton's method if left out.
+        The y that solves the constraint; by Newton's method if omitted.
     drift_partials, constraint_partials : callable, (t, x, y) -> two matrices, optional
-        The derivatives in x and y of f and of u; by complex step if left out.
+        The derivatives in x and y of f and of u; by complex step if omitted.
     dissipation, dissipation_without_y : Dissipation, optional
         See `DelaySDAE`.
     horizon, noise_dim, source, units, traits, noise, observables, truths
-        As of any `Problem`.
+        As for any `Problem`.
     controls, chart, domain, relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
     ProblemError
-        As `DelaySDAE` does.
+        As for `DelaySDAE`.
     """
 
     drift: Callable[..., Array]
@@ -107,7 +107,7 @@ class IndexOneSDAE(DelaySDAE):
         start = vector("start", self.start)
         for name in ("drift", "diffusion", "constraint", "solved", "drift_partials", "constraint_partials"):
             given = getattr(self, name)
-            # A copy of a problem is given what its original has wrapped.
+            # A copy of a problem receives functions that its original has wrapped already.
             if given is not None and not isinstance(given, Pastless):
                 derivative = partial(_with_past, given) if name.endswith("partials") else given
                 object.__setattr__(self, name, Pastless(derivative, of_y=name != "solved"))
@@ -133,7 +133,7 @@ class IndexOneSDAE(DelaySDAE):
         return super().diffused(t, x, x, y, w)
 
     def eliminated(self, t: float, x: Array, v: Array | None = None) -> Array:  # noqa: ARG002 - the past of no delay
-        """Return the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
+        """Return the y that solves the constraint, shape (q, P); NaN if Newton's method fails."""
         return super().eliminated(t, x, x)
 
     @classmethod
@@ -143,15 +143,15 @@ class IndexOneSDAE(DelaySDAE):
 
     @classmethod
     def trivial_problems(cls) -> Trivials:
-        """Return the problems that every scheme for the form solves exactly: none has a delay."""
+        """Return the problems that every scheme for the form solves exactly; none has a delay."""
         return trivial_index_one(IndexOneSDAE)
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return those of delay equations that need no delay."""
+        """Return the features of delay equations that need no delay."""
         return undelayed_features()
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:
-        """Return equations with any diffusion, and with a constant one."""
+        """Return the classes of equations with any diffusion and with a constant one."""
         return IndexOneTrees(cls), IndexOneTrees(cls, additive=True)

@@ -1,4 +1,4 @@
-"""A delay equation as an ordinary one: the solution now and at earlier times, one delay apart."""
+"""Delay equations as ordinary ones: the solution at the current time and at earlier times, one delay apart."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +14,7 @@ X = "x"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinkedEquation(SDE):
-    """The equation of a solution now and at earlier times, one delay apart.
+    """The equation of a solution at the current time and at earlier times, one delay apart.
 
     Attributes
     ----------
@@ -26,12 +26,12 @@ class LinkedEquation(SDE):
 
     @property
     def time_unit(self) -> float:
-        """The delay, if it is shorter than the unit of time and the horizon."""
+        """The unit of time, limited by the delay."""
         return min(super().time_unit, self.delay)
 
     @property
     def longest_unit(self) -> float:
-        """The delay, if it is shorter than the horizon."""
+        """The horizon, limited by the delay."""
         return min(super().longest_unit, self.delay)
 
 
@@ -43,13 +43,13 @@ def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
     ----------
     problem : Delayed
     links : int
-        Number of solutions, a delay apart, that make up one state: 1 or 2.
+        Number of solutions, one delay apart, in one state: 1 or 2.
     until : float
-        Last time that two links tell, in delays; the horizon if it is earlier.
+        Latest time of the current solution with two links, in delays; limited by the horizon.
     """
     plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
     none, first = np.zeros((0, 1)), min(problem.horizon, tau)
-    # With two links, s is the time of the older solution; a problem that ends before has no such time.
+    # With two links, s is the time of the older solution; a problem shorter than a delay has no such time.
     span = first if links == 1 else min(problem.horizon, until * tau) - tau
 
     def arguments(s: float, z: Array) -> list[tuple[float, Array, Array, Array]]:
@@ -91,7 +91,7 @@ def history_at(problem: Delayed, s: Array | float, z: Array) -> Array:
     s : float or ndarray, shape (P,)
         Time of the oldest link.
     z : ndarray, shape (links d, P)
-        State of the linked equation; it sets the number of paths alone.
+        State of the linked equation; only its number of paths is used.
     """
     times, place = np.unique(np.minimum(0.0, s - problem.delay), return_inverse=True)
     past = np.concatenate([problem.past(t) for t in times.tolist()], axis=1)

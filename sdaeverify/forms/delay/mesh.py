@@ -1,4 +1,4 @@
-"""A mesh against a delay, tau = (m - delta) h, and the lagged values of a run: Qu, Huang & Liu (2010), (2.11)."""
+"""Position of a delay on a mesh, tau = (m - delta) h, and lagged values of a run: Qu, Huang & Liu (2010), (2.11)."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,12 +9,12 @@ from ...arrays import Array
 from ...noise.brownian import Increment
 from .partials import Partials
 
-# A delay is a whole number of steps if it is one to so many parts of itself: T/N and tau are both rounded.
+# Relative tolerance for a delay to be a whole number of steps, because both T/N and tau are rounded.
 WHOLE = 1e-11
 
 
 class Lag(NamedTuple):
-    """x at the lag of a step's begin and end, the latter as far as it is known before the step is made.
+    """Lagged x at the beginning and the end of a step; at the end, the part known before the step is made.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Lag(NamedTuple):
     known : ndarray, shape (d, P)
         xb_{n+1} - weight x_{n+1}.
     weight : float
-        delta where the delay is shorter than a step (m = 1), 1 without delay, else 0.
+        delta if the delay is shorter than a step (m = 1), 1 without delay, else 0.
     """
 
     now: Array
@@ -31,21 +31,21 @@ class Lag(NamedTuple):
     weight: float
 
     def ahead(self, x: Array) -> Array:
-        """Return xb_{n+1} where x_{n+1} is x."""
+        """Return xb_{n+1} for x_{n+1} = x."""
         return self.known + self.weight * x if self.weight else self.known
 
     def total(self, change: Partials) -> Array:
-        """Return the derivative by x_{n+1} of a function at the step's end, at which xb_{n+1} may depend on it."""
+        """Return the total derivative by x_{n+1} of a function at the step's end; xb_{n+1} may depend on x_{n+1}."""
         return change.x + self.weight * change.v if self.weight else change.x
 
 
 class Mesh(NamedTuple):
-    """How a delay lies on steps of one length.
+    """Position of a delay on a grid of constant step size.
 
     Attributes
     ----------
     m : int
-        Steps that a delay reaches back, counted up; 0 without delay.
+        Number of steps that the delay spans, rounded up; 0 without delay.
     delta : float
         m - tau/h, between 0 and 1: 0 on a constrained mesh.
     """
@@ -69,10 +69,10 @@ class Mesh(NamedTuple):
 
 
 class Recall:
-    """The lagged values of a run: m + 2 states a path at most, whatever its length.
+    """The lagged values of a run; stores m + 1 states per path, independent of the length of the run.
 
-    x_n for n >= 0 is what was pushed; left of 0 the history takes its place, without interpolation: 0 is a mesh
-    point.
+    x_n for n >= 0 are the pushed states. Before time 0 the history is evaluated without interpolation, because 0 is a
+    mesh point.
 
     Parameters
     ----------
@@ -91,12 +91,12 @@ class Recall:
         self.push(start)
 
     def push(self, x: Array) -> None:
-        """Note x_{n+1}, after which n grows by 1."""
+        """Store x_{n+1} and increase n by 1."""
         self.step += 1
         self.ring[self.step % len(self.ring)] = x
 
     def add_past(self, noise: Increment) -> Increment:
-        """Return the noise of the next step with the lagged values of its begin and, as far as known, of its end."""
+        """Return the noise of the next step with the lagged values of its beginning and, if known, of its end."""
         return noise._replace(lagged=self.lagged(), ahead=self._lagged_value(self.step + 1, known=True))
 
     def lagged(self) -> Array:
@@ -110,7 +110,7 @@ class Recall:
         old = self._look_up(n - m)
         if not delta:
             return old
-        # With m = 1 the newer point of xb_{n+1} is the unknown itself.
+        # With m = 1 the newer point of xb_{n+1} is the unknown x_{n+1}.
         share = (1.0 - delta) * old
         return share if known and m == 1 else share + delta * self._look_up(n - m + 1)
 

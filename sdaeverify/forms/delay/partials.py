@@ -1,4 +1,4 @@
-"""Derivatives of a function of (t, x, v, y) in its three states, by complex step."""
+"""Derivatives of a function of (t, x, v, y) in x, v and y, by complex step."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -31,7 +31,7 @@ def partials(f: Callable[[float, Array, Array, Array], Array], t: float, x: Arra
     f : callable, (t, x, v, y) -> ndarray, shape (n, P)
     t : float
     x, v : ndarray, shape (d, P)
-        The solution at t, and a delay before t.
+        The solution at t, and one delay before t.
     y : ndarray, shape (q, P)
         Algebraic components; q may be 0.
 
@@ -40,6 +40,6 @@ def partials(f: Callable[[float, Array, Array, Array], Array], t: float, x: Arra
     Partials
     """
     in_x, in_v = jacobian(lambda z: f(t, z, v, y), x), jacobian(lambda z: f(t, x, z, y), v)
-    # Without y there is nothing to differentiate.
+    # Without y the derivative is an empty matrix.
     in_y = jacobian(lambda z: f(t, x, v, z), y) if len(y) else np.zeros((len(in_x), 0, x.shape[-1]))
     return Partials(in_x, in_v, in_y)

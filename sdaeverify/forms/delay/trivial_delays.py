@@ -1,8 +1,9 @@
-"""Delay equations and equations of index 1 that every scheme solves exactly: rest, motion along a line, and noise.
+"""Delay and index-1 equations that every scheme solves exactly: rest, motion along a line, and noise.
 
-x moves at a constant velocity or by noise alone, and y follows it: 0 = K (y - x - s t), with x(t - tau) for x where
-that is known in advance. The matrix K is full and the equation depends on time. Further terms of the coefficients
-vanish on the solution: a step that evaluates them at a wrong lagged value or a wrong y moves by a fixed part of them.
+x moves at a constant velocity or by noise alone, and y follows it: 0 = K (y - x - s t), with x(t - tau) in place of x
+if the motion is deterministic. The matrix K is full and the equation depends on time. Further terms of the
+coefficients vanish on the solution: a step that evaluates them at a wrong lagged value or a wrong y has an error
+proportional to them.
 """
 
 from collections.abc import Callable
@@ -14,11 +15,12 @@ from ...arrays import Array, Parts
 from ...noise.brownian import BROWNIAN
 from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
 
-# Delays, in steps: between mesh points, on one, within a step, and none.
+# Delays, in steps: between mesh points, on a mesh point, shorter than a step, and none.
 DELAYS = (2.7, 2.0, 0.3, 0.0)
-# One that stays where steps get shorter, so that a lagged value in the drift counts, and by how much they do then.
+# A delay that does not shrink with the step, so that a lagged value in the drift matters; and the factor of the
+# steps.
 LONG, LESS_SHORT = 10.7 * H, 2.0**-10
-# Rates and strengths of terms that vanish on the solution; unlike, so that a lagged value in both of them stays.
+# Coefficients of terms that vanish on the solution; unequal, so that errors of a lagged value in both do not cancel.
 PULL, TIE = 0.8, 0.5
 START, SLOPE = np.array([1.0, -0.5]), np.array([0.3, 0.7])
 # du/dy, neither diagonal nor symmetric.
@@ -43,22 +45,22 @@ class Path(NamedTuple):
 
     @property
     def follows(self) -> bool:
-        """Whether y follows the lagged x: with noise it follows x itself."""
+        """Whether y follows the lagged x; with noise it follows x itself."""
         return not self.S.any()
 
     def name(self, lagged: str) -> str:
-        """Return the equation, with the lagged value of x as it is written in the form."""
+        """Return the equation as text, given the text of the lagged value of x in the form."""
         equation = "dx = S dW" if self.S.any() else "dx = c dt" if self.c.any() else "dx = 0"
         return equation + (f", y = {lagged if self.follows else 'x'} + s t" if self.algebraic else "")
 
 
 def trivial_delays(form: Callable[..., Any]) -> Trivials:
-    """Return dx = 0, dx = c dt and dx = S dW with lagged values of every kind.
+    """Return the problems dx = 0, dx = c dt and dx = S dW with lagged values of every kind.
 
     Parameters
     ----------
     form : callable
-        Makes the problem: `DelaySDAE`.
+        Constructor of the problem: `DelaySDAE`.
     """
     on_few_steps = [
         tuple(_two_sizes(form, steps, path) for path in paths) for steps in DELAYS for paths in _equations()
@@ -68,18 +70,18 @@ def trivial_delays(form: Callable[..., Any]) -> Trivials:
 
 
 def trivial_index_one(form: Callable[..., Any]) -> Trivials:
-    """Return dx = 0, dx = c dt and dx = S dW without lagged values.
+    """Return the problems dx = 0, dx = c dt and dx = S dW without lagged values.
 
     Parameters
     ----------
     form : callable
-        Makes the problem: `IndexOneSDAE`.
+        Constructor of the problem: `IndexOneSDAE`.
     """
     return tuple(tuple(_undelayed(form, path) for path in paths) for paths in _equations())
 
 
 def _equations() -> tuple[tuple[Path, ...], ...]:
-    """Return the variants of each equation: full noise, diagonal noise and one motion, each with y and without."""
+    """Return the variants of each equation: full noise, diagonal noise and one motion, each with and without y."""
     moved = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
     return tuple(
         tuple(Path(a * RATE, b * S, algebraic) for S in NOISES for algebraic in (True, False)) for a, b in moved

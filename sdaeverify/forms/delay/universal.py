@@ -1,14 +1,15 @@
-"""Trees of index-1 equations: those of an SDE, and nodes of the constraint that weigh nothing.
+"""Trees of index-1 equations: the trees of an SDE, with additional nodes of weight zero for the constraint.
 
-With dx = f(t, x, y) dt + sum_j b_j(t, x, y) dW_j and 0 = u(t, x, y), where u_y = -Id at the point without loss, the
-derivatives of y along a solution are trees with the root u, of which none stands alone on another one:
+With dx = f(t, x, y) dt + sum_j b_j(t, x, y) dW_j and 0 = u(t, x, y), where without loss of generality u_y = -Id at
+the point, the derivatives of y along a solution are trees with the root u, no root u having a single subtree with
+root u:
 
     0 = prod_i z_tau_i - y_tau    for tau = [tau_1, ..., tau_k]_u,
 
-z being components of x or y, or t - t_0. Of the solution they are products of what stands on them.
+where z are components of x or y, or t - t_0. So for the solution they are products of their subtrees.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
@@ -19,7 +20,6 @@ from ...arrays import Array
 from ...noise.brownian import BROWNIAN
 from ..tree_class import (
     FAR,
-    LATE,
     LATER,
     OVER_NOISE,
     PRODUCT,
@@ -31,6 +31,7 @@ from ..tree_class import (
     TreeClass,
     Written,
     among,
+    distant_delays,
     far_states,
     placements,
 )
@@ -38,7 +39,7 @@ from ..tree_class import (
 ALL = frozenset({"x", "y", TIME})
 NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
 ADDITIVE = (NODES[0], Node("b", "x", integral=OVER_NOISE, most=0), NODES[2])
-# Random equations: differential and algebraic components below and above, and the sizes of terms.
+# Random equations: numbers of differential and algebraic components below and above, and the sizes of terms.
 LOW, HIGH, SEED = (2, 1), (5, 3), 20260105
 SIZES = (0.7, 0.3, 0.1)
 START = 0.5 * np.cos(np.arange(1.0, HIGH[0] + 1.0))
@@ -91,7 +92,7 @@ class IndexOneTrees(TreeClass):
         return ADDITIVE if self.additive else NODES
 
     def pose(self, grove: Grove) -> Posed:
-        """Return the equation of trees in x and in y, with one more component of each that stands still."""
+        """Return the equation of trees in x and in y, each with one additional component that is constant."""
         system = _Products(grove)
         problem = self._equation(
             system.drift,
@@ -138,17 +139,18 @@ class IndexOneTrees(TreeClass):
         return Written(self.form.__name__, functions, arguments, tuple(places), beside, traits)
 
     def relatives(self, motions: int) -> Relatives:
-        """Return random equations: above, f is A^+ f(t + s, A x + c, C y + e) + N k(t, x, y), and so are b and u."""
-        return self._related(motions, _Scale(1.0, np.zeros((HIGH[0], 1))), [np.eye(motions)])[0]
+        """Return random equations: above, f is A^+ f(t + s, A x + c, C y + e) + N k(t, x, y); b and u likewise."""
+        return self._related(motions, _Scale(1.0, np.zeros((HIGH[0], 1))), np.eye(motions))
 
     def distant(self, motions: int) -> tuple[Relatives, ...]:
-        """Return the same equations, late below, and above for `FAR` x + X and `FAR` y, of five motions."""
-        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
-        scale = _Scale(FAR, -FAR * START[:, None], LATE - LATER)
-        return among(self._related(motions, scale, placements(motions)), far_states(rng, HIGH[0]))
+        """Return the equations at random times, with the one above for `FAR` x + X, `FAR` y, 5 motions."""
+        rng, placed = np.random.Generator(np.random.Philox(key=SEED + 1)), placements(motions)
+        scales = [_Scale(FAR, -FAR * START[:, None], *each) for each in distant_delays(rng)]
+        pairs = [self._related(motions, each, placed[k % len(placed)]) for k, each in enumerate(scales)]
+        return among(pairs, far_states(rng, HIGH[0]))
 
-    def _related(self, motions: int, scale: "_Scale", placed: Sequence[Array]) -> list[Relatives]:
-        """Return an equation below with one above for each way of placing its motions among others."""
+    def _related(self, motions: int, scale: "_Scale", placed: Array) -> Relatives:
+        """Return an equation below with one above, among whose motions are those of the one below."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         maps = {name: (normal((n, m)), normal((n, 1))) for name, n, m in zip("xy", LOW, HIGH, strict=True)}
@@ -167,16 +169,14 @@ class IndexOneTrees(TreeClass):
             constraint_partials=lambda *z: (later(*z)[0], later(*z)[1] - np.eye(len(e))[..., None]),
         )
 
-        def above(motions: Array) -> Any:
-            return self._random(
-                scale.above(F),
-                lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), motions),
-                lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
-                scale.start,
-            )
-
+        above = self._random(
+            scale.above(F),
+            lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), placed),
+            lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
+            scale.start,
+        )
         moved = {"x": (A / scale.size, c - A @ scale.x / scale.size), "y": (C / scale.size, e)}
-        return [Relatives(below, above(each), moved, each, LATER + scale.late) for each in placed]
+        return Relatives(below, above, moved, placed, LATER + scale.late, delay=scale.delay)
 
     def _random(self, f: Coefficient, b: Coefficient, u: Coefficient, start: Array, **given: Any) -> Any:
         probe = np.zeros((1, 1)) + start[:, None]
@@ -206,33 +206,34 @@ class IndexOneTrees(TreeClass):
 
 
 class _Scale(NamedTuple):
-    """Size, place and time of random equations.
+    """Size, shift and delay of random equations.
 
     Attributes
     ----------
     size : float
     x : ndarray, shape (5, 1)
-        X: the equation above is one for size x + X and size y.
-    late : float
-        By how much later the equation below is.
+        X: the equation above is an equation for size x + X and size y.
+    delay, late : float
+        Delays of the equations above and below.
     """
 
     size: float
     x: Array
+    delay: float = 0.0
     late: float = 0.0
 
     @property
     def start(self) -> Array:
-        """A start of the equation above that is as large as its coefficients, shape (5,)."""
+        """A start of the equation above of the same size as its coefficients, shape (5,)."""
         return np.asarray(self.size * START + 0.75 * self.x[:, 0])
 
     def later(self, field: Callable[[float, Array, Array], Given]) -> Callable[[float, Array, Array], Given]:
-        """Return a coefficient of the equation below, constant before it begins: y has to exist at time 0."""
+        """Return a coefficient shifted in time by `late`; before its start it is that of time 0, so that y exists."""
         return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
 
     def above(self, field: Coefficient) -> Coefficient:
         """Return a coefficient of the equation above."""
-        return lambda t, x, y: self.size * field(t, (x - self.x) / self.size, y / self.size)
+        return lambda t, x, y: self.size * field(max(t - self.delay, 0.0), (x - self.x) / self.size, y / self.size)
 
 
 def _lifted(
@@ -243,7 +244,7 @@ def _lifted(
     *,
     constant: bool = False,
 ) -> tuple["_Field", Coefficient]:
-    """Return random fields below and above that the maps of x and y relate, as a part of the equation."""
+    """Return random fields below and above that the maps of x and y relate, for one part of the equation."""
     (A, c), (C, e) = maps["x"], maps["y"]
     rows, more = maps[part][0].shape
     inverse, kernel = np.linalg.pinv(maps[part][0]), np.linalg.svd(maps[part][0])[2][rows:].T
@@ -259,7 +260,7 @@ def _lifted(
 
 @dataclass(frozen=True, eq=False)
 class _Field:
-    """A quadratic field c + L z + Q (z, z) of the first V of x, y and t.
+    """A quadratic field c + L z + Q (z, z), where z are the first V of x, y and t.
 
     Attributes
     ----------
@@ -274,7 +275,7 @@ class _Field:
 
     @classmethod
     def random(cls, rng: np.random.Generator, shape: tuple[int, int], variables: int) -> "_Field":
-        """Return a random field, a constant one of no variables."""
+        """Draw a random field of a number of variables; constant if it is 0."""
         shapes = (shape, (*shape, variables), (*shape, variables, variables))
         return cls(*(size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True)))
 
@@ -300,7 +301,7 @@ class _Field:
 
 @dataclass(frozen=True, eq=False)
 class _Products:
-    """The coefficients of the equation of trees: products of components around c, y having a part of its own.
+    """The coefficients of the equation of trees: products of components around c, where y has its own part.
 
     Attributes
     ----------
@@ -311,13 +312,13 @@ class _Products:
 
     @cached_property
     def of(self) -> dict[str, Array]:
-        """Places of the trees by the name of their roots' nodes."""
+        """Indices of the trees by the name of their roots' nodes."""
         names = np.array([tree.node.name for tree in self.grove.trees])
         return {name: np.flatnonzero(names == name) for name in "fbu"}
 
     @property
     def rows(self) -> Array:
-        """Rows of the trees in x and in y, which have one more each."""
+        """Rows of the trees in x and in y, which have one further component each."""
         in_y = np.array([tree.node.of == "y" for tree in self.grove.trees])
         return np.where(in_y, np.cumsum(in_y), np.cumsum(~in_y)) - 1
 
@@ -338,7 +339,7 @@ class _Products:
 
     @property
     def algebraic(self) -> Array:
-        """The y at time 0: there only products of times are not 0."""
+        """The y at time 0, where only products of times are nonzero."""
         x, y = self.origin[: self.size], self.origin[self.size :].copy()
         for _ in self.of["u"]:
             y += self.constraint(0.0, x, y)
@@ -346,7 +347,7 @@ class _Products:
 
     @cached_property
     def kids(self) -> Array:
-        """Places of the factors of each tree among x, y, 1 and t - t_0, shape (N, K)."""
+        """Indices of the factors of each tree among x, y, 1 and t - t_0, shape (N, K)."""
         trees, one = self.grove.trees, len(self.origin)
         kids = np.full((len(trees), max([1, *(len(tree.kids) for tree in trees)])), one)
         for row, tree in zip(kids, trees, strict=True):
@@ -357,7 +358,7 @@ class _Products:
         return int(self.rows[tree] + (self.size if self.grove.trees[tree].node.of == "y" else 0))
 
     def _factors(self, name: str, t: float, x: Array, y: Array) -> Array:
-        """Return the factors of the trees with a node at their root, shape (K, n, P)."""
+        """Return the factors of the trees whose root is the named node, shape (K, n, P)."""
         z = np.concatenate([x, y]) - self.origin
         one, time = np.ones((1, x.shape[1])), np.full((1, x.shape[1]), t - self.grove.time)
         return np.concatenate([z, one, time])[self.kids[self.of[name]].T]

@@ -44,9 +44,9 @@ class Langevin(Damped):
     noise_dim : int
         n, set by the form.
     horizon, source, units, traits, noise, observables, truths, controls, chart, domain
-        As of any `Problem`.
+        As for any `Problem`.
     relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class Langevin(Damped):
         return super()._all_traits() | ADDITIVE
 
     def initial(self, paths: int) -> Array:
-        """Return q over p on every path, shape (2 n, P)."""
+        """Return q stacked on p on every path, shape (2 n, P)."""
         return columns(np.concatenate([cast("Array", self.position), cast("Array", self.momentum)]), paths)
 
     def parts(self, x: Array) -> Parts:
@@ -86,7 +86,7 @@ class Langevin(Damped):
         return {"q": x[: self.noise_dim], "p": x[self.noise_dim :]}
 
     def view(self, form: type[Problem]) -> Problem | None:
-        """Return the problem itself, or the same equations as one system where an `SDE` is asked for."""
+        """Return the problem itself, or the same equations as one first-order system if an `SDE` is requested."""
         return self.ito() if form is SDE else super().view(form)
 
     @classmethod
@@ -96,12 +96,12 @@ class Langevin(Damped):
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return a force that is not linear; order conditions cover several positions."""
+        """Return the only feature of the form, a nonlinear force; order conditions cover several positions."""
         return (Feature("a force that is not linear", lambda problem: problem.is_nonlinear),)
 
     @property
     def is_nonlinear(self) -> bool:
-        """Whether second differences of the force are not 0 at some positions."""
+        """Whether second differences of the force are nonzero at some positions."""
         q = pilot_states(self)[: self.noise_dim]
         moved = [q + part for part in (-1.0, 0.0, 1.0)]
         low, middle, high = (np.broadcast_to(self.force(at), q.shape) for at in moved)
@@ -109,7 +109,7 @@ class Langevin(Damped):
 
     @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:
-        """Return dynamics with any force, and with one that has a potential."""
+        """Return the classes of dynamics with any force, and with a force that has a potential."""
         return LangevinTrees(cls), LangevinTrees(cls, gradient=True)
 
     def ito(self) -> SDE:
@@ -136,12 +136,12 @@ class Langevin(Damped):
 
 
 FRICTION = 0.5
-# Degrees of freedom: what fails with two is tried with one.
+# Degrees of freedom; one is tried if two fail.
 SIZES = 2, 1
 
 
 def _trivial_dynamics() -> Trivials:
-    """Return rest, damped motion and motion driven by noise."""
+    """Return the problems of rest, damped motion and motion driven by noise."""
     both, kick = ("q", "p"), (0.4, 0.7)
     return (
         tuple(_make_trivial("q at rest", 0.0, (0.0, 0.0), both, n) for n in SIZES),

@@ -1,11 +1,11 @@
-"""Trees of Langevin dynamics: Nystroem trees with the friction as a number.
+"""Trees of Langevin dynamics: Nystroem trees, where the friction is a number.
 
 With dq = p dt and dp = (F(q) + gamma d(p)) dt + sigma dW, d(p) = -p, a step is a sum over trees of the nodes
 
     q [m]: a position moved by the momentum m,      f [q_1, ..., q_k]: D^k F (q_1, ..., q_k),
     d [m]: friction on the momentum m,              b_j: sigma e_j,      p: the momentum before the step.
 
-As d is linear and the same in all components, D^k F (.., d(m), ..) does not tell where in a tree friction acts.
+Since d is linear and the same in all components, D^k F (.., d(m), ..) does not show where in a tree friction acts.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,20 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import FAR, OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written, far_states
+from ..tree_class import (
+    FAR,
+    OVER_NOISE,
+    PRODUCT,
+    Grove,
+    Node,
+    Posed,
+    Relatives,
+    TreeClass,
+    Written,
+    among,
+    distant_delays,
+    far_states,
+)
 
 Q, P = frozenset({"q"}), frozenset({"p"})
 NODES = (
@@ -27,8 +40,8 @@ NODES = (
     Node("d", "p", P, least=1, most=1, scaled=True),
     Node("b", "p", integral=OVER_NOISE, most=0),
 )
-# The momentum before the step, sigma, and the size of each force derived from a potential: that of the forces it has
-# on what it follows from is its square, 5e-17.
+# The momentum before the step, sigma, and the size of each force derived from a potential. The forces that the
+# potential exerts on the factors of a tree have the size of its square, 5e-17.
 MOMENTUM, STRENGTH, FAINT = 1.25, 0.8, 2.0**-27
 # Random dynamics: degrees of freedom, friction, and the sizes of terms of the force.
 LOW, HIGH, FRICTION, SEED = 2, 5, 1.5, 20260104
@@ -43,15 +56,15 @@ SOURCE = '''def force(q):
 
 @dataclass(frozen=True)
 class LangevinTrees(TreeClass):
-    """Langevin dynamics with any smooth force, or with one that is a gradient.
+    """Langevin dynamics with any smooth force, or with a force that is a gradient.
 
     Attributes
     ----------
     form : type
         `Langevin`.
     gradient : bool
-        Whether F = -grad U: with U = -sum e Q_tau Q_tau_1 ... Q_tau_k the force on Q_tau is as it must be, and those
-        on the others are smaller than rounding.
+        Whether F = -grad U. With U = -sum e Q_tau Q_tau_1 ... Q_tau_k, the force on Q_tau is the required product,
+        and the forces on the other positions are smaller than rounding.
     """
 
     form: Callable[..., Any]
@@ -59,7 +72,7 @@ class LangevinTrees(TreeClass):
 
     nodes = NODES
     motions = 2
-    # The friction is minus the number.
+    # The friction is the negative of the number.
     numbers = (-0.6, -0.05)
 
     @property
@@ -68,7 +81,7 @@ class LangevinTrees(TreeClass):
         return "langevin-gradient" if self.gradient else "langevin"
 
     def pose(self, grove: Grove) -> Posed:
-        """Return dynamics with one degree of freedom for each momentum, those of noise having their own motion."""
+        """Return dynamics with one degree of freedom for each momentum; each noise momentum has its own motion."""
         momenta, freedoms = _freedoms(grove)
         sizes, driven = self._sizes(grove), np.zeros((len(momenta), grove.motions))
         start = np.zeros(len(momenta))
@@ -83,14 +96,14 @@ class LangevinTrees(TreeClass):
             for place in momenta
             if grove.trees[place].node.name == "f"
         ]
-        # Forces from a potential are too small beside positions that are not 0.
+        # Forces from a potential are too small compared with positions that are not 0.
         origin = (0.0 if self.gradient else 0.75) * np.cos(1.0 + 2.0 * np.arange(len(momenta)))
         problem = self._dynamics(self._force(forces, origin[:, None]), -grove.number, origin, start)
         rows = [(tree.node.of, n) for tree, n in zip(grove.trees, freedoms, strict=True)]
         return Posed(problem, rows, sizes, driven)
 
     def written(self, grove: Grove) -> Written | None:
-        """Return dynamics whose forces are products of positions as source code; none where they have a potential."""
+        """Return source code of dynamics whose forces are products of positions; None if `gradient` is true."""
         if self.gradient:
             return None
         momenta, freedoms = _freedoms(grove)
@@ -115,7 +128,7 @@ class LangevinTrees(TreeClass):
         return sizes
 
     def _force(self, forces: list[list[int]], origin: Array) -> Callable[[Array], Array]:
-        """Return the force with products of positions as components, in operations that all array libraries have."""
+        """Return the force with products of positions as components, using operations of all array libraries."""
         size = max((len(factors) for factors in forces), default=1)
         moved = [(each, k) for each in forces for k in range(len(each) if self.gradient else 1)]
         places, counts = np.zeros((len(moved), size), dtype=int), np.zeros((len(moved), size, 1))
@@ -137,13 +150,16 @@ class LangevinTrees(TreeClass):
         return self._related(1.0, np.zeros((HIGH, 1)))
 
     def distant(self, motions: int) -> tuple[Relatives, ...]:  # noqa: ARG002 - as for `relatives`
-        """Return the same dynamics in the plane, and those in R^5 for Q = `FAR` q + C and P = `FAR` p."""
+        """Return the same dynamics in the plane, and in R^5 the dynamics of Q = `FAR` q + C and P = `FAR` p."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 1))
         C = FAR * rng.uniform(-1.0, 1.0, (HIGH, 1))
-        return (self._related(FAR, C)._replace(states=far_states(rng, 2 * HIGH)),)
+        pair, states = self._related(FAR, C), far_states(rng, 2 * HIGH)
+        # The dynamics are autonomous: they are their own delayed ones.
+        delays = distant_delays(rng)
+        return among([pair._replace(delay=above, later=below) for above, below in delays], states)
 
     def _related(self, size: float, C: Array) -> Relatives:
-        """Return dynamics in the plane, and those of size q + C and size p in R^5."""
+        """Return dynamics in the plane, and in R^5 the dynamics of size q + C and size p."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
         normal = rng.standard_normal
         A, c = normal((LOW, HIGH)), normal((LOW, 1))
@@ -175,7 +191,7 @@ class LangevinTrees(TreeClass):
 
 
 def _freedoms(grove: Grove) -> tuple[list[int], list[int]]:
-    """Return the places of the momenta, and of each tree the degree of freedom: that of its momentum, or below it."""
+    """Return the indices of the momenta, and for each tree its degree of freedom: that of its momentum or subtree."""
     momenta = [place for place, tree in enumerate(grove.trees) if tree.node.of == "p"]
     owners = (place if tree.node.of == "p" else tree.kids[0] for place, tree in enumerate(grove.trees))
     numbers = {place: n for n, place in enumerate(momenta)}
@@ -183,7 +199,7 @@ def _freedoms(grove: Grove) -> tuple[list[int], list[int]]:
 
 
 def _random_force(rng: np.random.Generator, rows: int, dimension: int) -> Callable[[Array], Array]:
-    """Return a random quadratic force, of so many rows on a space of another dimension."""
+    """Draw a random quadratic force with `rows` components on a space of another dimension."""
     shapes = ((rows, 1), (rows, dimension), (rows, dimension, dimension))
     constant, linear, quadratic = (size * rng.standard_normal(s) for size, s in zip(SIZES, shapes, strict=True))
 

@@ -1,1 +1,1 @@
-"""Constrained stochastic mechanics: the holonomic form, its Jacobians and the structure of what couples."""
+"""Constrained stochastic mechanics: the holonomic form, its Jacobians and its coupling structure."""

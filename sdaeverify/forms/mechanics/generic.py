@@ -1,4 +1,4 @@
-"""Constrained mechanics drawn at random: polynomial force, noise and constraints, a full mass matrix."""
+"""Random constrained mechanics: polynomial force, noise and constraints, a full mass matrix."""
 
 from typing import Any
 
@@ -37,12 +37,12 @@ FEATURES = {
     MASS: "a mass matrix that is not the identity",
 }
 HORIZON, TIMES = 0.5, (0.1, 0.3)
-# The constraint's bound holds in this distance from the start, with a reserve; a member is looked at near its start.
+# The constraint's bound holds within this distance from the start, with a safety factor; steps stay near the start.
 RADIUS, SAMPLES, RESERVE = 0.5, 256, 1.5
 
 
 def draw_mechanics(form: Any, rng: Generator, without: frozenset[str]) -> Any:
-    """Draw a problem of constrained mechanics without some features.
+    """Draw a problem of constrained mechanics without the given features.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def draw_mechanics(form: Any, rng: Generator, without: frozenset[str]) -> Any:
 
 
 def _narrowed(a: Polynomial, B: Polynomial, n: int, without: frozenset[str]) -> tuple[Polynomial, Polynomial]:
-    """Return force and noise, polynomials of (t, r, v), without some features."""
+    """Return force and noise, polynomials of (t, r, v), without the given features."""
     velocities = range(1 + n, 1 + 2 * n)
     if TIMED in without:
         a, B = a.without(0), B.without(0)
@@ -96,7 +96,7 @@ def _narrowed(a: Polynomial, B: Polynomial, n: int, without: frozenset[str]) -> 
 
 
 class _MechanicalCoefficient:
-    # A polynomial of (t, r, v) as a function of these, its values of some shape.
+    # A polynomial as a function of (t, r, v) with values of a given shape.
     def __init__(self, f: Polynomial, shape: tuple[int, ...]) -> None:
         self.f, self.shape, self.first = f, shape, f.derivative
 
@@ -111,7 +111,7 @@ class _MechanicalCoefficient:
 
 
 class _Constraint:
-    # The derivatives of a polynomial of r.
+    # The derivatives of a polynomial constraint g(r).
     def __init__(self, g: Polynomial) -> None:
         self.shape, self.first = (len(g.coefficients), len(g.centre)), g.derivative
         self.second = self.first.derivative
@@ -129,7 +129,7 @@ def _stacked(t: float, r: Array, v: Array) -> Array:
 
 
 def _bound(rng: Generator, g: Polynomial, inverse: Array, r: Array) -> float:
-    """Return C_g of Lindner & Stroot (2017), (2.7), for positions near r: the largest of some, with a reserve."""
+    """Return C_g of Lindner & Stroot (2017), (2.7): the maximum over positions near r, times a safety factor."""
     m, n = len(g.coefficients), len(r)
     near = draw_near(rng, r, SAMPLES, RADIUS)
     Dg = np.moveaxis(g.derivative(near).reshape(m, n, -1), -1, 0)

@@ -39,18 +39,19 @@ from ..sde.sde import SDE, zero_columns
 from ..trivial import Trivials
 from .generic import FEATURES, draw_mechanics
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
+from .mistakes import MOTION_MISTAKES
 from .motion_features import motion_features
 from .multiplied import Mechanics, Multiplied
 from .structure import Structure, Unstructured, check_structure
 from .trivial_motions import trivial_motions
 
-# Traits of noise that a projector takes away.
+# Traits of noise that are lost when it is projected.
 NOT_PROJECTED = {"additive-noise", "diagonal-noise", "commutative-noise"}
 K = TypeVar("K")
 
 
 class HolonomicState(NamedTuple):
-    """State of a scheme that keeps the multiplier.
+    """State of a scheme that includes the multiplier.
 
     Attributes
     ----------
@@ -81,33 +82,33 @@ class HolonomicSDAE(Mechanics):
     position, velocity : array_like, shape (n,)
         Initial data, with g(r) = 0 and Dg(r) v = 0.
     mass : array_like, shape (n, n), optional
-        M, symmetric positive definite; the identity if left out. An entry on the diagonal may be infinite, all others
-        of its row and column being 0: such a position moves at its initial velocity, whatever pushes it. With the
-        velocity 1 it is the time, and g(r) a constraint that moves.
+        M, symmetric positive definite; the identity if omitted. A diagonal entry may be infinite if all others of its
+        row and column are 0: such a position moves at its initial velocity, whatever the force. With the
+        velocity 1 it is the time, and g(r) a moving constraint.
     jacobian : callable, r -> ndarray, shape (m, n, P), optional
-        Dg; by complex step if left out, and g must then be analytic.
+        Dg; by complex step if omitted, and g must then be analytic.
     curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
-        D^2 g(r)(y, z); by complex step of Dg if left out, and a given Dg must then be analytic.
+        D^2 g(r)(y, z); by complex step of Dg if omitted, and a given Dg must then be analytic.
     diffusion_product : callable, (t, r, v, w) -> ndarray, shape (n, P), optional
-        B(t, r, v) w for w of shape (l, P), where it costs less than the product with the matrix.
+        B(t, r, v) w for w of shape (l, P), if it is cheaper than the product with the matrix.
     linearisation : callable, r -> ConstraintJacobian, optional
-        Dg(r) with what its structure makes cheap, where there is no mass matrix; the matrix itself if left out.
+        Dg(r) with operations that exploit its structure, without a mass matrix; the dense matrix if omitted.
     force_derivatives : callable, (t, r, v) -> two of ndarray, shape (n, n, P) or (n, n, 1), optional
-        Derivatives of a by r and by v; by complex step where they are needed, if left out.
+        Derivatives of a by r and by v; if omitted, by complex step where they are needed.
     structure : Structure, optional
-        Which positions couple with which; all of them if left out.
+        Coupling structure of the positions; all are coupled if omitted.
     constraint_bound : float, optional
         C_g of Lindner & Stroot (2.7), finite and at least 1.
     horizon, noise_dim, source, units, traits, noise, observables, truths
-        As of any `Problem`.
+        As for any `Problem`.
     controls, chart, domain, relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
     ProblemError
-        If shapes, the mass matrix or the initial data are inconsistent, or if a derivative can neither be had
-        from the author nor by complex step.
+        If shapes, the mass matrix or the initial data are inconsistent, or if a derivative is neither given nor
+        available by complex step.
     """
 
     force: Callable[[float, Array, Array], Array]
@@ -124,7 +125,7 @@ class HolonomicSDAE(Mechanics):
     structure: Structure | None = None
     constraint_bound: float | None = None
 
-    # Whether mu is a component of the solution; not for schemes that give r and v alone.
+    # Whether mu is a component of the solution; False for schemes that give only r and v.
     _has_multiplier: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -147,7 +148,7 @@ class HolonomicSDAE(Mechanics):
 
     @property
     def has_constraints(self) -> bool:
-        """Whether there are constraints: always."""
+        """Whether there are constraints; always True."""
         return True
 
     def initial(self, paths: int) -> HolonomicState:
@@ -161,11 +162,11 @@ class HolonomicSDAE(Mechanics):
         return parts if self._has_multiplier else {name: part for name, part in parts.items() if name != "mu"}
 
     def giving(self, names: Collection[str]) -> "HolonomicSDAE":
-        """Return the problem of r and v for schemes that give these alone; mu is an output of them."""
+        """Return the problem of r and v for schemes that give only these; mu is an output of such schemes."""
         return self._without_multiplier if {*names} == {"r", "v"} else self
 
     def capability(self, kind: type[K]) -> K | None:
-        """Return the problem itself for what it is; it is `Multiplied` only with mu as a component."""
+        """Return the problem as a capability; it is `Multiplied` only if mu is a component."""
         return None if kind is Multiplied and not self._has_multiplier else super().capability(kind)
 
     def inverse_mass(self, y: Array) -> Array:
@@ -188,13 +189,13 @@ class HolonomicSDAE(Mechanics):
         return second_directional(self.constraint, r, y, z)
 
     def linearised(self, r: Array) -> ConstraintJacobian:
-        """Return Dg(r) as the operations that schemes need of it."""
+        """Return Dg(r) as an object with the operations that schemes need."""
         if self.linearisation is not None:
             return self.linearisation(r)
         return DenseJacobian(self.dg(r), self._inverse)
 
     def push(self, J: ConstraintJacobian, c: Array) -> Array:
-        """Return M^{-1} grad g c, shape (n, P): what multipliers c of shape (m, P) do to positions or velocities."""
+        """Return M^{-1} grad g c, shape (n, P): the change of r or v by multipliers c of shape (m, P)."""
         return self.inverse_mass(J.transposed(c))
 
     def diffused(self, t: float, r: Array, v: Array, w: Array) -> Array:
@@ -217,25 +218,25 @@ class HolonomicSDAE(Mechanics):
         Parameters
         ----------
         J : ConstraintJacobian
-            Dg at r, prepared once.
+            Dg at r, computed once.
         r, v : ndarray, shape (n, P)
         impulse : ndarray, shape (n, P) or (n, l, P)
-            Force, or the columns of the noise: what the constraint has to answer.
+            Force, or the columns of the noise, that the constraint force balances.
         """
         return -J.gram(J).solve(J.times(self.inverse_mass(impulse)) + self.d2g(r, v, v))
 
     def tangent(self, J: ConstraintJacobian, v: Array) -> tuple[Array, Array]:
-        """Return Q v = v - M^{-1} grad g G_M^{-1} Dg v, and the multipliers that were taken; J at the position."""
+        """Return Q v = v - M^{-1} grad g G_M^{-1} Dg v, and the multipliers of this projection; J at the position."""
         c = -J.gram(J).solve(J.times(v))
         return v + self.push(J, c), c
 
     @property
     def blocks(self) -> Structure:
-        """The structure; one node of all positions where there is none."""
+        """The coupling structure; a single node of all positions if none is given."""
         return self.structure or Unstructured(nodes=1, owners=(0,) * self.constraints)
 
     def why_not_derivative_of_force(self) -> str:
-        """Return why the derivatives of a can neither be had from the author nor by complex step, or nothing."""
+        """Return why the force has no derivatives, from the author or by complex step, or an empty string."""
         n, x = self.dimension, np.concatenate(self.initial(1)[:2])
         known = self.force_derivatives is not None or self.blocks.differentiates_force
         if known or is_analytic(lambda z: self.force(0.0, z[:n], z[n:]), x):
@@ -257,7 +258,7 @@ class HolonomicSDAE(Mechanics):
         return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])[: len(x)]
 
     def view(self, form: type[Problem]) -> Problem | None:
-        """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
+        """Return the problem itself, or its inherent SDE (2.9) if an `SDE` is requested."""
         return self._sde if form is SDE else super().view(form)
 
     @classmethod
@@ -267,20 +268,20 @@ class HolonomicSDAE(Mechanics):
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return masses, several and curved constraints, and features of force and noise."""
+        """Return the features of the form: masses, several and curved constraints, and kinds of force and noise."""
         return motion_features()
 
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:
         """Return the class of all polynomial problems of the form with a full mass matrix."""
-        return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES),)
+        return (GenericClass("HolonomicSDAE", partial(draw_mechanics, HolonomicSDAE), FEATURES, MOTION_MISTAKES),)
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and, if it is a component, mu."""
         return self._inherent if self._has_multiplier else self._sde
 
     def state(self, x: Array, t: float = 0.0) -> HolonomicState:  # noqa: ARG002 - the constraint knows no time
-        """Return the state whose components r, v and mu are the rows of x; mu is 0 if it is no component."""
+        """Return the state whose components r, v and mu are the rows of x; mu is 0 if it is not a component."""
         n = self.dimension
         mu = x[2 * n :] if self._has_multiplier else np.zeros((self.constraints, x.shape[1]))
         return HolonomicState(x[:n], x[n : 2 * n], mu)
@@ -298,11 +299,11 @@ class HolonomicSDAE(Mechanics):
 
     @property
     def norm_parts(self) -> tuple[str, ...]:
-        """Positions and velocities."""
+        """Positions and velocities, without the multiplier."""
         return "r", "v"
 
     def own_diffusion(self, t: float, x: Array) -> Array:
-        """Return B, before it is projected."""
+        """Return B before projection."""
         return self.diffusion(t, x[: self.dimension], x[self.dimension : 2 * self.dimension])
 
     def squared_norm(self, parts: Parts) -> Array:
@@ -314,7 +315,7 @@ class HolonomicSDAE(Mechanics):
 
     @property
     def free_rows(self) -> slice:
-        """The velocities, which stay tangent."""
+        """Rows of the velocities, which may be scaled because they stay tangent."""
         return slice(self.dimension, 2 * self.dimension)
 
     def _make_sde(self) -> SDE:
@@ -370,7 +371,7 @@ class HolonomicSDAE(Mechanics):
         if self.jacobian is None:
             check_analytic("constraint", self.constraint, r, taken.format("Dg", "jacobian"))
         elif self.curvature is None:
-            # A Jacobian written into a real buffer would pass for one whose derivative is zero.
+            # A Jacobian written into a real buffer would be mistaken for one with zero derivative.
             check_analytic("jacobian", self.jacobian, r, taken.format("D^2 g", "curvature"))
 
     def _check_start(self) -> None:
@@ -388,7 +389,7 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     if mass is None:
         return None
     M, inverse = numbers(mass), np.zeros((n, n))
-    # What has an infinite mass moves at its own speed, whatever pushes it: a clock.
+    # A position with infinite mass moves at its initial velocity, independent of forces: a clock.
     moved = np.ones(n, dtype=bool) if M is None or M.shape != (n, n) else ~np.isposinf(np.diag(M))
     if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _is_uncoupled(M, ~moved):
         raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {format_value(mass)}")
@@ -406,13 +407,13 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
 
 
 def _is_uncoupled(M: Array, clocks: Array) -> bool:
-    """Tell whether the rows and columns of some positions are 0 off the diagonal."""
+    """Return whether the rows and columns of the given positions vanish off the diagonal."""
     others = ~np.eye(len(M), dtype=bool) & (clocks[:, None] | clocks)
     return not M[others].any()
 
 
 def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> SDE:
-    """Eliminate the multiplier.
+    """Return the equation with the multiplier eliminated.
 
     With the Gram matrix G_M = Dg M^{-1} grad g and the projector P_M = Id - grad g G_M^{-1} Dg M^{-1},
 
@@ -420,7 +421,7 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
         M dv = [ P_M a - grad g G_M^{-1} D^2 g(v, v) ] dt + P_M B dw                                   (2.9)
         dmu  = -G_M^{-1} { [ Dg M^{-1} a + D^2 g(v, v) ] dt + Dg M^{-1} B dw }                         (2.8)
 
-    taken with the actual Dg(r) and G_M(r) off the manifold as well. The state is (r, v), shape (2 n, P).
+    evaluated with the actual Dg(r) and G_M(r) off the manifold as well. The state is (r, v), shape (2 n, P).
 
     Parameters
     ----------
@@ -468,16 +469,16 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
 
 
 def project(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
-    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P).
+    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y of this projection, y of shape (n, P) or (n, l, P).
 
     Parameters
     ----------
     problem : HolonomicSDAE
     J : ConstraintJacobian
-        At the positions where it is projected.
+        At the positions of the projection.
     y : ndarray, shape (n, P) or (n, l, P)
         Velocities, or columns of noise.
     """
-    # y may be constant on all paths; what is taken from it is not.
+    # y may be constant over all paths; its normal part is not.
     lam = -J.gram(J).solve(J.times(problem.inverse_mass(y)))
     return y + J.transposed(lam), lam

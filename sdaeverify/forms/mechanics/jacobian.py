@@ -1,4 +1,4 @@
-"""The linearised constraint at a position of every path, as the operations that schemes need of it."""
+"""The linearised constraint at a position of every path, as an object with the operations that schemes need."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -23,7 +23,7 @@ class Gram(Protocol):
         """Solve A c = b for b of shape (m, P) or (m, k, P)."""
 
     def positive(self) -> Mask:
-        """Tell on which paths det A > 0, shape (P,)."""
+        """Return the paths on which det A > 0, shape (P,)."""
 
 
 class ConstraintJacobian(Protocol):
@@ -36,7 +36,7 @@ class ConstraintJacobian(Protocol):
         """Return grad g c, shape (m, P) or (m, k, P) -> (n, P) or (n, k, P)."""
 
     def gram(self, other: Any) -> Gram:
-        """Return Dg(r) M^{-1} grad g(r_0) for the linearisation at another position r_0, or at the same: G_M."""
+        """Return Dg(r) M^{-1} grad g(r_0), where `other` is the linearisation at r_0; G_M if r_0 = r."""
 
     def size(self) -> Array:
         """Return the Frobenius norm of Dg, shape (P,)."""
@@ -64,7 +64,7 @@ class DenseJacobian(NamedTuple):
         return apply_transposed(self.Dg, c)
 
     def gram(self, other: "DenseJacobian") -> Dense:
-        """Return Dg M^{-1} grad g of two positions."""
+        """Return Dg M^{-1} grad g, where grad g belongs to the position of `other`."""
         if self.inverse_mass is None:
             return Dense(product_transposed(self.Dg, other.Dg))
         return Dense(product_transposed(self.Dg, np.einsum("ij,mjp->mip", self.inverse_mass, other.Dg)))
@@ -75,14 +75,14 @@ class DenseJacobian(NamedTuple):
 
 
 def check_linearisation(given: ConstraintJacobian, dense: ConstraintJacobian, n: int, m: int) -> None:
-    """Check that an author's linearised constraint is that of the constraint.
+    """Check that an author's linearised constraint agrees with the derivative of the constraint.
 
     Parameters
     ----------
     given : ConstraintJacobian
         At `PROBES` positions.
     dense : ConstraintJacobian
-        The matrix there.
+        The dense matrix at the same positions.
     n, m : int
         Numbers of positions and of constraints.
 

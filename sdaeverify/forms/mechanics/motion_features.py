@@ -1,4 +1,4 @@
-"""Features of constrained mechanics that a scheme may treat wrongly, see `features`."""
+"""Features of constrained mechanics that schemes may treat wrongly, see `features`."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a problem offers whose constraint is kept by multipliers, and what mechanics give besides."""
+"""Capabilities of problems whose constraint is enforced by multipliers, and further ones of mechanics."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -17,7 +17,7 @@ class Multiplied(LevelSets):
 
     @abstractmethod
     def multiplier_scales(self, t: float, x: Array, h: float) -> tuple[Array, Array]:
-        """Return the sizes of what cancels in a multiplier of one step: of its value, and of its change by the step.
+        """Return the sizes of the terms that cancel in a step's multiplier: in its value, and in its change.
 
         Parameters
         ----------
@@ -33,7 +33,7 @@ class Multiplied(LevelSets):
 
 
 class Mechanics(Multiplied):
-    """Positions r and velocities v of bodies that a force a(t, r, v) moves and a constraint g(r) = 0 holds."""
+    """Positions r and velocities v of bodies under a force a(t, r, v) and a constraint g(r) = 0."""
 
     force: Callable[[float, Array, Array], Array]
     mass: ArrayLike | None

@@ -1,4 +1,4 @@
-"""What in a constrained problem couples with what: nodes in a row, of which only neighbours see each other."""
+"""Coupling structure of constrained problems: a row of nodes, of which only neighbours are coupled."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ from .multiplied import Mechanics
 class Structure:
     """A row of nodes with d positions each: rows i d to i d + d - 1 of r and of v are those of node i = 0, 1, ...
 
-    It gives the derivatives that implicit schemes need, in blocks of nodes. They are taken along unit vectors of
-    several nodes at once that no row sees two of, so that their number does not grow with that of the nodes. A
-    subclass may know them; it sets `differentiates_force` if it knows those of the force. The q slots of a node are
-    for its constraints; those of a node with fewer stay zero.
+    It provides the derivatives that implicit schemes need, in blocks of nodes. They are taken along sums of unit
+    vectors of several nodes, at most one of which affects any row, so that the number of derivatives is independent
+    of the number of nodes. A subclass may have them in closed form; it sets `differentiates_force` if it has those of
+    the force. Each node has q slots for its constraints; the slots of a node with fewer constraints stay zero.
 
     Attributes
     ----------
@@ -31,14 +31,14 @@ class Structure:
     owners : tuple of int, length m
         For each constraint, in their order, the last node that it touches; these must not decrease.
     width : int
-        The force on a node depends on nodes at most so far away.
+        Maximum distance between a node and those that the force on it depends on.
     reach : int
-        A constraint touches its owner and so many nodes before it.
+        Number of nodes before its owner that a constraint touches.
 
     Raises
     ------
     ProblemError
-        If the numbers do not fit together.
+        If the numbers are inconsistent.
     """
 
     differentiates_force: ClassVar[bool] = False
@@ -56,7 +56,7 @@ class Structure:
 
     @cached_property
     def slots(self) -> Array:
-        """Place of each constraint among the N q slots of all nodes, shape (m,)."""
+        """Index of each constraint among the N q slots of all nodes, shape (m,)."""
         owners = np.array(self.owners)
         return owners * self.slots_per_node + np.arange(len(owners)) - np.searchsorted(owners, owners)
 
@@ -66,21 +66,21 @@ class Structure:
         return int(np.bincount(self.owners).max())
 
     def by_slot(self, c: Array) -> Array:
-        """Return what belongs to constraints by nodes, shape (m, ...) -> (N, q, ...); empty slots are zero."""
+        """Return constraint data ordered by nodes, shape (m, ...) -> (N, q, ...); empty slots are zero."""
         spread = np.zeros((self.nodes * self.slots_per_node, *c.shape[1:]), dtype=c.dtype)
         spread[self.slots] = c
         return spread.reshape(self.nodes, self.slots_per_node, *c.shape[1:])
 
     def by_constraint(self, c: Array) -> Array:
-        """Return what belongs to the slots of nodes by constraints, shape (N, q, P) -> (m, P)."""
+        """Return slot data ordered by constraints, shape (N, q, P) -> (m, P)."""
         return np.asarray(c.reshape(-1, c.shape[-1])[self.slots])
 
     def by_node(self, y: Array) -> Array:
-        """Return positions by nodes, shape (n, P) -> (N, d, P)."""
+        """Return position data ordered by nodes, shape (n, P) -> (N, d, P)."""
         return y.reshape(self.nodes, -1, y.shape[-1])
 
     def inverse_mass_blocks(self, problem: Mechanics) -> BlockBanded | None:
-        """Return M^{-1}, blocks of shape (d, d, 1), or None where it is the identity; a mass couples no two nodes."""
+        """Return M^{-1}, blocks of shape (d, d, 1), or None for the identity; the mass must not couple nodes."""
         if problem.mass is None:
             return None
         return self._cut_blocks(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
@@ -93,7 +93,7 @@ class Structure:
         problem : Mechanics
         t : float
         r, v : ndarray, shape (n, P)
-            Where the force is differentiated.
+            Where the derivatives are evaluated.
         """
         if problem.force_derivatives is not None:
             by_r, by_v = problem.force_derivatives(t, r, v)
@@ -115,9 +115,9 @@ class Structure:
         ----------
         problem : Mechanics
         r : ndarray, shape (n, P)
-            Where the constraint is differentiated twice.
+            Where the second derivatives are evaluated.
         v : ndarray, shape (n, P)
-            Direction in which.
+            Direction.
         """
         return self._rows(r, lambda y: problem.d2g(r, v, y))
 
@@ -128,7 +128,7 @@ class Structure:
         ----------
         problem : Mechanics
         r : ndarray, shape (n, P)
-            Where the constraint is differentiated twice.
+            Where the second derivatives are evaluated.
         c : ndarray, shape (m, P)
             Weights of the constraints, such as multipliers.
         """
@@ -147,13 +147,13 @@ class Structure:
         return BlockBanded(blocks, self.reach)
 
     def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
-        """Return the rows v^T Hess g_j(r), and H(c_k) of every c_k of c; see `curvature_rows` and `curvature_sum`.
+        """Return the rows v^T Hess g_j(r), and H(c_k) for every c_k of c; see `curvature_rows` and `curvature_sum`.
 
         Parameters
         ----------
         problem : Mechanics
         r, v : ndarray, shape (n, P)
-            Where the constraint is differentiated twice, and in which direction.
+            Where the second derivatives are evaluated, and the direction.
         c : ndarray, shape (k, m, P)
             Weights of the constraints.
         """
@@ -162,7 +162,7 @@ class Structure:
 
     @property
     def empty_slots(self) -> BlockBanded:
-        """Ones for the slots that no constraint has, blocks of shape (q, q, 1)."""
+        """Identity on the slots without a constraint, blocks of shape (q, q, 1)."""
         used = self.by_slot(np.ones(len(self.owners)))
         return BlockBanded((np.eye(self.slots_per_node) * (1.0 - used)[:, None])[None, ..., None])
 
@@ -170,7 +170,8 @@ class Structure:
         return nodes[(nodes >= 0) & (nodes < self.nodes)]
 
     def _units(self, x: Array, period: int) -> Iterator[tuple[Array, int, Array]]:
-        # Nodes at the distance of the period, a component, and the sum of the unit vectors of this component of them.
+        # Nodes that are a period apart, a component, and the sum of the unit vectors of this component of these
+        # nodes.
         d = len(x) // self.nodes
         for first in range(min(period, self.nodes)):
             for component in range(d):
@@ -190,7 +191,7 @@ class Structure:
         return BlockBanded(blocks, w)
 
     def _rows(self, r: Array, f: Callable[[Array], Array]) -> BlockBanded:
-        # The matrix of a linear f : (n, P) -> (m, P) that goes with the constraints.
+        # The matrix of a linear f : (n, P) -> (m, P) with the sparsity of the constraints.
         q, d = self.slots_per_node, len(r) // self.nodes
         blocks = np.zeros((self.reach + 1, self.nodes, q, d, r.shape[-1]))
         for nodes, component, y in self._units(r, self.reach + 1):
@@ -212,14 +213,14 @@ class Structure:
 
 
 class Unstructured(Structure):
-    """One node; derivatives along all unit vectors are taken side by side, as if they were further paths."""
+    """One node; derivatives along all unit vectors are taken at once, as if they were further paths."""
 
     def by_slot(self, c: Array) -> Array:
-        """Return what belongs to constraints by nodes: the one node has them all."""
+        """Return constraint data ordered by nodes, shape (m, ...) -> (1, m, ...)."""
         return c[None]
 
     def by_constraint(self, c: Array) -> Array:
-        """Return what belongs to the slots of nodes by constraints."""
+        """Return slot data ordered by constraints, shape (1, m, P) -> (m, P)."""
         return np.asarray(c[0])
 
     def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
@@ -247,7 +248,7 @@ class Unstructured(Structure):
 
 
 def repeat_paths(x: Array, times: int) -> Array:
-    """Return the paths several times, shape (n, P) -> (n, times P)."""
+    """Repeat all paths, shape (n, P) -> (n, times P)."""
     return np.concatenate([x] * times, axis=1)
 
 
@@ -262,12 +263,12 @@ def one_block(matrix: Array) -> BlockBanded:
 
 
 def check_structure(structure: Structure, problem: Mechanics, r: Array, v: Array) -> None:
-    """Check that a problem couples no more than it says, and that derivatives are those of its functions.
+    """Check that a problem couples no more nodes than its structure says, and that its derivatives are correct.
 
     Parameters
     ----------
     structure : Structure
-        What the problem says that it couples.
+        The coupling that the problem declares.
     problem : Mechanics
     r, v : ndarray, shape (n, P)
         Where derivatives are compared with differences.

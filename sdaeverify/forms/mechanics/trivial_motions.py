@@ -4,9 +4,10 @@ With g(r) = J (r - r_0), constant M, a and B, and Q = Id - M^{-1} J^T (J M^{-1} 
 
     v(t) = v_0 + Q M^{-1} (a t + B w(t)),
 
-and J v = 0 determines the sum of all multipliers of a step, wherever a scheme takes normals and projectors. So v is
-exact for half-explicit, semi-implicit, explicit and implicit (GGL) Euler steps; r is exact only if v is constant.
-The problems are ordered from few features to many, and each name lists its features: the first miss names the cause.
+and J v = 0 determines the sum of all multipliers of a step, wherever a scheme evaluates normals and projectors. So v
+is exact for half-explicit, semi-implicit, explicit and implicit (GGL) Euler steps; r is exact only if v is constant.
+The problems are ordered from few features to many, and each name lists its features: the first failure shows the
+cause.
 """
 
 from collections.abc import Callable
@@ -20,11 +21,11 @@ from ..trivial import NOISES, NORMALS, SOURCE, SPEED, Trivial, Trivials
 
 START = np.array([0.3, -0.2, 0.5, 0.1])
 MASS = np.array([[1.2, 0.3, -0.2, 0.1], [0.3, 0.8, 0.2, -0.2], [-0.2, 0.2, 1.5, 0.4], [0.1, -0.2, 0.4, 0.9]])
-# Almost infinite, and still positive definite beyond rounding beside a mass of 1: 2^-50 of a force moves nothing.
+# Nearly infinite, but with a mass of 1 still positive definite beyond rounding; 2^-50 of a force has no effect.
 HEAVY = np.diag([2.0**50, 1.0])
 FORCE = np.array([0.6, -0.4, 0.5, 0.3])
 NOISE = np.array([[0.7, -0.3], [0.2, 0.9], [-0.5, 0.4], [0.6, 0.3]])
-# At least as large as all norms of Lindner & Stroot (2017), (2.7), of each of the problems: the largest is 2.2.
+# An upper bound of all norms of Lindner & Stroot (2017), (2.7), for all of these problems; the largest is 2.2.
 BOUND = 2.5
 LINE, TIE = np.array([[0.0, 1.0]]), np.array([[-1.0, 1.0]])
 STATE, VELOCITY = ("r", "v", "mu"), ("v",)
@@ -74,12 +75,12 @@ class Motion(NamedTuple):
 
 
 def trivial_motions(form: Callable[..., Any]) -> Trivials:
-    """Return rest, free motion and motion under constant force and noise, with masses and constraints of each kind.
+    """Return the problems of rest, free motion and motion under constant force and noise, for several masses.
 
     Parameters
     ----------
     form : callable
-        Makes the problem: `HolonomicSDAE`.
+        Constructor of the problem: `HolonomicSDAE`.
     """
     motions = (
         Motion("r at rest on r_2 = 0", LINE, None, False, STATE, 0.0, 1.0),
@@ -95,7 +96,7 @@ def trivial_motions(form: Callable[..., Any]) -> Trivials:
 
 
 def _strengths(motion: Motion) -> tuple[Array, ...]:
-    """Return noise of two motions and of one; in the plane a diagonal matrix, too."""
+    """Return noise matrices with two motions and with one; in the plane also a diagonal matrix."""
     return NOISES if motion.J.shape[1] == 2 else (NOISE, NOISE[:, :1])
 
 

@@ -31,6 +31,7 @@ from ..features import Feature, has_several_constraints, pilot_states
 from ..generic import GenericClass
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, Gram
+from ..mechanics.mistakes import KEPT_MISTAKES, PENALISED_MISTAKES
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..traits import ADDITIVE
@@ -44,9 +45,9 @@ K = TypeVar("K")
 
 @dataclass(frozen=True, eq=False)
 class ConstraintGeometry:
-    """The level sets of a constraint near points x: its gradient, its Gram matrix and how they turn.
+    """The geometry of a constraint at points x: its gradient, its Gram matrix and their derivatives.
 
-    Each of it is computed when it is first asked for.
+    Each property is computed at its first access.
 
     Authors of problems with closed forms override `relaxation`, `quadratic`, `fixman` and `divergence`.
 
@@ -81,7 +82,7 @@ class ConstraintGeometry:
 
     @property
     def relaxation(self) -> Array:
-        """Return w = g G^{-1} zeta, shape (d, P): the way back to the manifold, to first order."""
+        """Return w = g G^{-1} zeta, shape (d, P): minus the first-order step back to the manifold."""
         return self.J.transposed(self.share)
 
     @property
@@ -142,28 +143,28 @@ class ConstrainedLangevin(StiffnessFamily):
     eps : float
         Stiffness parameter, not negative, in the problem's unit of time.
     constraint : callable, x -> ndarray, shape (q, P)
-        zeta; a nonlinear function of it is another problem for eps > 0.
+        zeta; for eps > 0, a nonlinear function of it defines another problem.
     start : array_like, shape (d,)
         X at time 0, on the manifold.
     jacobian : callable, x -> ndarray, shape (q, d, P), optional
-        g^T; by complex step if left out, and zeta must then be analytic.
+        g^T; by complex step if omitted, and zeta must then be analytic.
     hessians : array_like, shape (q, d, d), optional
-        H_k where they are constant.
+        H_k if they are constant.
     second : callable, (x, A) -> ndarray, shape (d, P), optional
         S(x; A) = sum_k H_k(x) A_k for A of shape (d, q, P), from which all second derivatives follow.
     laplacians : callable, x -> ndarray, shape (q, P), optional
         tr H_k.
-        Second derivatives are taken by complex step of the Jacobian if all three are left out.
+        Second derivatives are taken by complex step of the Jacobian if all three are omitted.
     geometry : callable, (problem, x) -> ConstraintGeometry, optional
-        Where there are closed forms.
+        Returns closed forms, if there are any.
     family : callable, eps -> ConstrainedLangevin, optional
         The same problem, its truths included, with another eps.
     noise_dim : int
         d, set by the form.
     horizon, source, units, traits, noise, observables, truths, controls, chart, domain
-        As of any `Problem`.
+        As for any `Problem`.
     relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
@@ -209,7 +210,7 @@ class ConstrainedLangevin(StiffnessFamily):
 
     @property
     def has_constraints(self) -> bool:
-        """Whether the constraint is kept: in the limit eps = 0."""
+        """Whether the constraint is exact, that is in the limit eps = 0."""
         return self.eps == 0.0
 
     def initial(self, paths: int) -> Array:
@@ -217,7 +218,7 @@ class ConstrainedLangevin(StiffnessFamily):
         return columns(cast("Array", self.start), paths)
 
     def parts(self, x: Array) -> Parts:
-        """Return the state under its name x."""
+        """Return the state as the single component x."""
         return {"x": x}
 
     def near(self, x: Array) -> ConstraintGeometry:
@@ -260,30 +261,32 @@ class ConstrainedLangevin(StiffnessFamily):
         return np.asarray(sum(rows, np.zeros((self.constraints, x.shape[-1]))))
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
-        """Return the defect zeta(x) where the constraint is kept."""
+        """Return the defect zeta(x) if the constraint is exact."""
         if not self.has_constraints:
             return {}
         x = parts["x"]
         return {"zeta": Residual(self.constraint(x), self.linearised(x).size() * norm(x))}
 
     def admissible(self, x: Array) -> Array:
-        """Return points of the manifold near the columns of x, or x itself where it need not be kept."""
+        """Return points of the manifold near the columns of x, or x itself if the constraint is penalised."""
         return onto_manifold(self.constraint, self, x) if self.has_constraints else x
 
     @classmethod
     def generic_classes(cls) -> tuple[GenericClass, ...]:
-        """Return the classes of polynomial problems whose constraints are kept, and penalised."""
+        """Return the classes of polynomial problems with exact and with penalised constraints."""
         return tuple(
-            GenericClass(f"ConstrainedLangevin at eps {sign} 0", partial(draw_family, cls, kept=kept), FEATURES)
-            for sign, kept in (("=", True), (">", False))
+            GenericClass(
+                f"ConstrainedLangevin at eps {sign} 0", partial(draw_family, cls, kept=kept), FEATURES, known
+            )
+            for sign, kept, known in (("=", True, KEPT_MISTAKES), (">", False, PENALISED_MISTAKES))
         )
 
     def capability(self, kind: type[K]) -> K | None:
-        """Return the problem itself for what it is; it is a `StiffnessFamily` only with its members."""
+        """Return the problem as a capability; it is a `StiffnessFamily` only with a family."""
         return None if kind is StiffnessFamily and self.family is None else super().capability(kind)
 
     def why_not(self, kind: type[Any]) -> str:
-        """Return why the problem does not offer a kind, or an empty string."""
+        """Return why the problem does not have a capability, or an empty string."""
         if kind is StiffnessFamily and self.family is None:
             return "the problem comes with one stiffness parameter only"
         return super().why_not(kind)
@@ -294,7 +297,7 @@ class ConstrainedLangevin(StiffnessFamily):
         return self.family(eps)
 
     def view(self, form: type[Problem]) -> Problem | None:
-        """Return the problem itself, or its Ito equation where an `SDE` is asked for."""
+        """Return the problem itself, or its Ito equation if an `SDE` is requested."""
         return self._sde if form is SDE else super().view(form)
 
     @classmethod
@@ -304,7 +307,7 @@ class ConstrainedLangevin(StiffnessFamily):
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return several and curved constraints."""
+        """Return the features of the form: several constraints, and curved ones."""
         return (
             Feature("several constraints", has_several_constraints),
             Feature("a curved constraint", lambda problem: problem.is_curved),
@@ -312,12 +315,12 @@ class ConstrainedLangevin(StiffnessFamily):
 
     @property
     def is_curved(self) -> bool:
-        """Whether the constraint's second derivative is not 0 at some states."""
+        """Whether the constraint's second derivative is nonzero at some states."""
         x = pilot_states(self)
         return bool(np.any(self.turn_normals(x, np.ones_like(x))))
 
     def ito(self) -> SDE:
-        """Return the penalised equation (1.4), or that of the limit (1.2) in Ito's form."""
+        """Return the penalised equation (1.4) or, in the limit, (1.2) in Ito's form."""
         return cast("SDE", self._sde)
 
     def _make_sde(self) -> SDE:

@@ -1,4 +1,4 @@
-"""Overdamped dynamics near or on level sets drawn at random: polynomial drift and constraints."""
+"""Random overdamped dynamics near or on level sets: polynomial drift and constraints."""
 
 from collections.abc import Callable
 from functools import partial
@@ -29,9 +29,9 @@ def draw_family(form: Callable[..., Any], rng: Generator, without: frozenset[str
         `ConstrainedLangevin`.
     rng : numpy.random.Generator
     without : frozenset of str
-        Names of features.
+        Names of features to omit.
     kept : bool
-        Whether the constraints are kept: eps = 0.
+        Whether the constraints are exact: eps = 0.
     """
     d, q = COMPONENTS, 1 if SEVERAL in without else CONSTRAINTS
     x = 1.0 + draw_signed(rng, (d,))
@@ -54,7 +54,7 @@ def draw_family(form: Callable[..., Any], rng: Generator, without: frozenset[str
     def member(eps: float) -> Any:
         return form(**given, eps=eps, family=member)
 
-    # Claims about all stiffness parameters are put to the penalised class.
+    # Claims about all stiffness parameters are tested on the penalised class.
     return form(**given, eps=0.0) if kept else member(float(eps))
 
 

@@ -1,4 +1,4 @@
-"""What a problem offers that is one of a family with every stiffness parameter."""
+"""Capabilities of problems that belong to a family with a stiffness parameter."""
 
 from abc import abstractmethod
 from typing import Any, ClassVar
@@ -9,13 +9,13 @@ from ..manifold import LevelSets
 
 
 class Penalised(LevelSets):
-    """Dynamics on level sets that are left or kept: with ``eps``, ``strength``, ``turn_normals`` and ``traces``."""
+    """Dynamics near or on level sets: with ``eps``, ``strength``, ``turn_normals`` and ``traces``."""
 
     absent: ClassVar[str] = "has no constraint that is penalised"
 
 
 class StiffnessFamily(Penalised):
-    """Noise of one strength in every component, and a constraint kept by a force of size 1/eps; 0 in the limit."""
+    """Dynamics with noise of one strength in every component, and a penalty force of size 1/eps; exact at eps = 0."""
 
     absent: ClassVar[str] = "has no stiffness parameter"
 

@@ -4,9 +4,9 @@ With an affine constraint g^T (x - x_0), g constant, grad ln det G and div g van
 
     X = x_0 + Pi (c t + sigma W)
 
-is what every projection gives. For eps > 0 the same holds for rest and for a drift along the planes. With noise, the
-penalty changes X by a part of the size t/eps: there a step is exact to first order, and an error that does not vanish
-with the step is one of the scheme.
+is the result of every projection. For eps > 0 the same holds for rest and for a drift along the planes. With noise,
+the penalty changes X by a part of size t/eps. So a step is exact to first order only, and an error that does not
+vanish with the step is a defect of the scheme.
 """
 
 from collections.abc import Callable
@@ -44,12 +44,12 @@ class Dynamics(NamedTuple):
 
 
 def trivial_dynamics(form: Callable[..., Any]) -> Trivials:
-    """Return rest, drift and noise on one plane and on the intersection of two, and near it.
+    """Return the problems of rest, drift and noise on one plane and on the intersection of two, and near it.
 
     Parameters
     ----------
     form : callable
-        Makes the problem: `ConstrainedLangevin`.
+        Constructor of the problem: `ConstrainedLangevin`.
     """
     dynamics = (
         Dynamics("x at rest on a plane", 0.0, NORMALS[:1]),

@@ -1,4 +1,4 @@
-"""Whether coefficients grow at most linearly with the state, from their values along rays."""
+"""Test of linear growth of coefficients, from their values along rays."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ from ...numerics.linalg import norm
 from ..domain import outside
 
 SEED = 20260613
-# Points on a ray, in units of the size of the start; rays of each kind; kinds that move one component alone at most.
+# Radii of points on a ray, in units of the size of the start; rays per kind; most kinds of a single component.
 RADII = 10.0 ** np.arange(0.0, 13.0)
 RAYS, SINGLE = 4, 12
-# x log x grows with the power 1.05 between 10^6 and 10^12, which moments survive.
+# x log x has the power 1.05 between 10^6 and 10^12; moments stay finite for it.
 POWER = 1.1
-# When coefficients are looked at: at 0 some vanish.
+# Time of evaluation, in horizons: at 0 some coefficients vanish.
 WHEN = 0.2
 
 
 def grows_linearly(equation: Any) -> bool:
     """Return whether drift and diffusion of an equation grow at most linearly along rays.
 
-    All components are moved, the named ones alone, and single ones alone: v^2/r grows linearly if v and r are large.
+    Rays move all components, the named ones alone, and single ones alone: v^2/r grows linearly if v and r are large.
 
     Parameters
     ----------
@@ -34,12 +34,12 @@ def grows_linearly(equation: Any) -> bool:
             f = np.broadcast_to(equation.drift(WHEN * equation.horizon, x), x.shape)
             B = equation.diffusion(WHEN * equation.horizon, x)
             sizes = norm(f), np.broadcast_to(norm(B.reshape(-1, B.shape[-1])), x.shape[1:])
-            # Beyond a domain nothing has to grow at all.
+            # The growth outside a domain is irrelevant.
             known = ~outside(equation, x)
             inside = [np.where(known, size, np.nan) for size in sizes]
             return all(_power(size.reshape(-1, RAYS, len(RADII))) < POWER for size in inside)
     except FAULTS:
-        # Coefficients that cannot be evaluated far out are not known to be of linear growth.
+        # Coefficients that cannot be evaluated far out are not known to grow linearly.
         return False
 
 
@@ -53,7 +53,7 @@ def _rays(equation: Any) -> Array:
     if equation.domain is None:
         ways, base = rng.standard_normal((len(moved), RAYS, d)), start + unit * rng.uniform(-0.5, 0.5, (RAYS, d))
     else:
-        # Away from a corner, if there is one.
+        # Rays away from a corner of the domain, if there is one.
         ways, base = np.array([equation.domain.draw(d, RAYS, SEED + k).T for k in range(2)])
     directions = np.array(moved)[:, None] * ways
     points = base[None, :, None] + unit * RADII[:, None] * directions[:, :, None]
@@ -61,10 +61,10 @@ def _rays(equation: Any) -> Array:
 
 
 def _power(sizes: Array) -> float:
-    """Return the largest power with which sizes, shape (kinds, RAYS, R), grow on the outer half of a kind's rays.
+    """Return the largest growth exponent of sizes, shape (kinds, RAYS, R), on the outer half of the rays.
 
-    The median over the rays of a kind counts, as coefficients may swing. Beyond the first radius at which they are
-    not finite nothing is known.
+    For each kind the median over its rays is used, because coefficients may oscillate. Points beyond the first radius
+    at which they are not finite are ignored.
     """
     log = np.log10(sizes)
     last = np.isfinite(sizes).cumprod(axis=-1).sum(axis=-1) - 1

@@ -57,27 +57,27 @@ class SDE(Problem):
     start : array_like, shape (d,)
         x at time 0.
     diffusion_derivative : callable, (t, x, y) -> ndarray, shape (d, l, P), optional
-        DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if left out, and B
+        DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if omitted, and B
         must then be analytic.
     drift_derivative : callable, (t, x) -> ndarray, shape (d, d, P) or (d, d, 1), optional
-        Df, for implicit schemes; by complex step if left out. The last axis is 1 where it is the same on every path.
+        Df, for implicit schemes; by complex step if omitted. The last axis is 1 if it is the same on every path.
     diffusion_product : callable, (t, x, w) -> ndarray, shape (d, P), optional
-        B(t, x) w for w of shape (l, P), where it costs less than the product with the matrix.
+        B(t, x) w for w of shape (l, P), if it is cheaper than the product with the matrix.
     names : mapping of str to slice, optional
-        Named components; ``x`` for the whole state if left out.
+        Named components; ``x`` for the whole state if omitted.
     constraint : callable, x -> ndarray, shape (m, P), optional
-        g, which the solution keeps at zero: an invariant of the equation.
+        g, an invariant of the equation that vanishes along solutions.
     jacobian : callable, x -> ndarray, shape (m, d, P), optional
-        Dg; by complex step if left out, and g must then be analytic.
+        Dg; by complex step if omitted, and g must then be analytic.
     horizon, noise_dim, source, units, traits, noise, observables, truths
-        As of any `Problem`.
+        As for any `Problem`.
     controls, chart, domain, relaxation_time, fastest_time
-        As of any `Problem`, and seen_as, which only views set.
+        As for any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
     ProblemError
-        If a function returns the wrong shape or something not finite at the initial state, if a name selects no
+        If a function returns the wrong shape or a value that is not finite at the initial state, if a name selects no
         component, or if the initial state violates the constraint.
     """
 
@@ -107,7 +107,7 @@ class SDE(Problem):
             check_shape("drift_derivative(t, x)", self.drift_derivative(0.0, x), (d, d, PROBES))
             check_derivative("drift_derivative", partial(self.drift, 0.0), self._drift_change, x)
         if not self.seen_as:
-            # A view is made of what its problem's author gave, which was checked there.
+            # A view is made of functions that were checked in the original problem.
             check_product(self, x)
         for name, rows in (self.names or {}).items():
             if not (isinstance(rows, slice) and range(d)[rows]):
@@ -134,7 +134,7 @@ class SDE(Problem):
         Raises
         ------
         SchemeError
-            If the state has another number of components: further memory is for a scheme to keep apart.
+            If the state has another number of components; further memory must be separated by the scheme.
         """
         if np.ndim(x) < 2 or len(x) != self.dimension:
             text = f"a state of shape {np.shape(x)}, expected ({self.dimension}, P) with the paths last"
@@ -148,12 +148,12 @@ class SDE(Problem):
 
     @classmethod
     def trivial_problems_in(cls, domain: Domain) -> Trivials:
-        """Return rest and motion along a line that stay in a domain: noise of a constant strength leaves it."""
+        """Return problems of rest and of motion along a line in a domain, without noise, which would leave it."""
         return trivial_equations_in(SDE, domain)
 
     @classmethod
     def features(cls) -> tuple[Feature, ...]:
-        """Return several motions, multiplicative and non-commuting noise, and coefficients that depend on time."""
+        """Return the features of the form: several motions, kinds of noise, and time-dependent coefficients."""
         return EQUATION_FEATURES
 
     def ito(self) -> "SDE":
@@ -173,7 +173,7 @@ class SDE(Problem):
         t : float
         x : ndarray, shape (d, P)
         w : ndarray, shape (l, P)
-            An increment of the Brownian motions, for one.
+            For example an increment of the Brownian motions.
         """
         if self.diffusion_product is not None:
             return self.diffusion_product(t, x, w)
@@ -236,7 +236,7 @@ class SDE(Problem):
         return jacobian_at_once(partial(self.drift, t), x)
 
     def why_not_derivative_of_drift(self) -> str:
-        """Return why Df can neither be had from the author nor by complex step, or an empty string."""
+        """Return why Df is neither given nor available by complex step, or an empty string."""
         if self.drift_derivative is not None or is_analytic(partial(self.drift, 0.0), self.initial(1)):
             return ""
         return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
@@ -256,7 +256,7 @@ class SDE(Problem):
         return directional(lambda z: self.diffusion(t, z), x, y)
 
     def why_not_derivative_of_diffusion(self) -> str:
-        """Return why DB can neither be had from the author nor by complex step, or an empty string."""
+        """Return why DB is neither given nor available by complex step, or an empty string."""
         if self.diffusion_derivative is not None:
             return ""
         if is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
@@ -275,7 +275,7 @@ class SDE(Problem):
         return self.constraint
 
     def _check_traits(self, x: Array) -> None:
-        # A trait that is not there would have claims refuted that were never made for such a problem.
+        # A trait that does not hold would cause claims to be refuted on problems they were not made for.
         y = x + 0.1 * (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
         here, there = self.diffusion(0.0, x), self.diffusion(0.5 * self.horizon, y)
         if "additive-noise" in self.traits and not np.allclose(here, there, rtol=1e-12, atol=0.0):
@@ -335,19 +335,19 @@ class SDE(Problem):
 
 
 def as_sde(problem: Problem) -> SDE | None:
-    """Return a problem seen as an SDE, or None where it has no such view."""
+    """Return the view of a problem as an SDE, or None if it has none."""
     seen = problem.view(SDE)
     return seen if isinstance(seen, SDE) else None
 
 
 def zero_columns(blocks: Array, above: int) -> Array:
-    """Put `above` rows of zeros on top of a matrix of shape (n, l, P)."""
+    """Prepend `above` rows of zeros to a matrix of shape (n, l, P)."""
     return np.concatenate([np.zeros((above, *blocks.shape[1:]), dtype=blocks.dtype), blocks])
 
 
-# For schemes that ask for noise of the same strength in each component.
+# For schemes that need noise of equal strength in each component.
 EVEN = 0.8 * np.eye(2)
-# For schemes that ask for an invariant: x_2 = 0.
+# For schemes that need an invariant: x_2 = 0.
 ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
 
 
@@ -373,7 +373,7 @@ EQUATION_FEATURES = (
 
 
 def _trivial_equations() -> Trivials:
-    """Return dx = 0, dx = c dt and dx = S dW."""
+    """Return the problems dx = 0, dx = c dt and dx = S dW, each for several noise matrices."""
     noises = (*NOISES, EVEN, ALONG)
     still, moving = [0.0 * S for S in noises], [*(RATE for _ in noises[1:]), RATE * [1.0, 0.0]]
     return (

@@ -10,23 +10,23 @@ from ...noise.brownian import BROWNIAN
 from ..domain import Domain
 from ..trivial import SOURCE, Trivial, Trivials
 
-# In units of time: from one state to the other one. The checks' longest run takes 8.5.
+# Duration of the motion from one state to the other, in units of time; the longest run of the checks takes 8.5.
 TAKES = 10.0
-# Points at which the way is seen to be in the domain.
+# Number of points at which the segment is tested for inclusion in the domain.
 CUTS = 65
 
 
 def trivial_equations_in(form: Callable[..., Any], domain: Domain) -> Trivials:
-    """Return dx = 0 and, where a line between two states is in the domain, dx = c dt.
+    """Return the problems dx = 0 and, if a segment between two states is in the domain, dx = c dt.
 
     Parameters
     ----------
     form : callable
-        Makes the problem: `SDE`.
+        Constructor of the problem: `SDE`.
     domain : Domain
     """
     d = domain.dimension
-    # Of components and Brownian motions.
+    # Numbers of components and Brownian motions.
     shapes = [(2, 2), (2, 1), (1, 1)] if d is None else [(d, d), (d, 1)]
     return tuple(tuple(_along(form, domain, shape, moves=moves) for shape in shapes) for moves in (False, True))
 

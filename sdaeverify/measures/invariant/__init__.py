@@ -1,10 +1,10 @@
-"""Invariant law: with which order in h stationary means tend to the exact ones.
+"""Invariant law: the order in h with which stationary means tend to the exact ones.
 
-Where a step accepts or rejects a proposal, detailed balance tells whether it leaves the exact law invariant (T1).
-Where the problem has a chart of one or two coordinates, the stationary law of the scheme is computed from its
-transition operator (T2), without sampling. For claims that this leaves open, replicated chains at several step sizes
-on the same noise are run (T3): paired differences tell the order, and the coarsest mean less the differences tells
-whether the limit is the exact law at all.
+If a step accepts or rejects a proposal, detailed balance shows whether it leaves the exact law invariant (T1).
+If the problem has a chart of one or two coordinates, the stationary law of the scheme is computed from its
+transition operator (T2), without sampling. For claims that remain open, replicated chains at several step sizes
+with the same noise are run (T3): paired differences give the order, and the coarsest mean minus the differences shows
+whether the limit is the exact law.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -50,21 +50,21 @@ from .bias import bias_bound, bias_of_operator, judge_balance, with_bias, withho
 from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
-# How far an order may be below the claimed one.
+# Amount by which an order may fall short of the claimed one.
 # Chosen.
 TOLERANCE = 0.15
 NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
 
 def usable(record: TransitionErrors) -> bool:
-    """Tell whether the scheme stays on the chart."""
+    """Return whether the scheme stays on the chart."""
     return not why_not_evidence(record)
 
 
 def operator_findings(
     evidence: Evidence, record: TransitionErrors, orders: Mapping[str, FunctionalOrder]
 ) -> list[Finding]:
-    """Return a finding for each observable whose exact mean is known, from the orders of a record.
+    """Return a finding for each observable with a known exact mean, from the orders of a record.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def operator_findings(
 
 
 def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
-    """Tell whether finer steps would tell no more: all that is claimed is verified, or fixed by a symmetry."""
+    """Return whether finer steps are not needed: all claims are verified, or the means are fixed by a symmetry."""
     orders = operator_orders(record, evidence.view)
     fixed = {name for name, order in orders.items() if order.fixed}
     claimed = {found.quantity: found.verdict for found in operator_findings(evidence, record, orders) if found.claim}
@@ -112,7 +112,7 @@ def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[Le
 
 
 def operator_orders(record: TransitionErrors, view: Problem) -> dict[str, FunctionalOrder]:
-    """Return the order of each observable on the chart."""
+    """Return the order of each observable that is a function on the chart."""
     return dict(zip(invariant_observables(view), widen(functional_orders(record), view), strict=True))
 
 
@@ -153,7 +153,7 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
 
 
 def _heed_fall(opinion: Opinion, found: FunctionalOrder, bound: float) -> Opinion:
-    """Return an undecided opinion as one against the claim if the errors fall more slowly between two step sizes."""
+    """Return an undecided opinion as evidence against the claim if errors fall too slowly between two step sizes."""
     fall = found.fall
     if not fall.most < bound:
         return opinion
@@ -168,12 +168,12 @@ def _local_order(h: Array, errors: Array, level: int) -> float:
 
 
 OPERATOR, CHAINS, DENSITIES, BALANCE = "stationary law", "chains", "densities", "balance"
-# Quantities of the levels alone.
+# Quantities that have levels but no finding.
 DENSITY = "density of coordinate"
-# Size.
+# Size: number of step sizes of the operator.
 STEP_SIZES = 5
-# More of them where these do not resolve the problem, and finer ones that follow where a claim is not verified: at
-# most so many in all, each half of the one before. What is not sampled costs the same at every step size.
+# Further step sizes. If the first ones do not resolve the problem, up to MOST are tried. If a claim is not verified,
+# finer ones follow, FURTHER at most; each is half of the previous one. The cost is the same at every step size.
 # Size.
 FURTHER, MOST = 6, 16
 
@@ -209,7 +209,7 @@ class Invariant(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without known invariant means or moment equations."""
+        """Return why the measure does not apply: no invariant mean or moment equation is known."""
         known = any(isinstance(truth, InvariantMean | MomentEquation) for truth in problem.truths)
         absent = (
             "no mean under the invariant law is known for the problem; attach an InvariantMean or a MomentEquation"
@@ -217,7 +217,7 @@ class Invariant(Measure):
         return "" if known else absent
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
+        """Return the errors of the operator's stationary law, and means of chains if it leaves claims open."""
         view = view.with_moment_equations
         evidence = Evidence(
             scheme, view, view, settings, _balance(scheme, view, settings), Tally(), level=settings.level
@@ -232,13 +232,13 @@ class Invariant(Measure):
         return evidence.tally.merge(packed(CHAINS, _chains(evidence, left)))
 
     def judge(self, evidence: Evidence) -> Judgement:
-        """Return a finding for each observable whose exact mean is known, and its levels."""
+        """Return a finding for each observable with a known exact mean, and its levels."""
         evidence = replace(evidence, view=evidence.view.with_moment_equations)
         operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
         chains, balanced = unpacked(CHAINS, ChainRecord, evidence.tally), unpacked(BALANCE, Balance, evidence.tally)
         findings = {truth.observable: _without_chart(evidence, truth) for truth in _truths(evidence.view)}
         levels: list[LevelFinding] = []
-        # The logarithm of a difference that is exactly zero is not a defect.
+        # The logarithm of a difference of exactly zero is not a defect.
         with np.errstate(all="ignore"):
             if operator is not None:
                 orders = evidence.without_paths.read(_read_orders, evidence.view)
@@ -265,15 +265,15 @@ def _read_orders(tally: Tally, view: Problem) -> dict[str, FunctionalOrder]:
 
 
 def coarsest_step(view: Problem, settings: Settings) -> float:
-    """Return twice the run's coarsest step, or the same part of the relaxation time where that is shorter.
+    """Return twice the run's coarsest step, or the same fraction of the relaxation time if that is shorter.
 
-    Stationary biases at the step sizes of pathwise errors are often too small to be seen.
+    Stationary biases at the step sizes of pathwise errors are often too small to detect.
     """
     return 2.0 * min(view.horizon, view.relaxation_time) / settings.coarsest
 
 
 def stationary_record(evidence: Evidence) -> TransitionErrors | None:
-    """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
+    """Return the errors of the stationary law, or None if there is no operator or the scheme leaves the chart."""
     scheme, view = evidence.scheme, evidence.view
     if why_not_operator(scheme, view) or not invariant_observables(view):
         return None
@@ -303,7 +303,7 @@ def _densities(evidence: Evidence, record: TransitionErrors) -> Tally:
 
 
 def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
-    """Yield the density of each coordinate at each point, beside the exact one."""
+    """Yield the density of each coordinate at each point, with the exact one in the details."""
     if record is None:
         return
     for number, (points, own, exact) in enumerate(zip(record.at, record.scheme, record.exact, strict=True), 1):
@@ -313,7 +313,7 @@ def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
 
 
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
-    """Run chains until enough is decided of some observables."""
+    """Run chains until the claims about the given observables are decided or enough of them are."""
     view, settings = evidence.view, evidence.settings
     h, chains = coarsest_step(view, settings), chains_of(settings.paths)
     plan = ChainPlan(h, view.relaxation_time, settings.seed, settings.max_looks, *chains)
@@ -325,13 +325,13 @@ def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
 
 
 def _open_quantities(findings: Mapping[str, Finding]) -> list[str]:
-    # Chains do not decide what no evidence may verify.
+    # Chains do not decide claims whose verification other evidence excludes.
     open_ = (found for found in findings.items() if found[1].verdict is Verdict.INCONCLUSIVE)
     return [name for name, found in open_ if Verdict.VERIFIED not in found.excluded]
 
 
 def _join_chains(found: Finding, sampled: Finding) -> Finding:
-    """Return what chains found of an observable, and what the transition operator left open or has against it.
+    """Return the finding of chains on an observable, combined with the objections of the transition operator.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Whether a stationary mean is right within a bound at every step size: for schemes whose bias has no order.
+"""Bounds on the bias of stationary means at every step size, for schemes whose bias has no order.
 
-A claim of an order asks how a bias falls. One that there is none beyond b is verified where the interval of the bias
-lies inside [-b, b] at each step size that is probed, and refuted where one lies outside.
+A claim of an order is about the decrease of a bias. A claim that the bias is at most b is verified if the interval of
+the bias lies inside [-b, b] at each step size that is probed, and refuted if one interval lies outside.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ class StationaryBias(NamedTuple):
     ----------
     estimate, low, high : float
     growth : float
-        By which factor the number of chains must grow to decide; infinite where more of them cannot.
+        Factor by which the number of chains must grow to decide; infinite if more chains cannot decide.
     """
 
     estimate: float
@@ -47,13 +47,13 @@ NO_BIAS = StationaryBias(0.0, 0.0, 0.0)
 
 
 def bias_bound(claim: Claim | None) -> float | None:
-    """Return the bound within which a mean is claimed to be unbiased, or None where it is not."""
+    """Return the bound of a claim that a mean is unbiased, or None for other claims."""
     value = claim and claim.value
     return value.most if isinstance(value, Bound) and value.text == UNBIASED else None
 
 
 def withhold_vacuous(found: Finding, evidence: Evidence) -> Finding:
-    """Return a finding that is not verified if the claimed bound is no less than the size of the observable."""
+    """Return a finding, not verified if the claimed bound is at least the size of the observable."""
     bound = bias_bound(found.claim)
     if bound is None or found.verdict is not Verdict.VERIFIED:
         return found
@@ -64,7 +64,7 @@ def withhold_vacuous(found: Finding, evidence: Evidence) -> Finding:
 def _spread(evidence: Evidence, name: str) -> float:
     """Return the root mean square distance of an observable from its exact mean, at states that solutions reach.
 
-    It is NaN where there is no equation of the states or no exact mean.
+    NaN if there is no equation of the states or no exact mean.
     """
     view = evidence.view
     truths = (truth for truth in view.truths if isinstance(truth, InvariantMean))
@@ -77,16 +77,16 @@ def _spread(evidence: Evidence, name: str) -> float:
 
 
 def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
-    """Return a finding with what is said of a claimed bound, in place of an order.
+    """Return a finding with the opinion on a claimed bound in place of that on an order.
 
     Parameters
     ----------
     found : Finding
-        With all but the verdict.
+        Provides all other fields.
     bias : StationaryBias
         Estimate and interval, in the observable's unit.
     opinion : Opinion
-        Of the claimed bound.
+        On the claimed bound.
     """
     return replace(
         found,
@@ -105,15 +105,15 @@ def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding
 def bias_of_operator(
     bound: float, h: Array, errors: Array, floors: Array, order: FunctionalOrder
 ) -> tuple[StationaryBias, Opinion]:
-    """Return what errors without sampling say of a bound.
+    """Judge a bound by errors that have no sampling error.
 
     Parameters
     ----------
     bound : float
     h, errors, floors : ndarray, shape (H,)
-        Step sizes, biases and how far these can be off.
+        Step sizes, biases and their numerical errors.
     order : FunctionalOrder
-        What the same errors say about an order.
+        Order estimated from the same errors.
 
     Returns
     -------
@@ -137,10 +137,10 @@ def bias_of_operator(
 def bias_of_chains(
     bound: float, looks: Sequence[BiasSample], planned: float, evidence: Evidence
 ) -> tuple[StationaryBias, Opinion]:
-    """Return what chains say of a bound, each p-value being shared among the planned looks.
+    """Judge a bound by chains, with each p-value multiplied by the number of planned looks.
 
-    That the bias is within the bound at all step sizes is tested at each of them by itself; that it is beyond at one
-    of them is a test at each, with its level shared.
+    The hypothesis that the bias exceeds the bound at some step size is tested at each of them separately. The
+    hypothesis that it is within the bound at all of them is tested at each, with the level shared among them.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def bias_of_chains(
     planned : float
         Number of looks that were planned.
     evidence : Evidence
-        For the confidence of intervals and the level of a test.
+        Provides the confidence of intervals and the level of a test.
 
     Returns
     -------
@@ -185,15 +185,15 @@ def _figures(bias: float, off: float, at: float, h: Array, bound: float) -> Reas
 
 
 def judge_balance(findings: Sequence[Finding], found: Balance | None) -> Sequence[Finding]:
-    """Return findings on bounds of a bias as detailed balance decides them, or with what fails it.
+    """Return findings on bounds of a bias that detailed balance verifies, or with the reason why it fails.
 
-    That it fails does not refute: steps may leave a law invariant without it.
+    Its failure does not refute, because steps may leave a law invariant without it.
 
     Parameters
     ----------
     findings : sequence of Finding
     found : Balance or None
-        None where it is not probed.
+        None if detailed balance was not probed.
     """
     if found is None or not found.seen.any():
         return findings

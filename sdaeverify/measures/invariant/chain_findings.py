@@ -31,14 +31,14 @@ from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
 METHOD = Method("paired replicated chains", 3)
 
-# So many verified observables end the run, whatever others may still show.
+# Number of verified observables that ends the run, even if others could still be decided.
 # Chosen.
 ENOUGH = 3
 
 
 @dataclass(frozen=True)
 class ObservableBias:
-    """One observable's evidence.
+    """Evidence on one observable.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class ObservableBias:
     looks : list of BiasSample
         At least one.
     tests : ChainTests or None
-        What the chains say of a claimed order.
+        Tests of a claimed order.
     """
 
     covered: Coverage
@@ -56,17 +56,17 @@ class ObservableBias:
 
     @property
     def name(self) -> str:
-        """Of the observable."""
+        """Name of the observable."""
         return self.covered.quantity
 
     @property
     def resolved(self) -> bool:
-        """Whether all differences are told from 0 at the last look."""
+        """Whether all differences are significantly different from 0 at the last look."""
         return self.looks[-1].resolved
 
 
 def chain_findings(evidence: Evidence, record: ChainRecord) -> list[Finding]:
-    """Return a finding for each observable whose exact mean is known."""
+    """Return a finding for each observable with a known exact mean."""
     levels, remarks = _usable(record)
     names = [truth.observable for truth in _truths(evidence)]
     if len(record.time) == 0 or len(levels) < FEWEST:
@@ -91,10 +91,10 @@ def chain_levels(evidence: Evidence, record: ChainRecord) -> Iterator[LevelFindi
 
 
 def is_decided(findings: Sequence[Finding], record: ChainRecord) -> bool:
-    """Tell whether no further look is needed: nothing is claimed, or something refuted, or enough is verified.
+    """Return whether no further look is needed: there is no claim, one is refuted, or enough are verified.
 
-    An observable that shows no bias is waited for as long as the looks that are left can be expected to resolve it,
-    unless enough others are verified, or as its limit looks wrong. Further looks neither make a record stationary nor
+    An observable without significant bias is waited for as long as the remaining looks are expected to resolve it,
+    unless enough others are verified, or if its limit looks wrong. Further looks make neither a record stationary nor
     a level sound.
     """
     verdicts = [finding.verdict for finding in findings]
@@ -119,7 +119,7 @@ def _truths(evidence: Evidence) -> list[InvariantMean]:
 
 
 def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
-    """Return the levels that can be used, and remarks on the others and on the chains."""
+    """Return the usable levels, and remarks on the other levels and on the chains."""
     levels, _ = sound_levels({"failed": record.failed + record.lost, "truncated": record.truncated})
     blown_up = _blown_up(record)
     remarks = [f"diverged at h = {', '.join(f'{h:.3g}' for h in blown_up)}"] if blown_up else []
@@ -156,7 +156,7 @@ def _finding(
 ) -> Finding:
     last, bound = one.looks[-1], bias_bound(one.covered.claim)
     low, high = last.order_interval(evidence.settings.confidence)
-    # Of an order nothing is said while a record does not look stationary, which the remarks tell.
+    # An order is not judged while a record does not look stationary; the remarks state this.
     unsettled = Opinion(Verdict.INCONCLUSIVE)
     opinion = judge_claim(
         one.covered, lambda claim: _opinion(evidence, record, one, claim.value, others) if one.tests else unsettled
@@ -171,7 +171,7 @@ def _finding(
 
 
 def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
-    """Return the finding on a claimed bound: verified only where all step sizes can be used, of a settled record."""
+    """Return the finding on a claimed bound; verified only for a stationary record with all step sizes usable."""
     if opinion.verdict is Verdict.INCONCLUSIVE:
         opinion = opinion.plus(_ask_for_chains(record, bias.growth))
     if opinion.verdict is Verdict.VERIFIED and len(_usable(record)[0]) < len(record.h):
@@ -182,10 +182,10 @@ def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opi
 
 
 def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
-    """Return the opinion on a bound with the step sizes at which chains leave for infinity.
+    """Return the opinion on a bound, refuted by step sizes at which chains diverge.
 
-    A chain that can leave does so sooner or later: there is no stationary mean then, and none within a bound. An
-    order is about small steps, a bound about every one that is probed: no step is too coarse for it.
+    A chain that can diverge does so eventually: there is no stationary mean then, and none within a bound. An
+    order is about small steps, a bound about every step size that is probed, so no step is too coarse for it.
     """
     sizes = _blown_up(record)
     if not sizes or opinion.verdict is Verdict.REFUTED:
@@ -281,7 +281,7 @@ def _without_levels(evidence: Evidence, record: ChainRecord, name: str, remarks:
 
 
 def _too_dear(evidence: Evidence, record: ChainRecord) -> str:
-    """Return what chains would take, at half the step size if they blew up, where it is too much."""
+    """Return the cost of the chains if it is too large (for half the step size if the coarsest diverged), or ""."""
     relaxation, h = evidence.view.relaxation_time, float(record.h[0]) * (0.5 if record.lost[0] > 0 else 1.0)
     if len(record.time) or (steps := ChainPlan(h, relaxation, 0).first_look) <= MOST_FIRST:
         return ""

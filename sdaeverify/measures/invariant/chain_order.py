@@ -1,7 +1,7 @@
-"""What replicated chains say of one stationary mean: the order of its bias in h, and whether its limit is exact.
+"""Tests on one stationary mean from replicated chains: the order of its bias in h, and whether its limit is exact.
 
-All of it is taken from group means, which are independent and as good as normal, through one comparison of absolute
-values of expectations. No logarithm of a noisy number is tested, so that no effect has to be resolved first.
+All tests use group means, which are independent and nearly normal, in one comparison of absolute values of
+expectations. No logarithm of a noisy number is tested, so no effect has to be resolved first.
 
 With b_l the bias at level l of m + 2, D_l = b_l - b_{l+1}, and order p claimed, p_0 = p - margin,
 
@@ -10,9 +10,9 @@ With b_l the bias at level l of m + 2, D_l = b_l - b_{l+1}, and order p claimed,
     limit wrong           |e| > 2^(-p (m-l)) |D_l|/(2^p - 1)   for every l,     e = b_{m+1} - D_m/(2^p - 1)
     limit confirmed       |e| < |b|/4,                                          b = b_0 - e
 
-Where the bias is c h^p, its part at the finest level is Richardson's tail D_m/(2^p - 1): e is what is left of the
-mean's error, and b the bias at the coarsest level that the differences explain. The tail is granted an error of
-100 %, so that a limit that is wrong by less than it is not refuted; one wrong by more than b/4 is never verified.
+If the bias is c h^p, its part at the finest level is Richardson's tail D_m/(2^p - 1): e is the remaining error of the
+mean, and b the bias at the coarsest level that the differences explain. The tail is allowed an error of
+100 %, so a limit that is wrong by less than the tail is not refuted; one wrong by more than b/4 is never verified.
 """
 
 from dataclasses import dataclass
@@ -29,14 +29,14 @@ from ...numerics.statistics import EPS, RISING
 from ...simulate.chains import GROUPS, ChainRecord
 from ...verdicts.path_tests import RESOLVED
 
-# What is left of a mean's error may be this part of the bias at the coarsest level.
+# Largest remaining error of a mean, relative to the bias at the coarsest level, for a confirmed limit.
 # Chosen.
 CONFIRMED = 0.25
 
 
 @dataclass(frozen=True)
 class BiasSample:
-    """The group means of one observable at one look, on the levels that can be used.
+    """The group means of one observable at one look, on the usable levels.
 
     Attributes
     ----------
@@ -44,10 +44,10 @@ class BiasSample:
     levels : ndarray, shape (K, L)
         Of the paired chains.
     coarse : ndarray, shape (K,)
-        At the coarsest of these levels, from as many chains as there are.
+        At the coarsest of these levels, from the largest available number of chains.
     exact : float
     rounding : float
-        What rounding can do to a mean.
+        Bound of the rounding error of a mean.
     """
 
     h: Array
@@ -58,24 +58,24 @@ class BiasSample:
 
     @property
     def differences(self) -> Array:
-        """D_l, shape (K, L - 1); exactly 0 where it is no larger than rounding."""
+        """D_l, shape (K, L - 1); exactly 0 if it does not exceed rounding."""
         D = self.levels[:, :-1] - self.levels[:, 1:]
         return np.asarray(np.where(np.abs(D).max(axis=0) <= self.rounding, 0.0, D))
 
     @property
     def errors(self) -> Array:
-        """The bias at each level, shape (K, L): that of the coarsest less the paired differences."""
+        """The bias at each level, shape (K, L): that of the coarsest level minus the paired differences."""
         gained = np.cumsum(np.insert(self.differences, 0, 0.0, axis=1), axis=1)
         return np.asarray((self.coarse - self.exact)[:, None] - gained)
 
     @property
     def signals(self) -> Array:
-        """Mean differences in units of their standard errors, shape (L - 1,); 0 where there is none."""
+        """Mean differences in units of their standard errors, shape (L - 1,); 0 if the difference is 0."""
         return np.array([float(t_values(D)) for D in self.differences.T])
 
     @property
     def resolved(self) -> bool:
-        """Whether all differences are told from 0."""
+        """Whether all differences are significantly different from 0."""
         return bool(np.all(np.abs(self.signals) >= RESOLVED))
 
     @property
@@ -101,7 +101,7 @@ class BiasSample:
         return float(self.differences[:, -1].mean() / (self.h[-2] ** self.order - self.h[-1] ** self.order))
 
     def order_interval(self, confidence: float) -> tuple[float, float]:
-        """Return Fieller's interval of the ratio D_m/D_0, as orders: valid however noisy the differences are."""
+        """Return Fieller's interval of the ratio D_m/D_0, as orders; valid for any noise of the differences."""
         D = self.differences[:, [0, -1]]
         a, b = D.mean(axis=0)
         t = scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)
@@ -115,32 +115,32 @@ class BiasSample:
         return float(-np.log2(most) / m), np.inf if crosses_zero else float(-np.log2(least) / m)
 
     def changes_sign(self) -> bool:
-        """Tell whether two differences that are resolved have opposite signs: a leading coefficient near 0."""
+        """Return whether two resolved differences have opposite signs, as for a leading coefficient near 0."""
         found = self.signals
         return bool((found >= RESOLVED).any() and (found <= -RESOLVED).any())
 
     def p_falls(self, claim: Order) -> float:
-        """Return the p-value of the hypothesis that a claimed order is not reached, or not towards the exact mean."""
+        """Return the p-value of the hypothesis that the claimed order is not reached or the limit is not exact."""
         D, m = self.differences, self.differences.shape[1] - 1
         faster = exceeds(2.0 ** (-m * claim.floor) * D[:, 0], D[:, -1])
         remainder = self.remainder(claim.least)
         return max(faster, exceeds(CONFIRMED * (self.errors[:, 0] - remainder), remainder))
 
     def remainder(self, order: float) -> Array:
-        """Return what is left of the finest error if Richardson's tail for an order is taken off, shape (K,)."""
+        """Return the finest error minus Richardson's tail for an order, shape (K,)."""
         return np.asarray(self.errors[:, -1] - self.differences[:, -1] / (2.0**order - 1.0))
 
     def p_slow(self, claim: Order) -> float:
-        """Return the p-value of the hypothesis that the differences fall with a claimed order."""
+        """Return the p-value of the hypothesis that the differences fall with the claimed order."""
         D, m = self.differences, self.differences.shape[1] - 1
         return exceeds(D[:, -1], 2.0 ** (-m * claim.floor) * D[:, 0])
 
     def is_settled(self, confidence: float) -> bool:
-        """Tell whether low local orders are no matter of too coarse steps.
+        """Return whether low local orders are not due to steps that are too coarse.
 
-        There are three differences at least, all told from 0 and of the same sign, and no local order that grows with
-        refinement by more than `RISING`, at a confidence: an order is not held against steps on which it still rises,
-        or on which the bias passes through 0.
+        There are at least three differences, all significant and of the same sign, and no local order increases with
+        refinement by more than `RISING`, at the given confidence. Steps on which the order still rises, or on which
+        the bias passes through 0, are no evidence against an order.
         """
         signs = np.sign(self.signals)
         if len(signs) < 3 or not self.resolved or np.any(signs != signs[0]):
@@ -149,10 +149,10 @@ class BiasSample:
         return bool(rise - scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence) * se <= RISING)
 
     def may_reach(self, claim: Order) -> bool:
-        """Tell whether the local order, if it rises once more as it did last, may be what is claimed.
+        """Return whether the local order, extrapolated by its last increase, may reach the claimed one.
 
-        It may unless its one-sided interval at 95 per cent is below: few chains do not tell a rise from none. There
-        are three differences at least, as `is_settled` wants them.
+        It may unless its one-sided 95 per cent interval is below, because few chains do not distinguish a rise from
+        none. Needs at least three differences, as `is_settled` does.
         """
         ahead, se = self._of_last([-1.0, 3.0, -2.0])
         return bool(ahead + scipy.special.stdtrit(GROUPS - 1, 0.95) * se >= claim.floor)
@@ -161,8 +161,9 @@ class BiasSample:
         """Return the factor by which the chains must grow to show the claimed order at the finest step sizes.
 
         An error a h + b h^2 has a mean order near 2 as long as b h is much larger than a; its local orders fall with
-        each halving of h. Shown are the order of the two finest differences and, of three or more, the next one if it
-        changes by as much again: the lower ends of their one-sided intervals are claim - margin at least.
+        each halving of h. So the tests are on the order of the two finest differences and, with three or more, the
+        next one if it changes by the same amount: the lower ends of their one-sided intervals must be at least claim
+        - margin.
 
         Parameters
         ----------
@@ -189,14 +190,14 @@ class BiasSample:
         return float(np.log2(np.abs(mean)) @ weights), float(se)
 
     def p_wrong(self, order: float) -> float:
-        """Return the p-value of the hypothesis that the mean tends to the exact one with an order."""
+        """Return the p-value of the hypothesis that the mean tends to the exact one with the given order."""
         D, m = self.differences, self.differences.shape[1] - 1
         tails = D * 2.0 ** (-order * (m - np.arange(m + 1))) / (2.0**order - 1.0)
         return max(exceeds(self.remainder(order), tail) for tail in tails.T)
 
 
 class ChainTests(NamedTuple):
-    """What all looks together say of a claim on one observable.
+    """Tests of a claim on one observable over all looks.
 
     Attributes
     ----------
@@ -204,8 +205,8 @@ class ChainTests(NamedTuple):
         p-values of the hypotheses that the claim fails, that the order is as claimed, and that the limit is right;
         each for all looks together.
     growth : float
-        By which factor the number of chains must grow until the claim is verified, if the figures stay; infinite
-        if they speak against it.
+        Factor by which the number of chains must grow until the claim is verified, if the estimates stay; infinite
+        if they contradict it.
     """
 
     verified: float
@@ -215,7 +216,7 @@ class ChainTests(NamedTuple):
 
     @property
     def refuted(self) -> float:
-        """p-value of the hypothesis that the claim holds: two tests can reject it."""
+        """p-value of the hypothesis that the claim holds, which either of two tests can reject."""
         return min(1.0, 2.0 * min(self.slow, self.wrong))
 
 
@@ -226,7 +227,7 @@ def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -
     ----------
     record : ChainRecord
     levels : ndarray of int
-        Levels that can be used, the finest among them.
+        Usable levels, including the finest.
     observable : int
     exact : float
         Its mean under the exact invariant law.
@@ -245,7 +246,7 @@ def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -
 
 
 def chain_tests(found: list[BiasSample], claim: Order, planned: float, evidence: Evidence) -> ChainTests:
-    """Return what all looks say of a claimed order, each p-value being shared among the planned looks.
+    """Test a claimed order by all looks, with each p-value multiplied by the number of planned looks.
 
     Parameters
     ----------
@@ -254,7 +255,7 @@ def chain_tests(found: list[BiasSample], claim: Order, planned: float, evidence:
     planned : float
         Number of looks that were planned.
     evidence : Evidence
-        For the confidence of intervals and the level of a test.
+        Provides the confidence of intervals and the level of a test.
 
     Returns
     -------

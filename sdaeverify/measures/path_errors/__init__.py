@@ -1,1 +1,1 @@
-"""Pathwise errors: what is noted on a block, and the order that paths tell."""
+"""Pathwise errors: their accumulation on a block, and the order estimated from paths."""

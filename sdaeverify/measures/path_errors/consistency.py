@@ -1,4 +1,4 @@
-"""Whether one step follows the equation: what no errors along paths show where a wrong limit is near."""
+"""Consistency of one step with the equation, which errors along paths do not show if a wrong limit is near."""
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from .errors import STATE
 PROBED = "local consistency"
 # Theorem: local orders above 1/2 and 1 are needed for convergence (Milstein 1988, Theorem 1).
 NOISE, DRIFT = 0.5, 1.0
-# Local orders are known to a few hundredths; no slower convergence is told from none.
+# Local orders are accurate to a few hundredths, so slower convergence is indistinguishable from none.
 # Chosen.
 SLOWEST = 0.05
 
 
 def probe_consistency(scheme: Scheme, view: Problem) -> Tally:
-    """Return the defects of one step, where it can be probed.
+    """Return the defects of one step, if it can be probed.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def probe_consistency(scheme: Scheme, view: Problem) -> Tally:
 
 
 def consistency_opinions(evidence: Evidence) -> dict[str, Opinion]:
-    """Return whether one step follows the equation, of each component and of the full state, if it was probed."""
+    """Return the opinions on the consistency of one step, by component and for the state; empty if not probed."""
     record = unpacked(PROBED, Consistency, evidence.tally)
     if record is None:
         return {}
@@ -47,18 +47,18 @@ def consistency_opinions(evidence: Evidence) -> dict[str, Opinion]:
 
 
 def judge_consistency(record: Consistency, component: int | None = None) -> Opinion:
-    """Return whether one step follows the equation in a component, or in the full state.
+    """Judge whether one step follows the equation in a component, or in the full state.
 
     Parameters
     ----------
     record : Consistency
     component : int, optional
-        Its index; the full state if left out.
+        Its index; the full state if omitted.
 
     Returns
     -------
     Opinion
-        Refuted if it does not so at most states.
+        Refuted if the step does not follow it at most of the states.
     """
     noise, drift = consistency_orders(record, component)
     wrong = (noise < NOISE + SLOWEST) | (drift < DRIFT + SLOWEST)

@@ -1,4 +1,4 @@
-"""What the strong measure notes on one block: pathwise errors at T and as maximum over the coarsest grid."""
+"""Observer of the strong measure: pathwise errors at T and as maximum over the coarsest grid."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -14,23 +14,23 @@ from ...contracts.tally import EXTREMES, Tally, largest
 from ...numerics.digits import SAMPLED, TAIL, significant
 from ...numerics.statistics import group_sums
 
-# Size: norms that are noted.
+# Size: norms that are accumulated.
 POWERS = np.array([0.5, 1.0, 2.0, 4.0])
-# The last of them is noted only where it is asked for.
+# The last one is accumulated only on request.
 # Size: the first three norms.
 COMMON = 3
 STATE = "state"
-# Under which name errors are noted.
+# Name of errors in the evidence.
 ERROR = "error"
 
 
 class ErrorObserver:
-    """Notes errors and successive differences of each component c and of the full state.
+    """Accumulates errors and successive differences of each component c and of the full state.
 
-    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); how far x has moved from its start; where the truth
-    has an error of its own, also the blurred errors that its half resolution gives. At T, the relative error
-    |x_l - x|/|x| of each path as well: of nodes z_i of equal weight ds it is that of (sum_i |z_i|^2 ds)^{1/2}, ds
-    being on either side of the fraction. Its mean is infinite where x comes near 0 too often.
+    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); the distance of x from its start; if the truth has
+    a discretisation error, also the blurred errors relative to the truth at half resolution. At T, the relative error
+    |x_l - x|/|x| of each path as well: for nodes z_i of equal weight ds it equals that of (sum_i |z_i|^2 ds)^{1/2},
+    because ds cancels. Its mean is infinite if x comes near 0 too often.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ErrorObserver:
         Initial components.
     settings : Settings
     powers : int, optional
-        How many of `POWERS` are noted.
+        Number of `POWERS` that are accumulated.
     """
 
     def __init__(self, parts: Parts, settings: Settings, powers: int = COMMON) -> None:
@@ -53,10 +53,10 @@ class ErrorObserver:
         self.length = np.zeros(0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note nothing: errors are compared on the coarsest grid."""
+        """Ignore the step, because errors are compared on the coarsest grid."""
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Note the errors at this time and their maximum so far."""
+        """Compute the errors at this time and update their maximum."""
         self.names = [name for name in self.start if name in snapshot.truth]
         levels = snapshot.levels
         now = {
@@ -72,7 +72,7 @@ class ErrorObserver:
         self._note_sizes(snapshot.truth)
 
     def part(self, paths: slice) -> "ErrorObserver":
-        """Return what was noted on some of the paths."""
+        """Return the observer restricted to a subset of the paths."""
         some = copy(self)
         some.final = {kind: value[..., paths] for kind, value in self.final.items()}
         some.worst = {kind: value[..., paths] for kind, value in self.worst.items()}
@@ -82,7 +82,7 @@ class ErrorObserver:
     def tally(self, *, at_end: bool = True) -> Tally:
         """Return sums of the errors' powers and of the other distances over groups of paths, and the largest errors.
 
-        Of the maxima over the grid, and of the errors at T unless they are not wanted.
+        Of the maxima over the grid and, with `at_end`, of the errors at T.
         """
         sums: dict[str, Array] = {}
         tops: dict[str, Array] = {}
@@ -136,7 +136,7 @@ def tally_errors(kind: str, errors: Mapping[str, Array]) -> Tally:
     Parameters
     ----------
     kind : str
-        The name that they are noted under, see `quantities_of`.
+        Name of the errors in the evidence, see `quantities_of`.
     errors : mapping of str to ndarray, shape (L, P)
         Of each component.
     """
@@ -151,7 +151,7 @@ def _sums(values: Array) -> Array:
 
 
 def _norms(components: Sequence[Array]) -> Array:
-    """Return the norm of each component and, where there are several, of all of them together, shape (Q, P)."""
+    """Return the norm of each component and, if there are several, of all of them together, shape (Q, P)."""
     squares = [(component**2).sum(axis=0) for component in components]
     if len(squares) > 1:
         squares.append(sum(squares[1:], squares[0]))

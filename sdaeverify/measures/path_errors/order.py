@@ -1,8 +1,8 @@
-"""The order of pathwise errors: a slope with its interval, and what it says of a claim.
+"""The order of pathwise errors: a slope with its interval, and its tests against a claim.
 
-y_l = (1/p) log2 mean e_l^p against log2 h_l, p = 1 for the verdict, 1/2 and 2 beside it; the slope on the finest
-four levels with a delete-a-group jackknife interval, widened by a bound of how far the error of the reference can
-tilt it.
+y_l = (1/p) log2 mean e_l^p against log2 h_l, with p = 1 for the verdict, and 1/2 and 2 in addition; the slope on the
+finest four levels with a delete-a-group jackknife interval, widened by a bound of the slope's bias from the error of
+the reference.
 """
 
 from collections.abc import Mapping
@@ -29,11 +29,11 @@ class Bias(NamedTuple):
     Attributes
     ----------
     bound : float
-        In units of order, to be added to an interval on either side; infinite if nothing can be said.
+        In units of order, to be added to an interval on either side; infinite if there is no bound.
     reference : str
-        What was compared with.
+        Name of the reference.
     knows_limit : bool
-        Whether the reference is independent of the scheme, so that a wrong limit would show.
+        Whether the reference is independent of the scheme, so that a wrong limit would be detected.
     """
 
     bound: float
@@ -42,7 +42,7 @@ class Bias(NamedTuple):
 
     @property
     def above(self) -> float:
-        """By how much the true slope may be larger: a scheme that is its own reference looks better than it is."""
+        """Upper bound of the true slope minus its estimate; 0 for a scheme as its own reference: it looks better."""
         return self.bound if self.knows_limit else 0.0
 
 
@@ -51,12 +51,13 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
 
     The error of a truth of strong order q falls by 2^q (and its effect on the slope by at least as much) as its
     resolution doubles. So if the slope changes by D between half and full resolution, its bias at full resolution
-    is at most |D|/(2^q - 1); D is measured on the same paths, and the far end of its interval is taken. A scheme
+    is at most |D|/(2^q - 1); D is measured on the same paths, and the far end of its interval is used. A scheme
     that is its own reference shifts y_l by log2(1 - r_l^p)/2 or log2(1 - r_l^p), r_l = h_ref/h_l (independent or
     coherent errors).
 
-    A scheme whose step is the truth's, or nearly so, has hardly any error at half resolution, and D tells nothing.
-    Then the truth moves by little more than the scheme's error as its resolution doubles, which bounds its own error.
+    A scheme whose step equals the truth's, or nearly so, has almost no error at half resolution, and D is
+    meaningless. Then the truth moves by little more than the scheme's error as its resolution doubles, which bounds
+    the truth's error.
 
     Parameters
     ----------
@@ -80,17 +81,17 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
 
 
 def _shift_bound(truth: Pathwise, quantity: Quantity, levels: Array, weights: Array, confidence: float) -> float:
-    """Return a bound for what the error of a truth can do to sum_l w_l y_l; see `reference_bias`."""
+    """Return a bound for the effect of the error of a truth on sum_l w_l y_l; see `reference_bias`."""
     change, part = max(map(abs, quantity.blur(levels, weights).interval(confidence))), 1.0 / (2.0**truth.order - 1.0)
-    # Without any error at half resolution the sum does not exist, nor does D.
+    # Without any error at half resolution, neither the sum nor D is defined.
     return float(np.fmin(change * part, _near_bound(quantity, levels, weights, part)))
 
 
 def _near_bound(quantity: Quantity, levels: Array, weights: Array, part: float) -> float:
     """Return a bound for a scheme that is near the truth at half its resolution; infinite if it is not.
 
-    The truth moves by no more than the sum of its distances from the scheme at half and at full resolution, and its
-    error at full resolution is a part of that.
+    The truth moves by at most the sum of its distances from the scheme at half and at full resolution, and its
+    error at full resolution is a fraction of that.
     """
     assert quantity.blurred is not None
     errors, finest = quantity.means()[levels], levels[-1]
@@ -112,14 +113,14 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
     return float(max(abs(coherent), abs(independent)))
 
 
-# A wrong limit shows as errors that stop falling while successive differences go on.
+# A wrong limit shows as errors that stop falling while successive differences continue to fall.
 # Chosen.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
 NOT_CONFIRMED = f"{Kind.LIMIT}: errors may level off, p = {{p:.2g}} is above the run's level"
 EXACT = "exact to round-off at all {levels} step sizes"
-# Who stands still is exact on a solution that does not move.
+# A scheme that does not move is exact on a solution that does not move.
 STILL = "the solution moves by {moved:.1g}, no more than round-off: nothing to compare"
-# Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
+# If errors of order 1/2 fall, halving a step changes a solution by at least 2^(1/2) - 1 times the finer error.
 # Theorem: 2^(1/2) - 1 by the triangle inequality. Chosen: a quarter less for noise.
 FALLING = 0.75 * (2.0**0.5 - 1.0)
 
@@ -133,9 +134,9 @@ class Fit(NamedTuple):
     quantity : Quantity
         Errors along paths, one for each level.
     usable, levels : ndarray of int
-        Levels that could be fitted, and the finest of them that are.
+        Usable levels, and the finest of them, to which the slope is fitted.
     left_out : Reason
-        Why others are not usable.
+        Why other levels are not usable.
     slope : Estimate
     bias : Bias
     """
@@ -155,25 +156,25 @@ class Fit(NamedTuple):
 
     @property
     def rises(self) -> bool:
-        """Whether the local order still grows with refinement: steps are too coarse then to hold it against them."""
+        """Whether the local order still rises with refinement, so that a low order may be due to coarse steps."""
         rise = self.quantity.rise(self.levels)
         return rise.interval(self.evidence.settings.confidence)[0] > RISING
 
     @property
     def p_wrong_limit(self) -> float:
-        """p-value of the hypothesis that errors leave successive differences behind: of a wrong limit."""
+        """p-value of the hypothesis of a wrong limit: errors stop falling while successive differences continue."""
         if not self.bias.knows_limit:
             return 1.0
         return self.quantity.contrast(self.levels).p_above(RIGHT_LIMIT, self.bias.bound)
 
     def calibrate(self, tests: PathTests) -> PathTests:
-        """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
+        """Return the tests, weakened if the sample is too small for its tails at the ends of the fit."""
         heavy = self.quantity.tail(self.levels[0]).heavy or self.quantity.tail(self.levels[-1]).heavy
         return with_sample(tests, self.quantity.paths, heavy=heavy)
 
 
 def judge_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool = False) -> Opinion | None:
-    """Return what errors at rounding say of any claim; None where there are larger ones.
+    """Return the opinion on any claim if all errors are rounding; None if there are larger ones.
 
     Parameters
     ----------
@@ -192,8 +193,8 @@ def judge_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool = Fal
 
 
 def _is_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool) -> bool:
-    """Tell whether errors against a truth are rounding at every level, and no step went wrong."""
-    # A scheme that is its own reference may do nothing at all, and agree with itself: one step shows that.
+    """Return whether errors relative to a truth are rounding at every level, and no step failed."""
+    # A scheme that is its own reference may not move at all and agree with itself; one step detects that.
     health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
     if (evidence.problem.pathwise is None and not confirmed) or health["failed"].any() or health["truncated"].any():
         return False
@@ -201,7 +202,7 @@ def _is_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool) -> boo
 
 
 def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = False) -> tuple[Array, Reason]:
-    """Return the levels that can be fitted, and why others are left out.
+    """Return the levels to which a slope can be fitted, and why others are omitted.
 
     Parameters
     ----------
@@ -209,7 +210,7 @@ def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = F
     quantity : Quantity
         Errors along paths, one for each level.
     truncated : bool, optional
-        Whether levels with truncated steps count, and are named.
+        Whether levels with truncated steps are usable; they are mentioned in the reason.
     """
     health: Mapping[str, Array] = evidence.health.sums
     named = at_levels("truncated steps", health["truncated"] > 0) if truncated and health["truncated"].any() else ""
@@ -217,11 +218,11 @@ def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = F
         health = {**health, "truncated": np.zeros_like(health["truncated"])}
     sound, remarks = sound_levels(health)
     known = quantity.means()
-    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
+    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that does not affect the fit.
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
         remarks = remarks.then(at_levels("round-off", rounding))
-    # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
+    # Slopes are not fitted across the fastest time, where errors change from one power law to another for any scheme.
     stiff = quantity.h > evidence.problem.fastest_time
     if stiff.any():
         remarks = remarks.then(at_levels("steps longer than the fastest time", stiff))
@@ -230,7 +231,7 @@ def usable_levels(evidence: Evidence, quantity: Quantity, *, truncated: bool = F
 
 
 def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason, bias: Bias | None = None) -> Fit:
-    """Return the slope on the finest usable levels.
+    """Fit the slope on the finest usable levels.
 
     Parameters
     ----------
@@ -238,11 +239,11 @@ def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason,
     quantity : Quantity
         Errors along paths, one for each level.
     usable : ndarray of int
-        Levels that can be fitted, coarse to fine.
+        Usable levels, coarse to fine.
     left_out : Reason
-        Why the others cannot.
+        Why the others are not usable.
     bias : Bias, optional
-        That of the problem's truth, or of a scheme that is its own reference, if left out.
+        If omitted, that of the problem's truth, or of a scheme that is its own reference.
     """
     levels = usable[-FITTED:]
     if bias is None:
@@ -251,13 +252,13 @@ def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason,
 
 
 class LowerShare(NamedTuple):
-    """The share of the error at the finest step that a term of half an order less than the claimed one has.
+    """The share of the error at the finest step that belongs to a term of half an order less than the claimed one.
 
     Attributes
     ----------
     estimate : Estimate
     bias : float
-        Bound of what the error of the reference can do to it.
+        Bound of the effect of the reference's error on it.
     """
 
     estimate: Estimate
@@ -265,7 +266,7 @@ class LowerShare(NamedTuple):
 
 
 def lower_share(fitted: Fit, claimed: Order) -> LowerShare:
-    """Return the share of a lower term on the levels of the fit and one coarser one."""
+    """Return the share of a lower term on the levels of the fit and one coarser level."""
     quantity, levels, truth = fitted.quantity, fitted.usable[-FITTED - 1 :], fitted.evidence.problem.pathwise
     found, bias = quantity.lower_share(levels, claimed.least), 0.0
     if truth is not None and not truth.exact:
@@ -282,7 +283,7 @@ def resolve_lower_order(tests: PathTests, fitted: Fit, claimed: Order) -> PathTe
     tests : PathTests
         Of the claim, see `path_tests`.
     fitted : Fit
-        The errors that they are of.
+        The errors to which the tests belong.
     claimed : Order
     """
     share, bias = lower_share(fitted, claimed)
@@ -290,7 +291,7 @@ def resolve_lower_order(tests: PathTests, fitted: Fit, claimed: Order) -> PathTe
 
 
 def path_tests(fitted: Fit, claim: Claim) -> PathTests:
-    """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
+    """Return the tests of a claimed order by paths: those of the slope, and those of the limit."""
     evidence, quantity = fitted.evidence, fitted.quantity
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
@@ -311,7 +312,7 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
         reached = isinstance(claimed, Order) and fitted.slope.value >= claimed.floor
         tests = tests.without_truth(evidence.level, "a Pathwise truth", reached=reached)
     if low and fitted.rises:
-        # Steps too coarse look like a wrong limit, too.
+        # Errors on steps that are too coarse look like those of a wrong limit, too.
         tests = tests.held("the order still rises: take finer steps")
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
@@ -322,18 +323,12 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
 
 
 def why_coarse(evidence: Evidence, finest: int) -> str:
-    """Return which component the finest steps do not resolve, and how far they are from it; empty if there is none.
+    """Return a text on a component that the finest steps do not resolve, with its error; empty if there is none.
 
-    Its error is a large part of what the solution moves, and halving the step still changes it by as much as it does
-    where errors of order 1/2 or more fall: they have not begun to. No other component, which it drives, shows its
-    order then. Nor have they where a scheme holds its solution far below the true one, and lets it come up by more
-    with each halving. At a wrong limit errors are large and flat as well, but steps change it less and less.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    finest : int
-        Finest level of the fit.
+    Its error is a large part of the solution's motion, and halving the step still changes it by as much as if errors
+    of order 1/2 or more fell, so they have not begun to fall. Other components, which it drives, do not show their
+    orders then. The same holds if a scheme keeps its solution far below the true one, and approaches it faster with
+    each halving. At a wrong limit errors are large and flat as well, but steps change it less and less.
     """
     for each in quantities_of(evidence):
         changes = each.difference[:, max(finest - 2, 0) : finest].sum(axis=0) / each.paths
@@ -347,7 +342,7 @@ def why_coarse(evidence: Evidence, finest: int) -> str:
 
 
 def why_on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
-    """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not.
+    """Return a text that the local order, extrapolated by its last rise, reaches the claim; empty if it does not.
 
     Parameters
     ----------
@@ -363,9 +358,9 @@ def why_on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
 
 
 def asymptotic_order(fitted: Fit) -> tuple[float, float]:
-    """Return the asymptotic order with its half width: y = a + p x + c h on all usable levels but the coarsest.
+    """Return the asymptotic order with its half width: y = a + p x + c h on all usable levels except the coarsest.
 
-    What the coarsest level would change is part of the interval, which is never quoted tighter than 0.05.
+    The interval includes the change by the coarsest level; its half width is at least 0.05.
     """
     quantity, usable, confidence = fitted.quantity, fitted.usable, fitted.evidence.settings.confidence
     if len(usable) <= FITTED:
@@ -380,9 +375,9 @@ def _above(fitted: Fit, claim: Claim) -> bool:
 
 
 def seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
-    """Tell whether the finest errors fall like their differences, or surely begin to: then others are too coarse.
+    """Return whether the finest errors fall like their differences, or significantly begin to do so.
 
-    Towards a wrong limit they level off further with each halving of the step.
+    Other levels are too coarse then. Towards a wrong limit, errors level off further with each halving of the step.
 
     Parameters
     ----------
@@ -399,9 +394,9 @@ def seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
 
 
 def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
-    """Return the tests with those of the limit; `early` says that the levels are too coarse to refute it.
+    """Return the tests with those of the limit; `early` means that the levels are too coarse to refute it.
 
-    Errors a h + b h^2 look like those of a wrong limit while b h matters.
+    Errors a h + b h^2 look like those of a wrong limit if b h is large.
     """
     evidence, bias, contrast = fitted.evidence, fitted.bias.bound, fitted.quantity.contrast(fitted.levels)
     _, high = contrast.interval(evidence.settings.confidence, bias)
@@ -420,6 +415,6 @@ def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
 
 
 def _slower(kind: Kind, contrast: float) -> Reason:
-    # The contrast is the order of errors less that of their differences, which do not know the limit.
+    # The contrast is the order of errors minus that of their differences, which do not depend on the limit.
     text = "{kind}: errors fall more slowly than their differences, by an order of at least {lag:.2f}"
     return Reason(text, kind, {"kind": kind, "lag": -contrast})

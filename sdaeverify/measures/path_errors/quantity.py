@@ -1,4 +1,4 @@
-"""The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
+"""The evidence on one component's pathwise errors, its statistics, and its level rows."""
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ from .errors import ERROR, POWERS
 
 @dataclass(frozen=True)
 class Quantity(Slopes):
-    """The evidence on one component: y = log2 E e, of errors along paths.
+    """The evidence on one component: y = log2 E e, for errors e along paths.
 
     Attributes
     ----------
@@ -41,19 +41,19 @@ class Quantity(Slopes):
     h : ndarray, shape (L,)
         Step sizes.
     error : ndarray, shape (G, L, 3) or (G, L, 4)
-        Sums of e_l^p over groups, p = 1/2, 1, 2 and perhaps 4.
+        Sums of e_l^p over groups, p = 1/2, 1, 2 and, on request, 4.
     difference : ndarray, shape (G, L - 1)
         Sums of |x_l - x_{l+1}|.
     blurred : ndarray, shape (G, L), or None
-        Sums of e_l against the truth at half its resolution, where it has an error of its own.
+        Sums of e_l relative to the truth at half its resolution, if the truth has a discretisation error.
     relative : ndarray, shape (G, L), or None
         Sums of |x_l - x|/|x| over groups, at T.
     counts : ndarray, shape (G,)
     largest : ndarray, shape (L, k)
     size, moved : float
-        Largest value of the true component, and how far it has moved from its initial value.
+        Largest value of the true component, and its largest distance from its initial value.
     motion : float
-        The mean over paths of how far the component has moved; infinite where it was not noted.
+        Mean over paths of the component's distance from its initial value; infinite if it was not recorded.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Quantity(Slopes):
         return np.asarray(self.error.sum(axis=0))
 
     def rounding(self, steps: Array) -> Array:
-        """Return eps sqrt(N) times the component's size: what rounding accumulates to over N steps."""
+        """Return eps sqrt(N) times the component's size: the rounding error accumulated over N steps."""
         return np.asarray(EPS * self.size * np.sqrt(steps))
 
     def means(self, power: int = 1) -> Array:
@@ -87,23 +87,23 @@ class Quantity(Slopes):
         return np.asarray(self.totals[:, power] / self.paths)
 
     def find_logarithms(self) -> Array:
-        """Return of all levels log2 (E e_l^p)^(1/p), one power after the other, log2 E d_l, and blurred errors."""
+        """Return log2 (E e_l^p)^(1/p) of all levels, one power after the other, log2 E d_l, and blurred errors."""
         blurred = [] if self.blurred is None else [self.blurred.T]
         columns = np.concatenate([self.error.T.reshape(-1, len(self.counts)), self.difference.T, *blurred])
         p = np.ones(len(columns))
         p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
-        # A column's groups lie side by side. Of all levels, those that no slope is fitted to included.
+        # Each column is contiguous over groups. Levels that are not used in fits are included.
         with np.errstate(all="ignore"):
             return log_norms(leave_out(np.ascontiguousarray(columns).T, self.counts), p)
 
     @property
     def levels(self) -> int:
-        """Number of levels whose errors are known."""
+        """Number of levels with known errors."""
         return int(self.error.shape[1])
 
     @property
     def powers(self) -> int:
-        """How many of `POWERS` were noted."""
+        """Number of `POWERS` that were recorded."""
         return int(self.error.shape[2])
 
     def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
@@ -114,18 +114,18 @@ class Quantity(Slopes):
         levels : ndarray of int
         weights : ndarray, shape of levels
         power : int
-            The place of p among `POWERS`.
+            Index of p in `POWERS`.
         """
         return super().linear(levels + power * self.levels, weights)
 
     def slope_in(self, levels: Array, power: int) -> Estimate:
-        """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
+        """Return the least-squares slope of log2 (E e^p)^(1/p), where `power` is the index of p in `POWERS`."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
 
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
-        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
+        """Return the slope of log2 E e_{l+1} minus `share` times that of log2 E d_l on the same levels l.
 
-        Or minus a share of the latter.
+        With `share` 1 it is 0 in the limit h -> 0, if the limit is right.
         """
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
@@ -133,20 +133,20 @@ class Quantity(Slopes):
         return super().linear(columns, np.concatenate([weights, -share * weights]))
 
     def contrast_rise(self, levels: Array) -> Estimate:
-        """Return by how much contrasts of three levels grow from the last but one three of four or more to the last.
+        """Return the increase of the contrast from the last three levels but one to the last three.
 
-        Errors towards a wrong limit level off further with each halving: it is negative then.
+        Errors towards a wrong limit level off further with each halving, so it is negative then.
         """
         weights = np.array([-1.0, 2.0, -1.0])
         columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
         return super().linear(columns, np.concatenate([weights, -weights]))
 
     def ahead(self, levels: Array) -> Estimate:
-        """Return the local order at the next step size, if it grows by as much as it did between the last two."""
+        """Return the local order at the next step size, extrapolated linearly from the last two."""
         return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
 
     def blur(self, levels: Array, weights: Array) -> Estimate:
-        """Return by how much sum_l w_l y_l changes if the truth is taken at half its resolution."""
+        """Return the change of sum_l w_l y_l if the truth is replaced by that at half its resolution."""
         assert self.blurred is not None
         last = self.logarithms.shape[-1] - self.levels
         columns = np.concatenate([levels + self.levels, levels + last])
@@ -154,18 +154,18 @@ class Quantity(Slopes):
 
     @property
     def local_orders(self) -> tuple[Estimate, ...]:
-        """Order between each level and the one before, but for the coarsest; none of one level."""
+        """Order between each level and the previous one, without the coarsest level; empty for one level."""
         if self.levels < 2:
             return ()
         x, y = np.log2(self.h[: self.levels]), self.logarithms[:, self.levels : 2 * self.levels]
         weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
-        # Of levels and quantities without errors as well.
+        # Also evaluated for levels and quantities without errors.
         with np.errstate(invalid="ignore"):
             return estimates(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
 
     @property
     def relative_errors(self) -> tuple[Estimate, ...]:
-        """E |x_l - x|/|x| at T of each level, if it was noted."""
+        """E |x_l - x|/|x| at T of each level; empty if it was not recorded."""
         return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
 
     def tail(self, level: int) -> Tail:
@@ -174,13 +174,13 @@ class Quantity(Slopes):
 
 
 def quantities_of(evidence: Evidence, kind: str = ERROR) -> tuple[Quantity, ...]:
-    """Return the quantities of a cell in the order in which they were noted.
+    """Return the quantities of a cell in the order of the evidence.
 
     Parameters
     ----------
     evidence : Evidence
     kind : str, optional
-        Which errors, by the name that `tally_errors` noted them under; those of `ErrorObserver` if left out.
+        Kind of errors, as given to `tally_errors`; that of `ErrorObserver` if omitted.
     """
     return evidence.along_paths.read(_quantities, kind, evidence.settings.extremes, *evidence.step_sizes)
 
@@ -217,8 +217,8 @@ ERROR_COLUMNS = {
     "local_order_std_error": "its standard error",
     "fitted": "whether the order is fitted to this level",
 }
-# Of the mean relative error at T; the interval that Lindner et al. (2018), section 4.2, quote.
-# Level: of an interval that is shown and decides nothing.
+# Confidence of the interval of the mean relative error at T, as in Lindner et al. (2018), section 4.2.
+# Level: of an interval that is reported and enters no verdict.
 RELATIVE_CONFIDENCE = 0.9
 
 
@@ -229,7 +229,7 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ----------
     quantity : Quantity
     fitted : container of int
-        Levels that the slope was fitted on.
+        Levels to which the slope was fitted.
     norms : mapping of str to int
         Further norms (E e_l^p)^{1/p} by name, as indices of p in `POWERS`.
 
@@ -254,7 +254,7 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
 
 
 class JudgedQuantity(NamedTuple):
-    """The finding on a quantity, and the levels that its slope was fitted on."""
+    """The finding on a quantity, and the levels to which its slope was fitted."""
 
     quantity: Quantity
     finding: Finding
@@ -264,15 +264,15 @@ class JudgedQuantity(NamedTuple):
 def judge_together(
     judged: Sequence[JudgedQuantity], others: Iterable[Finding], norms: Mapping[str, int]
 ) -> Judgement:
-    """Return what a measure found: nothing is verified where another quantity tends to a wrong limit.
+    """Return the judgement of a measure; no finding is verified if another quantity tends to a wrong limit.
 
     Parameters
     ----------
     judged : sequence of JudgedQuantity
     others : iterable of Finding
-        On what was not compared along paths.
+        Findings on quantities without errors along paths.
     norms : mapping of str to int
-        What is shown of each step size, see `level_rows`.
+        Norms in the level rows, see `level_rows`.
     """
     findings = withhold_in_doubt([*(each.finding for each in judged), *others])
     rows = (level_rows(each.quantity, each.fitted, norms) for each in judged)
@@ -280,15 +280,15 @@ def judge_together(
 
 
 def unknown_components(evidence: Evidence, measure: str, suffix: str = "") -> Iterator[tuple[str, Coverage, Opinion]]:
-    """Yield the components that the truth does not know, what is claimed of them, and that it is left open.
+    """Yield the components that the truth lacks, the claim that covers each, and an opinion that leaves it open.
 
     Parameters
     ----------
     evidence : Evidence
     measure : str
-        Under which name claims are looked up.
+        Name of the measure in claims.
     suffix : str
-        What makes a component's name that of a quantity.
+        Suffix of a component's name in the name of the quantity.
     """
     known, view = {each.name for each in quantities_of(evidence)}, evidence.view
     start = evidence.scheme.start(view, 1, evidence.step_sizes[0])

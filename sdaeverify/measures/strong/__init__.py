@@ -1,7 +1,7 @@
 """Strong order of convergence: local defects decide, pathwise errors guard them.
 
-The local order (T1) needs no sampling; errors at T and their maximum over the coarsest grid times (T3) guard it, and
-decide alone where the one-step map cannot be probed.
+The local order (T1) needs no sampling. Errors at T and their maximum over the coarsest grid times (T3) guard it, and
+decide alone if the one-step map cannot be probed.
 """
 
 from collections.abc import Iterable, Mapping
@@ -27,7 +27,7 @@ from .findings import (
 )
 from .members import member_findings
 
-# Beside the mean, as indices of the powers that are noted.
+# Norms in addition to the mean, as indices of the recorded powers.
 NORMS = {"L_half": 0, "L2": 2}
 
 
@@ -47,15 +47,15 @@ class Strong(Measure):
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse schemes with bounded increments."""
+        """Return why the measure does not apply: bounded increments."""
         return f"its {scheme.law.name} increments are not Brownian: no strong order" if scheme.law.bounded else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return ErrorObserver(parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects, where the one-step map can be probed."""
+        """Return the local defects, if the one-step map can be probed."""
         return probe_strong(scheme, view, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:

@@ -1,4 +1,4 @@
-"""What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
+"""Judgement of claims of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
 from math import inf, isfinite, isinf, isnan, nan
@@ -51,16 +51,16 @@ from ..resolution import strong_resolution
 
 # By component.
 Orders = Mapping[str, StrongOrder]
-# By tier; where no slope is fitted, paths guard nothing.
+# By tier; if no slope is fitted, paths guard no verdict.
 METHODS = {1: Method("local order", 1, guard="paths"), 3: Method("paths", 3)}
 UNFITTED_METHODS = {1: Method("local order", 1), 3: Method("paths")}
-# How far below its claim an order may be.
+# Amount by which an order may fall short of its claim.
 # Chosen.
 TOLERANCE = 0.1
-# How much the next order may differ from the last one for an order to be missed.
+# Largest difference between the next and the last order for which a low order counts as settled.
 # Chosen.
 SETTLED = 0.1
-# An order below its claim at few states that rises by more with a level is that of a layer which steps still miss.
+# A low order at few states that rises by more than this per level belongs to a layer that steps do not resolve yet.
 # Measured by sdaeverify/probe/local/strong_order.py: twice the accuracy of a local order.
 RISING = 2.0 * ACCURACY
 STRONG_COLUMNS = {
@@ -88,7 +88,7 @@ STRONG_COLUMNS = {
 
 
 class Span(NamedTuple):
-    """The part of a run with a delay that one step is probed on; the whole of one without.
+    """The part of a run with a delay on which one step is probed; the whole run without delay.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Span(NamedTuple):
     links : int
         2 for steps after the first delay, 1 for steps up to it.
     until : float
-        How many delays it goes on for.
+        End of the part, in delays.
     """
 
     name: str
@@ -113,7 +113,7 @@ WHOLE, FIRST, SECOND = (
 
 
 class _Local(NamedTuple):
-    """The local order of a quantity, and what it says of the claim; none where the map cannot be probed."""
+    """The local order of a quantity, and the opinion on the claim; both None if the map cannot be probed."""
 
     order: StrongOrder | None = None
     opinion: Opinion | None = None
@@ -143,7 +143,7 @@ class _Local(NamedTuple):
 
 
 def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span = WHOLE) -> Tally:
-    """Return the local defects, where the one-step map can be probed.
+    """Return the local defects, if the one-step map can be probed.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     view : Problem
         Of the scheme's form.
     settings : Settings
-        Of the run: its finest mesh is the one on which y is probed.
+        Of the run: y is probed on its finest mesh.
     span : Span
         Part of the run.
 
@@ -176,7 +176,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
 
 
 def _delta(view: Problem, settings: Settings) -> float:
-    """Return where the delay lies on the finest mesh: 0 where it is a multiple of the step, or there is none."""
+    """Return the offset of the delay on the finest mesh: 0 if it is a multiple of the step, or if there is none."""
     delayed = view.capability(Delayed)
     return delayed.mesh(view.horizon / settings.steps[-1]).delta if delayed else 0.0
 
@@ -194,9 +194,9 @@ def _at_shortest(span: Span) -> str:
 
 
 def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
-    """Return the local order of each component and of the full state, if the one-step map was probed.
+    """Return the local order of each component and of the full state; empty if the one-step map was not probed.
 
-    An y that solves the constraint has the order of x or, if that is lower, the one of its own defects.
+    If the scheme's y solves the constraint, its order is the smaller of the order of x and that of its own defects.
     """
     return evidence.without_paths.read(_read_orders, evidence.scheme, evidence.view, span)
 
@@ -222,16 +222,16 @@ def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> 
 
 
 def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
-    """Return what a local order says of a scheme's claim; None where there is no order, or none is claimed.
+    """Return the opinion on a scheme's claim by its local order; None without a local order or a claimed order.
 
     Parameters
     ----------
     evidence : Evidence
-        Whether the scheme's local order is sharp counts, and whether the problem's coefficients are smooth.
+        Provides whether the scheme's local order is sharp, and whether the problem's coefficients are smooth.
     claim : Claim or None
-        Of it, about strong order or what follows from it.
+        About strong order or a consequence of it.
     order : StrongOrder or None
-        Of one step, where it was probed.
+        Of one step, if it was probed.
     """
     if order is None or claim is None or not isinstance(claim.value, Order):
         return None
@@ -248,26 +248,26 @@ def judge_smooth(evidence: Evidence, claim: float, order: StrongOrder, margin: f
     ----------
     evidence : Evidence
     claim : float
-        Least order.
+        Minimum order.
     order : StrongOrder
     margin : float
-        Of the claim; 0 where no coarse steps count.
+        Of the claim; 0 if coarse steps do not matter.
     """
     found = judge_strong(order, claim, margin=margin, sharp=evidence.scheme.local_order_is_global)
     return of_law(found, claim, evidence, paths=True)
 
 
 def judge_errors(evidence: Evidence, quantity: Quantity, measure: str, order: StrongOrder | None) -> JudgedQuantity:
-    """Return the finding on a quantity, and the levels that its slope is fitted to.
+    """Return the finding on a quantity, and the levels to which its slope is fitted.
 
     Parameters
     ----------
     evidence : Evidence
     quantity : Quantity
     measure : str
-        Under which name claims are looked up.
+        Name of the measure in claims.
     order : StrongOrder or None
-        Its local order, where the one-step map was probed.
+        Its local order, if the one-step map was probed.
     """
     usable = usable_levels(evidence, quantity)
     found = _finding(evidence, quantity, coverage(evidence, measure, quantity.name), order, usable)
@@ -325,10 +325,10 @@ def _tests(fitted: Fit, claim: Claim, local: _Local) -> PathTests:
 
 
 def _as_guard(fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
-    """Return what paths say of a claim that one step decides.
+    """Return the tests by paths of a claim that one step decides.
 
-    The slope of errors on coarse steps refutes a local order only if the asymptotic order is too low, as well; the
-    limit that they tend to is not the slope's matter. What does not look like the claim stays suspicious.
+    The slope of errors on coarse steps refutes a local order only if the asymptotic order is too low as well; a test
+    of the limit does not depend on the slope. Estimates that do not agree with the claim remain suspicious.
     """
     order, half = asymptotic_order(fitted)
     further = unlike(claim, fitted.slope, fitted.quantity.corrected_slope(fitted.usable), fitted.bias.above)
@@ -348,13 +348,13 @@ def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, l
 
 
 def unknown_findings(evidence: Evidence, measure: str, orders: Orders) -> Iterator[Finding]:
-    """Yield findings on the components that the truth does not know: by their local order, without a guard.
+    """Yield findings on the components that the truth lacks: by their local order, without a guard.
 
     Parameters
     ----------
     evidence : Evidence
     measure : str
-        Under which name claims are looked up.
+        Name of the measure in claims.
     orders : dict of str to local orders
         By component, from one step.
     """
@@ -389,22 +389,22 @@ def _details(fitted: Fit) -> dict[str, object]:
 
 
 def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp: bool = True) -> Opinion:
-    """Compare a local order with a claimed least strong order.
+    """Compare a local order with a claimed minimum strong order.
 
     Parameters
     ----------
     order : StrongOrder
     claim : float
     margin : float
-        That of the claim: where it is wider than `TOLERANCE`, an order between the two decides nothing.
+        That of the claim: if it is wider than `TOLERANCE`, an order between the two bounds is undecided.
     sharp : bool
-        Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
-        consistency is asked of a step from where the scheme itself has gone.
+        Whether the scheme's local order is its global one. If not, a low local order is undecided, and
+        consistency is required of a step from a state that the scheme itself has reached.
 
     Returns
     -------
     Opinion
-        Refuted as inconsistent only where most states are, at some time.
+        Refuted as inconsistent only if most states are inconsistent, at some time.
     """
     powers, bound = _powers(order.p2, order.p1), claim - TOLERANCE
     figures = f" (error of one step: {powers})" if powers else ""
@@ -449,12 +449,12 @@ def _inconsistent(order: StrongOrder, bound: float, *, sharp: bool) -> Opinion:
 
 
 def _kind(order: StrongOrder) -> Kind:
-    """Return that a step does not follow the equation where its order falls to 0: then no limit is reached."""
+    """Return `Kind.INCONSISTENT` if the step's order falls to 0, so that no limit is reached; else `Kind.PLAIN`."""
     return Kind.INCONSISTENT if order.ahead <= 0.0 else Kind.PLAIN
 
 
 def _powers(rms: float, mean: float) -> str:
-    """Return the powers of h that are known, of root mean squares and of means."""
+    """Return a text with the known powers of h, of root mean squares and of means."""
     named = (("RMS", rms), ("mean", mean))
     return ", ".join(f"{name} ~ h^{value:.1f}" for name, value in named if isfinite(value))
 
@@ -474,7 +474,7 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
 
 
 def is_changing(now: float, ahead: float, bound: float, *, typical: float) -> bool:
-    """Return whether an order below its bound may still reach it: it moves, or rises while most states have it.
+    """Return whether an order below its bound may still reach it: it changes, or rises while most states have it.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def member_findings(scheme: Scheme, view: Problem, measure: str) -> Iterator[Fin
     view : Problem
         The member, in the scheme's form.
     measure : str
-        Under which name claims are looked up.
+        Name of the measure in claims.
     """
     evidence, pair = Evidence.of_one_step(scheme, view), remove_delay(scheme, view)
     step = OneStep(*pair)

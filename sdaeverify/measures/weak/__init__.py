@@ -1,11 +1,11 @@
 """Weak order of convergence: local expectations decide, global ones guard them.
 
 The local weak order (T1) compares one step with a reference of the semigroup for many test functions. It is guarded
-by the exact propagation of moments (T2) where the problem is linear, and by mean differences along paths (T3), which
-decide alone where the one-step map cannot be probed.
+by the exact propagation of moments (T2) if the problem is linear, and by mean differences along paths (T3), which
+decide alone if the one-step map cannot be probed.
 
-These differences are paired: with the exact solution on the same path where it is known, between successive step
-sizes elsewhere. The latter do not see a wrong limit, so that the finest level is compared with a known expectation.
+These differences are paired: with the exact solution on the same path if it is known, else between successive step
+sizes. The latter do not detect a wrong limit, so the finest level is also compared with a known expectation.
 Their order is a slope of log2 |mean difference|.
 """
 
@@ -46,17 +46,18 @@ from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
 from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_probe
+from .size import bound_findings, constant_columns, probe_bounds
 
 STATE = "state"
 LOST = "{lost:.0f} paths are not finite at the finest step size"
-# Fewer functionals can all be blind to the same error.
+# Fewer functionals may all be insensitive to the same error.
 # Chosen.
 FUNCTIONALS = 3
 METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
 TOO_FEW = "only {levels} sound step sizes, {fewest} needed: use smaller steps"
 ROUNDING = "no error beyond round-off at {levels} step sizes: no slope"
 CHANGES_SIGN = Reason("its error changes sign between step sizes: no slope")
-# Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
+# Bound of the error at the finest level for a h^p + b h^(p+1), as a multiple of the last difference over 2^p - 1.
 # Chosen.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
@@ -66,12 +67,12 @@ SLOWER = "too far from the limit for the claim"
 
 UNKNOWN = Estimate(float("nan"), float("nan"))
 
-# How far a mean is from what is known of its limit, and how far that is off itself.
+# Distance of a mean from the known limit, and the error of the latter.
 Off = tuple[Estimate, float]
 
 
 class MeanOrder(NamedTuple):
-    """What the paths say of one observable.
+    """Order of one observable along paths.
 
     Attributes
     ----------
@@ -79,12 +80,13 @@ class MeanOrder(NamedTuple):
     levels : ndarray of int
         Differences that are fitted.
     resolved : float
-        Least ratio of a difference to its standard error.
+        Smallest ratio of a difference to its standard error.
     tests : PathTests
     remark : Reason
         Why the observable is not used; empty if it is.
     share : Estimate
-        Of the error at the finest step, that of a term of half an order less than the claimed one; NaN if not known.
+        Share of the error at the finest step that belongs to a term of half an order less than claimed; NaN if
+        unknown.
     """
 
     slope: Estimate
@@ -109,7 +111,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     means : Means
         Of one observable, on each level.
     claim : Claim or None
-        That covers the observable.
+        Claim that covers the observable.
     """
     sound, _ = sound_levels_of(evidence)
     levels = sound[sound < means.errors][-FITTED:]
@@ -177,7 +179,10 @@ def _truth(means: Means) -> str:
 
 
 def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> float:
-    """Return by which factor the paths must grow until they show an error of a quarter of what the observable is."""
+    """Return the factor by which the number of paths must grow to detect a large weak error.
+
+    Large means a quarter of the observable's size.
+    """
     forbidden, confidence = COARSE * means.size, evidence.settings.confidence
     if means.coupled:
         return means.difference(int(levels[-1])).growth_to_see(forbidden, confidence)
@@ -186,19 +191,19 @@ def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> 
 
 
 def shrinks(means: Means, levels: Array) -> float:
-    """Return the p-value of the hypothesis that the finest error is no larger than all others: right ones shrink."""
+    """Return the p-value of the hypothesis that the finest difference is not larger than every other one."""
     return max(grown.p_above(0.0) for grown in means.grown(levels))
 
 
 def is_coarse_mean(means: Means, finest: int) -> bool:
-    """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
+    """Return whether the error is comparable with the expectation itself: steps are too coarse for an order."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 
 
 def turns(means: Means, levels: Array) -> bool:
-    """Tell whether differences surely grow up to some step size and surely fall from there on: errors begin to fall.
+    """Return whether differences significantly grow with refinement up to some level and fall from there on.
 
-    A slope across the largest of them is no order.
+    A slope across the largest of them is not an order.
     """
     top = int(np.argmax([abs(means.difference(level).value) for level in levels]))
     if top in (0, len(levels) - 1):
@@ -208,7 +213,7 @@ def turns(means: Means, levels: Array) -> bool:
 
 
 def _corrected_slope(means: Means, levels: Array) -> Estimate:
-    """Return the slope with a correction term: one on coarse steps refutes only if this one does, too."""
+    """Return the slope with a correction term; a slope on coarse steps refutes only if this one does, too."""
     further = np.arange(max(levels[0] - 1, 0), levels[-1] + 1)
     if len(further) <= FEWEST:
         return Estimate(float("nan"), float("nan"))
@@ -216,7 +221,7 @@ def _corrected_slope(means: Means, levels: Array) -> Estimate:
 
 
 def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> PathTests:
-    """Compare the finest level with what is known of the limit: only that can confirm it."""
+    """Compare the finest level with the known limit, which alone can confirm a limit."""
     if means.coupled:
         return PathTests(0.0, 1.0, Reason())
     if off is None:
@@ -224,12 +229,12 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     error, allowed = off[0], _left(means, order, off)
     wrong = _p_wrong(evidence, means, off, allowed)
     if means.heavy:
-        # It may look wrong all the same.
+        # The limit may look wrong all the same.
         return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
     if grows(means):
-        # How far it is still to go, nobody can say.
+        # The distance from the limit cannot be extrapolated.
         return PathTests.none("mean differences do not fall yet: take finer steps")._replace(suspected=wrong)
-    # What is off for the claimed order only tends to the limit, if more slowly.
+    # A mean that is off only for the claimed order tends to the limit, but more slowly.
     slowly = error.p_above(_left(means, SLOWEST, off)) > evidence.level
     text, kind = (SLOWER, Kind.PLAIN) if slowly else (Kind.WRONG_LIMIT, Kind.WRONG_LIMIT)
     figures = {"error": error.value, "left": allowed}
@@ -238,7 +243,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
 
 
 def _p_wrong(evidence: Evidence, means: Means, off: Off, allowed: float) -> float:
-    """Return the p-value of the hypothesis that the finest mean is no farther from what is known than allowed."""
+    """Return the p-value of the hypothesis that the finest mean is within the allowed distance of the limit."""
     p, truth = off[0].p_above(allowed), known_mean(evidence.problem, means.name)
     if truth is None or off != _off_expectation(evidence, means):
         return p
@@ -247,27 +252,27 @@ def _p_wrong(evidence: Evidence, means: Means, off: Off, allowed: float) -> floa
 
 
 def grows(means: Means) -> bool:
-    """Tell whether the last difference is sure to be no smaller than half of the slowest order makes it."""
+    """Return whether the last difference is significantly larger than for half of the slowest order."""
     before, last = (means.difference(level) for level in range(means.errors - 2, means.errors))
     return bool(abs(last.value) - RESOLVED * last.se > 2.0 ** (-0.5 * SLOWEST) * abs(before.value))
 
 
 def _left(means: Means, order: float, off: Off) -> float:
-    """Return how far the finest level can be from what is known if errors are of an order."""
+    """Return the largest distance of the finest level from the known limit for errors of an order."""
     return SLACK * float(_last_difference(means, order) / (2.0**order - 1.0) + off[1])
 
 
 def _last_difference(means: Means, order: float) -> float:
-    """Return how large the last difference can be: noise and accidental zeros may hide what coarser ones show."""
+    """Return a bound of the last difference, also from coarser ones, because noise or a zero may make it small."""
     found = [means.difference(level) for level in range(means.errors)]
     shown = [abs(d.value) * (means.h[-2] / h) ** order for d, h in zip(found, means.h, strict=False)]
     return float(max(shown)) + RESOLVED * found[-1].se
 
 
 def _off_limit(evidence: Evidence, means: Means) -> Off | None:
-    """Return how far the finest level is from what is known, by the sharper way, and how far that is off itself.
+    """Return the distance of the finest level from the known limit, by the sharper of two ways, with its error.
 
-    None where the exact solution is known on each path, and where nothing is known.
+    None if the exact solution is known on each path, and if the limit is unknown.
     """
     if means.coupled:
         return None
@@ -284,16 +289,16 @@ def _off_expectation(evidence: Evidence, means: Means) -> Off | None:
 
 
 def _off_reference(evidence: Evidence, means: Means) -> Off | None:
-    """Return the same of a reference on the same paths: what both have in common is no error."""
+    """Return the distance from a reference on the same paths, whose common sampling error cancels."""
     found, pathwise = means.off_reference, evidence.problem.pathwise
     if found is None or pathwise is None:
         return None
-    # Halving the step of a reference of order q takes away all but 1/2^q of its error.
+    # Halving the step of a reference of order q removes all but 1/2^q of its error.
     return found[0], found[1] / (2.0**pathwise.order - 1.0)
 
 
 class Weak(Measure):
-    """Weak order of convergence for each observable; for the state where there is none."""
+    """Weak order of convergence for each observable; for the state if there is none."""
 
     name: ClassVar[str] = "weak"
     follows: ClassVar[str] = "law"
@@ -306,6 +311,9 @@ class Weak(Measure):
         "slope_high": "upper end of its interval",
         "resolved": "least mean difference in standard errors",
         "informative": "whether the mean differences tell an order",
+        "error_power": "p of the leading term C h^p of the weak error",
+        "error_constant": "C, without sampling; empty where it is not known",
+        "error_constant_known": "how far C can be off",
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "mean": "mean of the observable",
@@ -314,19 +322,20 @@ class Weak(Measure):
     }
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MeanObserver:
-        """Return the notebook for one block."""
+        """Return the observer of one block."""
         return MeanObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return local weak defects, and errors of propagated moments."""
-        return probe_weak(scheme, view, settings)
+        return probe_weak(scheme, view, settings).merge(probe_bounds(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""
         means, probed = means_of(evidence), weak_probe(evidence)
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
-        return Judgement(tuple(findings), (row for found in means.values() for row in _levels(found)))
+        bounds = bound_findings(evidence, means)
+        return Judgement((*findings, *bounds), (row for found in means.values() for row in _levels(found)))
 
     def judge_member(self, scheme: Scheme, view: Any) -> Iterable[Finding]:
         """Return a finding for the state: the order of all test functions after one step."""
@@ -343,7 +352,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _of_named(scheme: Scheme, view: Any) -> Iterator[Finding]:
-    """Yield that claims about means of functions that they name are not put to random members."""
+    """Yield open findings on claims that name observables, because random members test all smooth functions."""
     for claim in scheme.promises:
         if claim.measure == Weak.name and claim.when <= view.traits and isinstance(claim.value, Order):
             named = " and ".join(claim.quantities)
@@ -368,7 +377,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
         resolution=weak_resolution(evidence, means, _off_limit(evidence, means), covered.claim),
         order_resolution=order_resolution(sampled.share, confidence) if by_paths else float("nan"),
         method=_method(opinion.tier, means),
-        details={**probed.details, **_details(sampled, confidence)},
+        details={**probed.details, **_details(sampled, confidence), **constant_columns(evidence, means.name)},
     )
 
 
@@ -382,10 +391,10 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opini
 
 def _of_order(evidence: Evidence, sampled: MeanOrder, claim: Claim, observable: str) -> Opinion:
     local, confirmed = judge_probe(evidence, claim, observable)
-    # What is known at T without sampling needs no paths to show it.
+    # If the order at T is known without sampling, paths need not resolve it.
     tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
     if local is not None and local.verdict is Verdict.VERIFIED:
-        # A difference that is small by accident spoils a slope: finer levels tell, or nobody.
+        # A difference that is small by accident spoils a slope; only finer levels can show this.
         tests = tests._replace(refuted=tests.limit, suspected=tests.against)
     elif isinstance(claim.value, Order):
         tests = resolve_order(tests, claim.value, sampled.share, evidence)
@@ -396,13 +405,13 @@ def _of_order(evidence: Evidence, sampled: MeanOrder, claim: Claim, observable: 
 
 
 def _lost(evidence: Evidence) -> Opinion | None:
-    """Return that paths are not finite at the finest level; None if all are."""
+    """Return the opinion that paths are not finite at the finest level; None if all are finite."""
     lost = float(evidence.health.sums["lost"][-1])
     return Opinion(Verdict.DIVERGED, Reason(LOST, numbers={"lost": lost})) if lost > 0 else None
 
 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
-    """Return the finding on a problem without observables: by probing, with nothing to guard it."""
+    """Return the finding on a problem without observables: by probing, without a guard."""
     covered = coverage(evidence, Weak.name, STATE)
     opinion, _ = judge_probe(evidence, covered.claim, STATE)
     if covered.claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
@@ -423,7 +432,7 @@ def _method(tier: int, means: Means) -> Method:
 
 
 def _enough(findings: list[Finding]) -> list[Finding]:
-    """Verify nothing from paths alone with fewer than three informative functionals."""
+    """Return findings in which paths alone verify no claim unless there are three informative functionals."""
     sampled = [f for f in findings if f.tier == 3 and f.verdict is Verdict.VERIFIED]
     if len(sampled) >= FUNCTIONALS:
         return findings
@@ -432,7 +441,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
 
 
 def _held(found: Finding, doubt: str) -> Finding:
-    """Return a finding that is not verified, with the reason for it last: first what speaks for the claim."""
+    """Return the finding as inconclusive, with the doubt after the reasons that support the claim."""
     return withhold(replace(found, reason=found.reason.then(doubt, ", but ")), "")
 
 

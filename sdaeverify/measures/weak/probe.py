@@ -1,4 +1,4 @@
-"""What the weak measure finds without sampling, and what it says of a claim."""
+"""Weak orders without sampling, and their comparison with a claim."""
 
 from functools import lru_cache
 from math import inf, isfinite, nan
@@ -59,16 +59,16 @@ from ..means import known_mean
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
 MEMORY = "memory"
 AT_SHORTEST = f"{LOCAL} at the shortest steps"
-# How far below its claim an order without sampling error may be.
+# Amount by which an order without sampling error may fall short of its claim.
 # Chosen.
 TOLERANCE = 0.25
-# Step sizes of the operator, and further ones where those do not settle an order.
+# Number of step sizes of the operator, and of further ones if those do not settle an order.
 # Size: step sizes of an operator.
 FIRST, FURTHER = 4, 4
-# Of 2688 jumps and kinks at random places no order was found as far below the true one: `test_point_law`, slow.
+# For 2688 jumps and kinks at random places, no order was this far below the true one: `test_point_law`, slow.
 # Measured by tests/probe/test_point_law.py.
 FAR_BELOW = 1.0
-# The weak order that interpolation between mesh points leaves.
+# Maximum weak order with interpolation between mesh points.
 # Theorem: a Brownian bridge at delta h has variance delta (1 - delta) h.
 INTERPOLATED = 1.0
 # A failure at a smaller part of the states may be a tolerance or a singular state.
@@ -77,19 +77,19 @@ MANY = 0.25
 
 
 class WeakProbe(NamedTuple):
-    """Evidence of the deterministic tiers; None where one does not apply or was not needed.
+    """Evidence of the deterministic tiers; None if one does not apply or was not needed.
 
     Attributes
     ----------
     local : WeakOrder or None
     order : float
-        The local weak order, NaN where the map was not probed.
+        The local weak order, NaN if the map was not probed.
     moments : tuple of float, or None
-        Interval of the least order of the propagated moments.
+        Interval of the smallest order of the propagated moments.
     orders : mapping of str to FunctionalOrder
         Global orders of observables by the transition operator.
     memory : float
-        Weak order of what the memory of a run changes; infinite without memory.
+        Weak order of the change by the memory of a run; infinite without memory.
     """
 
     local: WeakOrder | None
@@ -100,19 +100,19 @@ class WeakProbe(NamedTuple):
 
     @property
     def details(self) -> dict[str, object]:
-        """Further columns of a finding."""
+        """Additional columns of a finding."""
         found: dict[str, object] = {} if self.local is None else {"local_order": self.order}
         return found if self.moments is None else {**found, "moment_order": _middle(*self.moments)}
 
 
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
-    """Return local weak defects; moments where the problem is linear; the operator where the former do not decide.
+    """Return local weak defects; moments for linear problems; the operator if the local orders do not decide.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        What the scheme sees.
+        In the scheme's form.
     settings : Settings
         Numbers of steps, for moments and operators.
     """
@@ -138,7 +138,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
 
 
 def _claims_rough(scheme: Scheme, view: Problem) -> bool:
-    """Tell whether a scheme claims an order of an observable that is not smooth."""
+    """Return whether a scheme claims an order of an observable that is not smooth."""
     claimed = (name for name in view.observables if claim_for(scheme, view.traits, "weak", name).claim)
     return any(smoothness(view, name) is not Smoothness.SMOOTH for name in claimed)
 
@@ -167,19 +167,19 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
 
 
 def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tuple[Opinion | None, bool]:
-    """Return what the deterministic tiers say of a claim about an observable.
+    """Return the opinion of the deterministic tiers on a claim about an observable.
 
-    The local order decides; moments can take back what it verifies, and decide where it does not. So does the
+    The local order decides. Moments can revoke its verification, and decide if it does not; so does the
     operator for the observables it is informative about. A claim that names its observables is judged by these alone:
-    the least local order of all test functions is enough for each of them, and more than it needs. Of an observable
-    with a jump or a kink nothing is said, which smooth functions, polynomials among them, do not stand for.
+    the smallest local order of all test functions is sufficient for each of them, but not necessary. An observable
+    with a jump or a kink is left open, because smooth functions, such as polynomials, do not represent it.
 
     Parameters
     ----------
     evidence : Evidence
-        Of a cell: what tiers T1 and T2 found counts.
+        Of a cell; its evidence of tiers T1 and T2 is used.
     claim : Claim or None
-        That covers the observable.
+        Claim that covers the observable.
     observable : str
 
     Returns
@@ -205,7 +205,8 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
     further = _up_to_memory(unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
-    # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
+    # A contradiction by one step is not overruled at T: moments and means on a chart may miss the states it was seen
+    # at.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
     if further is not None and (undecided or further.final or further.verdict is Verdict.REFUTED):
         return further, False
@@ -213,19 +214,16 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
 
 
 def of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
-    """Return what a local order says of a claim: nothing for one above 1 where lagged values are interpolated.
+    """Return the opinion of a local order, left open for claims above 1 if lagged values are interpolated.
 
     One step has the older solution at its ends. Between the points x_k and x_{k+1} of a mesh, Brownian motion is a
-    bridge of variance delta (1 - delta) h about the line through them: whatever depends on a lagged value not only
-    linearly has a mean that is off by h.
+    bridge of variance delta (1 - delta) h about the line through them. So functions that are nonlinear in a lagged
+    value have a mean with an error of order h.
 
     Parameters
     ----------
-    opinion : Opinion
-        Of one step.
-    claim : float
-        The order that is claimed.
-    evidence : Evidence
+    opinion, claim, evidence
+        As of `of_smooth`.
     """
     delayed = evidence.view.capability(Delayed)
     if delayed is None or not delayed.mesh(evidence.step_sizes[-1]).delta:
@@ -234,9 +232,9 @@ def of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
 
 
 def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoothness) -> Opinion:
-    """Return what is said of an observable with a jump or a kink: nothing by one step, but by a law on few points.
+    """Return the opinion on an observable with a jump or a kink: open by one step, but by a law on few points.
 
-    Errors on a lattice jump about, and may be small by accident: that they are verifies nothing.
+    Errors on a lattice fluctuate, and may be small by accident, so small errors verify no claim.
     """
     words = f"{observable} has {found} where solutions go: one step decides smooth observables alone"
     silent = local_doubt(words, Kind.NOT_SMOOTH)
@@ -258,7 +256,10 @@ def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoot
 def _judge_named(
     evidence: Evidence, claim: Order, observable: str, opinion: Opinion | None
 ) -> tuple[Opinion | None, bool]:
-    """Return the same of a claim that names this observable, given what one step says of all test functions."""
+    """Return the opinion on a claim that names this observable, given that of one step on all test functions.
+
+    The second value is as for `judge_probe`.
+    """
     least = claim.least - max(TOLERANCE, claim.margin)
     further = _up_to_memory(_global_of_one(evidence, claim.least, observable), least, weak_probe(evidence))
     if further is not None:
@@ -276,7 +277,7 @@ def _judge_named(
 
 
 def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion | None:
-    """Return what is known of one observable at T without sampling, or None."""
+    """Return the opinion on one observable at T without sampling, or None."""
     form, record = quadratic_form(evidence.view, observable), unpacked(MOMENTS, MomentErrors, evidence.tally)
     found = observable_order(record, form) if form is not None and record is not None else None
     if found is None:
@@ -287,7 +288,7 @@ def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion
 
 
 def _read_own(tally: Tally, view: Problem, observable: str) -> WeakOrder | None:
-    """Return the local weak order of a quadratic observable by itself, or None."""
+    """Return the local weak order of a quadratic observable alone, or None."""
     form, record, ito = quadratic_form(view, observable), unpacked(LOCAL, LocalWeak, tally), view.ito()
     if form is None or record is None or ito is None or ito.dimension != int(record.dimension) or not form.size:
         return None
@@ -303,12 +304,12 @@ def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float, sh
 
 
 def unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
-    """Return what one step says of a weak order: nothing against it if later steps take its errors back.
+    """Return the opinion of one step on a weak order, left open if later steps cancel its errors.
 
     Parameters
     ----------
     opinion : Opinion
-        Of the order of one step.
+        On the order of one step.
     sharp : bool
         Whether that is the order at T, see `Scheme.local_order_is_global`.
     """
@@ -332,7 +333,7 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
 
 
 def unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
-    """Return what is known at T, which does not refute alone where the equation is slow.
+    """Return the opinion at T, which does not refute alone if the equation is slow.
 
     A scheme that bounds its noise by 1 has its order on steps whose errors are below rounding there.
     """
@@ -342,15 +343,15 @@ def unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | N
 
 
 def _up_to_memory(further: Opinion | None, least: float, probed: WeakProbe) -> Opinion | None:
-    """Return what is known at T, which verifies nothing above the order of what the memory of a run changes.
+    """Return the opinion at T, which verifies no order above that of the changes by the memory of a run.
 
-    Moments are propagated by a step whose memory does the same at all times.
+    Moments are propagated by a step whose memory is the same at all times.
 
     Parameters
     ----------
     further : Opinion or None
     least : float
-        The least order that counts as the claimed one.
+        The smallest order that is accepted as the claimed one.
     probed : WeakProbe
     """
     if further is None or further.verdict is not Verdict.VERIFIED:
@@ -367,7 +368,7 @@ def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None
 
 
 def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors:
-    """Return errors by the operator; on further step sizes where the first ones do not settle what is claimed."""
+    """Return errors by the operator, on further step sizes if the first ones do not settle the claims."""
     steps = [settings.coarsest * 2**level for level in range(FIRST + FURTHER)]
     record = weak_errors(scheme, view, steps[:FIRST])
     orders = _operator_orders(view, record)
@@ -391,12 +392,12 @@ def _in_words(low: float, high: float) -> str:
 
 
 def _middle(low: float, high: float) -> float:
-    # NaN where an interval is open.
+    # NaN for an open interval.
     return low if low == high else 0.5 * (low + high) if isfinite(low) and isfinite(high) else nan
 
 
 def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
-    """Return what one step says of each order that a scheme claims."""
+    """Return the verdicts of one step on the orders that a scheme claims."""
     values = (claim.value for claim in scheme.promises if claim.measure == "weak")
     orders = (value for value in values if isinstance(value, Order))
     judged = (judge_weak(order, value.least, max(TOLERANCE, value.margin)) for value in orders)
@@ -405,7 +406,7 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
 
 @lru_cache(maxsize=16)
 def _reference(view: Problem, steps: local.Steps, *, further: bool = False) -> SemigroupReference:
-    # Paid once a problem and form, not once a scheme: problems are compared by identity.
+    # Cached per problem and form, because all schemes use it; problems are compared by identity.
     return weak_reference(view, steps, further=further)
 
 
@@ -436,7 +437,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
 
 @lru_cache(maxsize=8)
 def _reference_near_start(view: Problem) -> SemigroupReference:
-    # Paid once a member, not once a scheme: problems are compared by identity.
+    # Cached per member, because all schemes use it; problems are compared by identity.
     ito = view.ito()
     assert ito is not None
     steps = tuple((first_time(view.horizon), size) for size in local.sizes(view).tolist())
@@ -444,21 +445,21 @@ def _reference_near_start(view: Problem) -> SemigroupReference:
 
 
 def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opinion:
-    """Compare local orders with a claimed least weak order.
+    """Compare local orders with a claimed minimum weak order.
 
     Parameters
     ----------
     order : WeakOrder
     claim : float
     tolerance : float
-        How far below the claim an order may be.
+        Amount by which an order may fall short of the claim.
 
     Returns
     -------
     Opinion
-        Refuted only where settled orders are too low at a quarter of the states of some time, and inconsistent if
-        most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
-        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi,
+        Refuted only if settled orders are too low at a quarter of the states at some time, and as inconsistent if
+        most states have the order 0. A defect with an accidentally small leading coefficient may change its sign as
+        h tends to 0, and its order is not settled: it is ignored if this happens at fewer states, for every phi,
         or at one of several.
     """
     void = f"; h below {order.plateau_h:.2g} left out, where a solver's tolerance shows" if order.plateau_h else ""
@@ -488,7 +489,7 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
 
 
 def _why_silent(order: WeakOrder, bound: float) -> str:
-    """Return why one step says nothing of a weak order, or an empty string."""
+    """Return why one step does not determine a weak order, or an empty string."""
     if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
         return "no weak order from one step: it is not finite, or a solver's tolerance hides its error"
     if order.differing_share(bound) >= MANY:

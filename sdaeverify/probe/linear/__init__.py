@@ -1,1 +1,1 @@
-"""Linear problems without sampling: the linear map of a step, and the exact moments of a run."""
+"""Linear problems without sampling: the linear map of a step, and exact moments along a run."""

@@ -1,7 +1,7 @@
-"""Affine functions, found from their values at 0 and at the unit vectors and checked at states of several sizes.
+"""Affine functions, determined from their values at 0 and the unit vectors and checked at states of several sizes.
 
-What is affine near 0 need not be so where solutions go: x - x^3 is, to rounding, where x is given in units of 1e-8.
-So states that a solution reaches belong to the check.
+A function that is affine near 0 may be nonlinear at the states of solutions: x - x^3 is affine up to rounding if x
+has units of 1e-8, say. So the check includes states that a solution reaches.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ..step.nodes import SEED
 
-# The relative defect of an affine function is rounding, a few times 1e-16; that of another is far larger than this.
+# The relative defect of an affine function is a few times 1e-16 (rounding); that of other functions is far larger.
 # Rounding: a few EPS of the terms; another function is off by a part of them.
 AFFINE = 1e-10
 # Size: of the trial states.
@@ -23,14 +23,14 @@ def corners(k: int) -> Array:
 
 
 def trial_states(k: int) -> Array:
-    """Return the corners and, to check them, random vectors of lengths 0.1, 1, 10 and 100, shape (k, k + 5)."""
+    """Return the corners and, for the check, random vectors of lengths 0.1, 1, 10 and 100, shape (k, k + 5)."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 2))
     x = rng.standard_normal((k, len(SIZES)))
     return np.concatenate([corners(k), x / np.linalg.norm(x, axis=0) * SIZES], axis=1)
 
 
 def with_trials(reached: Array) -> Array:
-    """Return the trial states and, behind them, states that a solution reaches, shape (k, k + 5 + S) for (k, S)."""
+    """Return the trial states followed by states that a solution reaches, shape (k, k + 5 + S) for (k, S)."""
     return np.concatenate([trial_states(len(reached)), reached], axis=1)
 
 
@@ -40,7 +40,7 @@ def at_corners(values: Array, last: float = 1.0) -> Array:
     Parameters
     ----------
     values : ndarray, shape (d, 1 + k, K)
-        Of K functions.
+        Values of K functions at the corners.
     last : float, optional
 
     Returns
@@ -61,16 +61,16 @@ def defect(states: Array, values: Array, fitted: Array) -> float:
     Parameters
     ----------
     states : ndarray, shape (k, n)
-        The corners, and behind them those at which the functions are checked.
+        The corners, followed by the states of the check.
     values : ndarray, shape (d, n, K)
-        Of K functions at the states.
+        Values of K functions at the states.
     fitted : ndarray, shape (d + 1, k + 1, K)
-        [[R, r], [0, .]], as found from the first k + 1 of them.
+        [[R, r], [0, .]], as found from the corners.
 
     Returns
     -------
     float
-        Infinite if a value is not a number; what overflows is left out.
+        Infinite if a value is NaN; infinite values are ignored.
     """
     k = fitted.shape[1] - 1
     x = np.append(states[:, k + 1 :], np.ones((1, states.shape[1] - k - 1)), axis=0).T
@@ -80,7 +80,7 @@ def defect(states: Array, values: Array, fitted: Array) -> float:
 
 
 def relative(difference: Array, size: Array) -> float:
-    """Return the largest of |difference| relative to size, each the largest over the first axis."""
+    """Return the largest ratio of |difference| to size, each maximised over the first axis first."""
     largest, scale = np.abs(difference).max(axis=0), size.max(axis=0)
     ratio = largest / np.maximum(scale, TINY)
     return float(np.max(np.where(np.isnan(ratio), np.inf, ratio), initial=0.0, where=~np.isinf(scale)))

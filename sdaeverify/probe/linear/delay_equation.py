@@ -1,19 +1,19 @@
-"""Delay equations that are linear, found by evaluating them, and the exact mean-square stability of a scalar one.
+"""Coefficients of linear delay equations, and exact mean-square stability of a scalar one.
 
     dx = (A x + B x(t - tau)) dt + (c x + d x(t - tau)) dW,     r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0.
 
-E x^2 tends to 0 exactly if the roots of s = A + B e^(-s tau) have negative real parts and the integral of
+E x^2 tends to 0 if and only if the roots of s = A + B e^(-s tau) have negative real parts and the integral of
 (c r(t) + d r(t - tau))^2 over t > 0 is below 1. With K(a) the integral of r(t) r(t - a), it is
 
     (c^2 + d^2) K(0) + 2 c d K(tau),   K(0) = (B sh - 1)/(2 (A + B ch)),   K(tau) = -(ch + A sh)/(2 (A + B ch)),
 
 ch = cosh(w tau), sh = sinh(w tau)/w, w^2 = A^2 - B^2. Numerators and denominator have a common zero, and overflow.
-For A <= -|B|, with beta = B/(w - A) and E = e^(-w tau), they are the same as
+For A <= -|B|, with beta = B/(w - A) and E = e^(-w tau), they are equal to
 
     K(0) = (1 + E beta)/(2 w (1 - E beta)),   K(tau) = (E + beta)/(2 w (1 - E beta)),
 
-and for B < -|A|, with w^2 = B^2 - A^2, psi = arg(-A + i w) and the slack s = pi - psi - w tau, positive exactly if
-r decays,
+and for B < -|A|, with w^2 = B^2 - A^2, psi = arg(-A + i w) and the slack s = pi - psi - w tau, which is positive if
+and only if r decays, to
 
     K(0) = sin((psi + w tau)/2)/(2 w sin(s/2)),   K(tau) = sin((psi - w tau)/2)/(2 w sin(s/2)).
 """
@@ -29,13 +29,13 @@ from ..step.nodes import SEED
 from ..step.states import WHEN
 
 EPS = float(np.finfo(float).eps)
-# Rounding of a handful of operations, and of the slack per unit of its two terms.
+# Rounding error of a handful of operations, and of the slack per unit of its two terms.
 # Rounding: EPS for each operation.
 ROUNDING = 32.0 * EPS
-# e^CLIP can be squared.
+# Largest exponent: e^CLIP can be squared without overflow.
 # Rounding: e^600 is less than the largest number, e^709.
 CLIP = 300.0
-# Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
+# Sizes of the states: 1 in the problem's unit, and sizes for the limits of small and of large states.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 
 
@@ -45,11 +45,11 @@ class LinearDelay(NamedTuple):
     Attributes
     ----------
     A, B : float
-        Per unit of time.
+        Unit 1/time.
     c, d : float
-        Per square root of a unit of time.
+        Unit 1/sqrt(time).
     tau : float
-        Delay, not negative.
+        Delay, nonnegative.
     """
 
     A: float
@@ -60,7 +60,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def rightmost_root(self) -> complex:
-        """The root of s = A + B e^(-s tau) with the largest real part, A + W_0(B tau e^(-A tau))/tau."""
+        """Root of s = A + B e^(-s tau) with the largest real part, A + W_0(B tau e^(-A tau))/tau."""
         if self.tau == 0.0 or self.B == 0.0:
             return complex(self.A + (self.B if self.tau == 0.0 else 0.0))
         logarithm = float(np.log(abs(self.B) * self.tau) - self.A * self.tau)
@@ -68,7 +68,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def mean_decays(self) -> bool | None:
-        """Whether all roots have negative real parts; None if rounding does not tell (Hayes 1950)."""
+        """Whether all roots have negative real parts (Hayes 1950); None if rounding errors are too large."""
         if self.A + self.B >= 0.0:
             return False
         if self.A <= self.B:
@@ -78,7 +78,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def covariances(self) -> tuple[float, float]:
-        """The integrals K(0) of r(t)^2 and K(tau) of r(t) r(t - tau); infinite unless r decays for certain."""
+        """Integrals K(0) of r(t)^2 and K(tau) of r(t) r(t - tau); infinite unless r is known to decay."""
         if not self.mean_decays:
             return np.inf, np.inf
         w = self._frequency
@@ -91,7 +91,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def noise_integral(self) -> float:
-        """The integral of (c r(t) + d r(t - tau))^2; infinite unless r decays for certain."""
+        """Integral of (c r(t) + d r(t - tau))^2; infinite unless r is known to decay."""
         at_0, at_tau = self.covariances
         if at_0 == np.inf:
             return np.inf
@@ -99,7 +99,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def noise_integral_error(self) -> float:
-        """A bound of what rounding does to the integral: relative to its terms, |K(tau)| being at most K(0)."""
+        """Bound of the rounding error of the integral, relative to its terms; |K(tau)| is at most K(0)."""
         relative = ROUNDING
         if self.A > self.B:
             slack, error = self._slack
@@ -108,7 +108,7 @@ class LinearDelay(NamedTuple):
 
     @property
     def stable(self) -> bool | None:
-        """Whether E x^2 tends to 0; None if rounding does not tell."""
+        """Whether E x^2 tends to 0; None if rounding errors are too large to decide."""
         if not self.mean_decays:
             return self.mean_decays
         integral, error = self.noise_integral, self.noise_integral_error
@@ -116,11 +116,11 @@ class LinearDelay(NamedTuple):
 
     @property
     def growth_rate(self) -> float:
-        """The rate lam of E x^2 ~ e^(lam t), per unit of time.
+        """Rate lam of E x^2 ~ e^(lam t), unit 1/time.
 
-        It is where the integral of e^(-lam t) (c r(t) + d r(t - tau))^2 is 1, that is the integral of the equation
-        `discount` by lam, or twice the real part of the rightmost root if that is larger. The integral decreases in
-        lam; its reciprocal is 0 at the latter, and nearly a straight line.
+        It is the rate at which the integral of e^(-lam t) (c r(t) + d r(t - tau))^2, the noise integral of the
+        equation discounted by lam, equals 1, or twice the real part of the rightmost root if that is larger. The
+        integral decreases in lam; its reciprocal is 0 at the latter, and nearly linear.
         """
         low = 2.0 * self.rightmost_root.real
         width = 1.0 + abs(self.A) + abs(self.B) + (abs(self.c) + abs(self.d)) ** 2
@@ -132,7 +132,7 @@ class LinearDelay(NamedTuple):
         return float(root)
 
     def discount(self, rate: float) -> "LinearDelay":
-        """Return the equation of e^(-rate t/2) x."""
+        """Return the equation that e^(-rate t/2) x satisfies."""
         factor = float(np.exp(np.clip(-0.5 * rate * self.tau, -CLIP, CLIP)))
         return LinearDelay(self.A - 0.5 * rate, self.B * factor, self.c, self.d * factor, self.tau)
 
@@ -147,7 +147,7 @@ class LinearDelay(NamedTuple):
         return angle - turned, ROUNDING * (angle + turned)
 
     def _excess(self, rate: float) -> float:
-        # Negative below the growth rate, positive above.
+        # Return a value that is negative below the growth rate and positive above.
         if rate <= 2.0 * self.rightmost_root.real:
             return -1.0
         integral = self.discount(rate).noise_integral
@@ -155,7 +155,7 @@ class LinearDelay(NamedTuple):
 
 
 def _hyperbolic(w: float, u: float, psi: float, opposed: bool) -> tuple[float, float]:
-    # E = e^(-u) and |beta| = e^(-psi); differences are taken in the exponents.
+    # Here E = e^(-u) and |beta| = e^(-psi); differences are computed in the exponents.
     product, gap = np.exp(-u - psi), -np.expm1(-u - psi)
     if opposed:
         difference = np.sign(psi - u) * np.exp(-min(u, psi)) * -np.expm1(-abs(psi - u))
@@ -164,7 +164,7 @@ def _hyperbolic(w: float, u: float, psi: float, opposed: bool) -> tuple[float, f
 
 
 def linear_delay(view: Delayed, scale: float = UNIT) -> LinearDelay:
-    """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
+    """Return the coefficients of a scalar equation with y eliminated, at states of size `scale`."""
     plain, none = view.without_y(), np.zeros((0, 3))
     x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
     f = np.broadcast_to(plain.drift(0.0, x, v, none), (1, 3))[0]
@@ -174,18 +174,18 @@ def linear_delay(view: Delayed, scale: float = UNIT) -> LinearDelay:
 
 
 def is_scalar(view: Delayed) -> bool:
-    """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
+    """Return whether x and the noise are scalar, so that `linear_delay` describes the whole equation."""
     return view.dimension == view.noise_dim == 1
 
 
 def at_rest(view: Delayed) -> bool:
-    """Tell whether zero is a solution of the equation with y eliminated."""
+    """Return whether zero is a solution of the equation with y eliminated."""
     plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
     return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
 
 
 def is_autonomous(view: Delayed) -> bool:
-    """Tell whether drift and diffusion with y eliminated are the same at two times."""
+    """Return whether drift and diffusion with y eliminated have the same values at two times."""
     plain, none = view.without_y(), np.zeros((0, 4))
     x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
     later = WHEN * view.horizon

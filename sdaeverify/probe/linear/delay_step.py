@@ -1,21 +1,21 @@
-"""One step of a scheme with a lag on a linear equation, as matrices, found by evaluating it; moments along a run.
+"""Matrices of one step of a scheme with a lag on a linear equation, and moments along a run.
 
     y_{n+1} = R y_n + S v_n + V v_{n+1} + sum_j (R_j y_n + S_j v_n + V_j v_{n+1}) xi_j
 
-y is the scheme's own state of k rows, the first d of which are x; the rest is algebraic. With tau = (m - delta) h,
+y is the scheme's state with k rows, the first d of which are x; the others are algebraic. With tau = (m - delta) h,
 as in Qu, Huang & Liu (2010), (2.11),
 
     v_n = delta x_{n-m+1} + (1 - delta) x_{n-m} .
 
-For m = 1 only (1 - delta) x_n of v_{n+1} is known before the step, which is what its columns multiply there; for
-m = 0 nothing of it is, and v_n = x_n.
+For m = 1 only the part (1 - delta) x_n of v_{n+1} is known before the step, and the columns of v_{n+1} act on this
+part. For m = 0 no part is known, and v_n = x_n.
 
-Bounded nonlinear terms vanish beside the others at large states, and differ from their derivatives as little as one
-likes at small ones. A step that is not linear is looked at in both limits, between which its solutions move.
+Bounded nonlinear terms vanish relative to the others at large states, and are arbitrarily close to their derivatives
+at small states. A nonlinear step is probed in both limits, since its solutions move between them.
 
-Means and second moments along a run from a deterministic start are exact. The known of a step are y_n and the lagged
-values v_n, ..., v_{n+m-1}; a step adds v_{n+m} = delta x_{n+1} + (1 - delta) x_n and forgets v_n, whose place the new
-one takes. All others keep their moments, so that a step costs a multiple of m.
+Means and second moments along a run from a deterministic start are exact. A step depends on y_n and the lagged
+values v_n, ..., v_{n+m-1}. It adds v_{n+m} = delta x_{n+1} + (1 - delta) x_n, which replaces v_n. The moments of all
+other lagged values are unchanged, so that a step costs a multiple of m.
 """
 
 from typing import NamedTuple
@@ -36,13 +36,13 @@ from .linear_map import MemoryStep
 
 
 class LinearDelayStep(NamedTuple):
-    """The matrices of one step: columns for y_n, then for v_n, then for the known part of v_{n+1}.
+    """The matrices of one step: columns for y_n, for v_n, and for the known part of v_{n+1}.
 
     Attributes
     ----------
     drift : ndarray, shape (k, k + 2 d)
     noise : ndarray, shape (l, k, k + 2 d)
-        Of independent standard normals xi_j: a factor sqrt(h) is included.
+        Coefficients of independent standard normals xi_j; they include a factor sqrt(h).
     """
 
     drift: Array
@@ -55,24 +55,24 @@ class LinearDelayStep(NamedTuple):
 
     @property
     def dimension(self) -> int:
-        """Number d of components of x, which are the first of y."""
+        """Number d of components of x, the first components of y."""
         return int(self.drift.shape[1] - self.rows) // 2
 
     @property
     def maps(self) -> Array:
-        """The drift and then the noises, shape (1 + l, k, k + 2 d)."""
+        """The drift followed by the noises, shape (1 + l, k, k + 2 d)."""
         return np.concatenate([self.drift[None], self.noise])
 
 
 class Lagged(NamedTuple):
-    """A step as a recursion y_{n+1} = sum_i A_i y_{n-i}, with noises of the same kind; I different lags.
+    """A step as a recursion y_{n+1} = sum_i A_i y_{n-i} with noises of the same form, for I distinct lags.
 
     Attributes
     ----------
     lags : ndarray, shape (I,)
         Ascending, from 0.
     maps : ndarray, shape (1 + l, I, k, k)
-        The drift A_i and then the noises; columns of what is not delayed are 0, except at lag 0.
+        The drift A_i followed by the noises; columns of undelayed components are 0, except at lag 0.
     """
 
     lags: Array
@@ -80,7 +80,7 @@ class Lagged(NamedTuple):
 
 
 def as_recursion(step: LinearDelayStep, mesh: Mesh) -> Lagged:
-    """Return a step as a recursion in y alone; at most four lags have coefficients."""
+    """Return a step as a recursion in y only; at most four lags have nonzero coefficients."""
     k, d = step.rows, step.dimension
     now, following = _weights(mesh)
     lags = np.unique([0, *(lag for lag, _ in now + following)])
@@ -94,7 +94,7 @@ def as_recursion(step: LinearDelayStep, mesh: Mesh) -> Lagged:
 
 
 def _weights(mesh: Mesh) -> tuple[tuple[tuple[int, float], ...], tuple[tuple[int, float], ...]]:
-    # Pairs (lag, weight): what x_{n-lag} weighs in v_n, and in the known part of v_{n+1}.
+    # Return pairs (lag, weight): the weights of x_{n-lag} in v_n, and in the known part of v_{n+1}.
     m, delta = mesh
     if m == 0:
         return ((0, 1.0),), ()
@@ -103,16 +103,16 @@ def _weights(mesh: Mesh) -> tuple[tuple[tuple[int, float], ...], tuple[tuple[int
 
 
 def arguments(k: int, d: int, mesh: Mesh) -> Array:
-    """Return the map of (y_n, v_n, ..., v_{n+m-1}) to (y_n, v_n, known part of v_{n+1}).
+    """Return the matrix that maps (y_n, v_n, ..., v_{n+m-1}) to (y_n, v_n, known part of v_{n+1}).
 
     Parameters
     ----------
     k : int
-        Numbers in the memory y of the scheme.
+        Number of rows of the scheme's state y.
     d : int
-        Numbers in a solution x.
+        Number of components of x.
     mesh : Mesh
-        How the delay lies on the steps.
+        Position of the delay relative to the steps.
     """
     m, delta = mesh
     chosen = np.zeros((k + 2 * d, k + m * d))
@@ -128,14 +128,14 @@ def arguments(k: int, d: int, mesh: Mesh) -> Array:
 
 
 class Start(NamedTuple):
-    """Where a run begins.
+    """Initial values of a run.
 
     Attributes
     ----------
     y : ndarray, shape (k,)
         y_0.
     lagged : ndarray, shape (m, d)
-        v_0, ..., v_{m-1}, which come from the history left of the start; v_0, ..., v_N are enough for N steps.
+        v_0, ..., v_{m-1}, given by the history before the start; v_0, ..., v_N suffice for N steps.
     """
 
     y: Array
@@ -143,7 +143,7 @@ class Start(NamedTuple):
 
 
 class RunMoments(NamedTuple):
-    """Moments at every mesh point.
+    """Moments of a run at every mesh point.
 
     Attributes
     ----------
@@ -158,26 +158,26 @@ class RunMoments(NamedTuple):
 
 
 def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> RunMoments:
-    """Return the moments of a run of some steps.
+    """Return the moments of a run of `steps` steps.
 
     Parameters
     ----------
     step : LinearDelayStep
     mesh : Mesh
-        How the delay lies on the steps.
+        Position of the delay relative to the steps.
     start : Start
-        State of the scheme, and the lagged values that the run uses.
+        State of the scheme, and the lagged values that the run needs.
     steps : int
-        Length of the run.
+        Number of steps.
 
     Returns
     -------
     RunMoments
     """
-    # A run that is shorter than the delay reaches no later values of its past.
+    # A run shorter than the delay needs no later lagged values.
     k, d, m = step.rows, step.dimension, min(mesh.m, max(steps, 1) + 1)
     known = np.concatenate([start.y, np.ravel(start.lagged[:m]), [1.0]])
-    # Of (y_n, all lagged values, 1): the last column carries the means.
+    # Second moments of (y_n, all lagged values, 1); the last column contains the means.
     P = np.outer(known, known)
     chosen = arguments(k, d, Mesh(min(m, 2), mesh.delta))
     found = [P[:k, [*range(k), -1]]]
@@ -198,12 +198,12 @@ def _places(k: int, d: int, place: int) -> Array:
 def _advance(
     P: Array, step: LinearDelayStep, known: tuple[Array, Array], forgotten: list[Array], delta: float
 ) -> None:
-    # `known` are moments of z = (y_n, v_n, known part of v_{n+1}) with (y_n, all lagged values, 1), and E z z^T.
-    # `forgotten` are the places of v_n, where v_{n+m} is put; without a delay there are none.
+    # `known` are the moments of z = (y_n, v_n, known part of v_{n+1}) with (y_n, all lagged values, 1), and E z z^T.
+    # `forgotten` are the indices of v_n, which v_{n+m} replaces; without a delay there are none.
     k, d, maps = step.rows, step.dimension, step.maps
     second = (maps @ known[1] @ maps.swapaxes(1, 2)).sum(axis=0)
     cross = step.drift @ known[0]
-    # The new lagged value with all that was known, with y_{n+1} and with itself.
+    # Moments of the new lagged value with all known values, with y_{n+1} and with itself.
     fresh = delta * cross[:d] + (1.0 - delta) * P[:d]
     with_y = delta * second[:d] + (1.0 - delta) * cross[:, :d].T
     for slot in forgotten:
@@ -213,25 +213,26 @@ def _advance(
     P[:k], P[:, :k] = cross, cross.T
 
 
-# Noise at which the step must be what it is by its values at 0 and at one standard deviation.
+# Bound of the noise, in standard deviations, at which a step is checked for being affine in the noise; number of
+# checks.
 REACH, TRIALS = 4.0, 3
-# Of the times in all parts of the horizon, one in so many.
+# Only one of this number of probe times after the delay is used.
 # Size: times that are tried.
 FEWER = 4
 
 
 class ProbedStep(NamedTuple):
-    """What was found.
+    """Result of probing a step for its matrices.
 
     Attributes
     ----------
     step : LinearDelayStep
     offset : ndarray, shape (1 + l, k)
-        What a step adds to linear terms: without noise, and for one standard deviation of each noise.
+        Constant terms of the step: without noise, and coefficients of each noise.
     defect : float
-        Of linearity in the state and in the noise, relative.
+        Relative deviation from linearity in the state and in the noise.
     failed : bool
-        Whether the scheme found no root somewhere.
+        Whether the scheme found no root for some input.
     """
 
     step: LinearDelayStep
@@ -241,16 +242,16 @@ class ProbedStep(NamedTuple):
 
 
 def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> ProbedStep:
-    """Return the matrices of a step of size h after the first delay.
+    """Return the matrices of a step of size h after the first delay interval.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        Of the scheme's form.
+        Problem in the scheme's form.
     h : float
     scale : float
-        Size of the states at which it is evaluated.
+        Size of the states at which the step is evaluated.
 
     Returns
     -------
@@ -273,19 +274,19 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
 
 
 def _reached(scheme: Scheme, view: Delayed, h: float) -> Array:
-    """Return in one column the memory that a run starts with and the history at begin and end of its first step."""
+    """Return as a column the state at the start of a run and the history at start and end of its first step."""
     known = [view.past(min(0.0, end - view.delay)) for end in (0.0, h)]
     return np.concatenate([flatten(scheme.start(view, 1, h)), *known])
 
 
 def why_not_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
-    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string.
+    """Return why the matrices of a step do not hold for all steps after the first delay, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        The problem as the scheme sees it.
+        Problem in the scheme's form.
     h : float
         Step size.
     """
@@ -296,13 +297,13 @@ def why_not_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
 
 
 def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
-    """Return why the matrices are not those of all steps of a run, those that the history drives among them.
+    """Return why the matrices do not hold for all steps of a run, including those in the first delay interval.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        The problem as the scheme sees it.
+        Problem in the scheme's form.
     h : float
         Step size.
     """
@@ -320,29 +321,30 @@ def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
 
 
 def _grows_as_steps_shrink(scheme: Scheme, view: Delayed) -> bool:
-    # A history of its own makes k ~ 1/h components, and N steps of their second moments cost k^2 N = O(h^-3).
+    # A history stored in the state has k ~ 1/h components, and second moments over N steps would cost
+    # k^2 N = O(h^-3).
     long, short = (len(flatten(scheme.start(view, 1, view.delay / parts))) for parts in (4.0, 8.0))
     return short > long
 
 
 def _times_after_delay(view: Delayed) -> tuple[float, ...]:
-    """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
+    """Return times after the first delay: earlier, lagged values come from the history, which a scheme may know."""
     left = view.horizon - view.delay
     return tuple(view.delay + part for part in (strata(left)[::FEWER] if left > 0.0 else (0.0,)))
 
 
 def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
-    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use.
+    """Return the initial values of a run with steps of size h: the scheme's state, and the lagged values it needs.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        The problem as the scheme sees it.
+        Problem in the scheme's form.
     h : float
         Step size.
     steps : int
-        Length of the run: no lagged value is returned that it does not use.
+        Number of steps; lagged values that the run does not need are left out.
     """
     used = min(view.mesh(h).m, max(steps, 1) + 1)
     lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
@@ -350,13 +352,13 @@ def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
 
 
 def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
-    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one.
+    """Return sizes of states at which a step is linear: 1 for a linear step, else those of a small and a large one.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        The problem as the scheme sees it.
+        Problem in the scheme's form.
     h : float
         Step size.
     """
@@ -366,7 +368,7 @@ def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
 
 
 def _evaluate_step(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
-    """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
+    """Return the new states for all inputs, shape (k, S, K), of a step at time t for every column of noise."""
     inputs, xi = at
     d, count = view.dimension, xi.shape[1]
     z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])

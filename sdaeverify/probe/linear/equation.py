@@ -1,4 +1,4 @@
-"""The coefficients of a linear equation dx = (A x + a) dt + sum_j (C_j x + c_j) dW_j, and its second moments.
+"""Coefficients of a linear equation dx = (A x + a) dt + sum_j (C_j x + c_j) dW_j, and its second moments.
 
 For z = (x, 1) with A~ = [[A, a], [0, 0]] and C~_j = [[C_j, c_j], [0, 0]] the matrix P = E z z^T obeys, exactly,
 
@@ -23,7 +23,7 @@ RESIDUAL = 0.5
 
 
 class LinearEquation(NamedTuple):
-    """Coefficients as they act on (x, 1), or on x if they are those of a linear part.
+    """Coefficients acting on (x, 1) or, for a linear part, on x.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class LinearEquation(NamedTuple):
 
     @property
     def homogeneous(self) -> "LinearEquation":
-        """The linear part, A and C_j, which the difference of two solutions obeys."""
+        """The linear part, with A and C_j, which differences of two solutions satisfy."""
         return LinearEquation(self.drift[:-1, :-1], self.diffusion[:-1, :-1])
 
     @property
@@ -54,20 +54,20 @@ class LinearEquation(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """A bound of the rates of first and second moments, |A| + sum_j |C_j|^2, unit 1/time."""
+        """Bound of the rates of first and second moments, |A| + sum_j |C_j|^2, unit 1/time."""
         A, C = self
         return float(np.linalg.norm(A, 2) + sum(np.linalg.norm(C[..., j], 2) ** 2 for j in range(C.shape[-1])))
 
     @property
     def abscissa(self) -> float:
-        """Largest real part of an eigenvalue of the generator: the growth rate of second moments."""
+        """Largest real part of the eigenvalues of the generator: the growth rate of second moments."""
         return float(np.linalg.eigvals(self.generator()).real.max())
 
     def decays(self) -> bool | None:
-        """Tell whether the abscissa is negative; None if the arithmetic does not tell.
+        """Return whether the abscissa is negative; None if rounding errors are too large to decide.
 
-        It is so exactly if A P + P A^T + sum_j C_j P C_j^T = -Id has a positive definite solution P, which is then
-        the integral of P(t) from P(0) = Id over all t > 0. A residual below Id leaves the statement true.
+        It is negative if and only if A P + P A^T + sum_j C_j P C_j^T = -Id has a positive definite solution P, which
+        is then the integral of P(t) with P(0) = Id over t > 0. The statement remains true for a residual below Id.
         """
         A, C = self
         unit = np.eye(len(A))
@@ -78,7 +78,7 @@ class LinearEquation(NamedTuple):
         residual = A @ P + P @ A.T + Operator(C, np.ones(C.shape[-1]))(P) + unit
         if not np.linalg.norm(residual) <= RESIDUAL:
             return None
-        # If it decays, P is at least (1 - RESIDUAL)/(2 |A|) Id: half of it is left to rounding.
+        # If the equation decays, P is at least (1 - RESIDUAL)/(2 |A|) Id; half of this is allowed for rounding.
         return bool(np.linalg.eigvalsh(P).min() > 0.25 * (1.0 - RESIDUAL) / self.rate)
 
 
@@ -99,17 +99,17 @@ def why_not_linear_equation(view: Problem) -> str:
     return ""
 
 
-# Asked for at one step size after the other.
+# Cached, since it is needed at every step size.
 @lru_cache(maxsize=8)
 def linear_equation(ito: Equation) -> LinearEquation:
-    """Return the coefficients of an equation that `why_not_linear_equation` has nothing against."""
+    """Return the coefficients of an equation for which `why_not_linear_equation` is empty."""
     x = corners(ito.dimension)
     drift, diffusion = (at_corners(values[0], last=0.0) for values in _coefficients(ito, x).values())
     return LinearEquation(drift[..., 0], diffusion)
 
 
 def _coefficients(ito: Equation, x: Array) -> dict[str, list[Array]]:
-    # Of f and B, values at the states x, shape (d, states, 1) and (d, states, l), now and at later times.
+    # Return values of f and B at the states x, shapes (d, states, 1) and (d, states, l), at time 0 and later times.
     times = (0.0, *(part * ito.horizon for part in TIMES))
     shape = (len(x), ito.noise_dim, x.shape[1])
     return {

@@ -1,14 +1,14 @@
-"""Global weak order without sampling: first and second moments at the final time of a linear problem.
+"""Global weak order without sampling: first and second moments of a linear problem at the final time.
 
 With z = (x, 1), E z z^T after N steps is the N-th power of the step's second-moment operator applied to the initial
-one; that of the solution is exp(T G), G being the generator of the second-moment equation. Nothing is sampled, and
-first moments are the last column.
+value. For the solution it is exp(T G), where G is the generator of the second-moment equation. The last column
+contains the first moments.
 
 Observables that are quadratic in the state, q(x) = c + l . x + x^T S x, have E q = c + l . E x + <S, E x x^T>.
 
-With a delay the moments of the scheme come from its step with the history in the state. Those of the solution are the
-problem's truths: the second moments of a solution and of its past do not obey an ordinary differential equation,
-because the past up to one delay ago has been driven by the noise that drove the solution in between.
+With a delay the moments of the scheme follow from its step with the history in the state. Those of the solution are
+moments declared by the problem: second moments of a solution and its past do not satisfy an ordinary differential
+equation, because the past up to one delay ago has been driven by the same noise as the solution.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,22 +38,22 @@ from .observable_part import restrict_to_observed
 from .second_moments import smat, svec
 from .step_moments import step_moments
 
-# Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
+# Rounding error of a matrix power or exponential, in units of EPS times the number of steps times the largest moment.
 # Rounding: EPS for each operation of a product.
 ROUNDING = 16.0
 # Size: further step sizes.
 FURTHER = 6
-# Of the unit of time: step sizes go down to this one on long horizons too, where a scheme that has a time of its own
-# shows no order on longer ones.
+# Shortest step size in units of time; on long horizons it is needed as well, because the errors of a scheme with its
+# own time scale show no order at longer steps.
 SHORT = 2.0**-8
-# An error is used where it is known to two digits: a local order is then off by less than 0.03.
+# Errors above this multiple of the floor are known to two digits: a local order then has an error below 0.03.
 # Rounding: log2 of 1.01/0.99 is 0.029.
 ABOVE_FLOOR = 100.0
-# Accuracy that truths are asked to have, relative to the largest moment: further step sizes would not tell more.
+# Assumed accuracy of declared moments relative to the largest moment; more step sizes would give no more information.
 KNOWN = 1e-10
 DELAY_FURTHER, FEWEST = 2, 3
-# What an observable is off by beside a quadratic function, relative to its terms, is rounding. It is held against one
-# at the trial states and beyond.
+# Deviation from a quadratic function that counts as rounding, relative to its terms; it is checked at trial states of
+# these scales.
 # Rounding: of the sums of an observable.
 QUADRATIC = 1e-12
 # Size: of the trial states.
@@ -63,7 +63,7 @@ POWERS = (1, 2)
 
 
 class MomentErrors(NamedTuple):
-    """Errors of the moments at T at H step sizes.
+    """Errors of the moments at time T for H step sizes.
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class MomentErrors(NamedTuple):
     first : ndarray, shape (H, d)
         E x of the scheme minus that of the solution.
     second : ndarray, shape (H, d, d)
-        The same of E x x^T.
+        The same for E x x^T.
     exact : ndarray, shape (d + 1, d + 1)
         E z z^T of the solution at T.
     size : ndarray, shape (d + 1,)
-        Root mean square of each component of z at 0 or T, the larger; of one that is 0 that of the largest.
+        Larger root mean square of each component of z at 0 and T; for components that are 0, that of the largest one.
     floor : ndarray, shape (H,)
-        How far the errors can be off: rounding and what quadrature leaves open.
+        Bound of the error of the errors: rounding and quadrature.
     defect : ndarray, shape (H,)
-        Of linearity in the state, relative: not rounding if the step is not linear.
+        Relative deviation from linearity in the state: above rounding if the step is not linear.
     usable : ndarray, shape (H,)
-        1 where every step has a root and a finite second moment.
+        1 if every step has a root and a finite second moment, else 0.
     """
 
     h: Array
@@ -95,18 +95,18 @@ class MomentErrors(NamedTuple):
 
     @property
     def errors(self) -> Array:
-        """Those of d first moments, then of d (d + 1)/2 second ones, shape (H, M)."""
+        """Errors of d first moments followed by d (d + 1)/2 second moments, shape (H, M)."""
         i, j = np.triu_indices(self.first.shape[1])
         return np.concatenate([self.first, self.second[:, i, j]], axis=1)
 
     @property
     def linear(self) -> bool:
-        """Whether the step is linear: one that overflows shows no defect, one without root has no moments."""
+        """Whether the step is linear at all step sizes; a step that overflows or has no root shows no defect."""
         return bool(self.defect.max() <= AFFINE)
 
     @property
     def known(self) -> bool:
-        """Whether there are errors at all: of linear steps that have a root and a second moment."""
+        """Whether errors are defined at all step sizes: the steps are linear, and have a root and a second moment."""
         return self.linear and bool(self.usable.all())
 
 
@@ -127,17 +127,30 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_moments` has nothing against.
+        Problem in the scheme's form; `why_not_moments` is empty for the pair.
     steps : sequence of int
-        Numbers N of steps to the final time, each twice the one before. Six more follow, or as many as lead to 2^-8
-        of the unit of time: what is exact costs no more with many steps, and local orders settle.
+        Numbers N of steps to the final time, each twice the previous one. Six more are appended, or as many as lead
+        to 2^-8 of the unit of time: exact moments cost no more for many steps, and local orders converge.
 
     Returns
     -------
     MomentErrors
     """
     further = max(FURTHER, ceil(log2(view.horizon / (steps[-1] * SHORT * view.time_unit))))
-    steps = [*steps, *(steps[-1] * 2**level for level in range(1, further + 1))]
+    return moment_errors_at(scheme, view, [*steps, *(steps[-1] * 2**level for level in range(1, further + 1))])
+
+
+def moment_errors_at(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:
+    """Return the errors of first and second moments at the final time for some numbers of steps.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        As of `moment_errors`.
+    steps : sequence of int
+        Numbers N of steps to the final time.
+    """
     one_step, h = OneStep(scheme, view), [view.horizon / count for count in steps]
     start, exact = _exact(one_step)
     with np.errstate(all="ignore"):
@@ -150,15 +163,15 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
 
 
 def _sizes(*moments: Array) -> Array:
-    """Return the larger root mean square of each component; of one that is 0 at both times that of the largest."""
+    """Return the larger root mean square of each component; for components that are 0, that of the largest one."""
     largest = np.max([np.diag(P) for P in moments], axis=0)
     return np.asarray(np.sqrt(np.where(largest > 0.0, largest, largest.max())))
 
 
 def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
-    """Return what each moment says about the order, d first moments and then d (d + 1)/2 second ones.
+    """Return the order shown by each moment: d first moments followed by d (d + 1)/2 second ones.
 
-    None is told where the step is not linear, or has no root or no second moment.
+    Empty if the step is not linear, or has no root or no second moment.
     """
     if not record.known:
         return ()
@@ -174,7 +187,7 @@ def _exact(one_step: OneStep) -> tuple[Array, Array]:
     ito = one_step.equation
     equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
     start = np.outer(z, z)
-    # Constant terms of large states stand in it beside rates of order one.
+    # Balanced, because constant terms of large states appear together with rates of order one.
     generator = ito.horizon * equation.generator()
     balanced, (scale, _) = scipy.linalg.matrix_balance(generator, permute=False, separate=True)
     grown = scale * (scipy.linalg.expm(balanced) @ (svec(start) / scale))
@@ -182,9 +195,9 @@ def _exact(one_step: OneStep) -> tuple[Array, Array]:
 
 
 def _propagate(one_step: OneStep, h: float, count: int) -> tuple[Array, float, float, float, float]:
-    """Return E z z^T of the comparable components at T, the largest moment on the way, and the error of the rule.
+    """Return E z z^T of the comparable components at T, the largest moment, and the error of the cubature rule.
 
-    Behind them stand, as in `MomentErrors`, the step's defect and whether it is usable.
+    The last two values are the step's defect and whether it is usable, as in `MomentErrors`.
     """
     found, step = step_moments(one_step, h), MemoryStep(one_step, h)
     if found.defect > AFFINE:
@@ -200,10 +213,10 @@ def _propagate(one_step: OneStep, h: float, count: int) -> tuple[Array, float, f
 
 
 def aligned_steps(view: Delayed, steps: Sequence[int]) -> list[int]:
-    """Return the numbers of steps that a delay is a multiple of.
+    """Return the numbers of steps for which the delay is a multiple of the step size.
 
-    On other meshes the leading coefficient of an error depends on where the delay lies between two mesh points, and
-    local orders follow that, too.
+    On other meshes the leading error coefficient depends on the position of the delay between two mesh points, which
+    affects local orders.
     """
     return [count for count in steps if view.mesh(view.horizon / count).delta == 0.0]
 
@@ -215,9 +228,9 @@ def why_not_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -
     ----------
     scheme : Scheme
     view : Delayed
-        The problem as the scheme sees it.
+        Problem in the scheme's form.
     steps : sequence of int
-        Numbers of steps to the horizon that are asked for.
+        Numbers of steps to the horizon.
     """
     if len(aligned_steps(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
@@ -235,16 +248,16 @@ def why_not_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -
 
 
 def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> MomentErrors:
-    """Return the errors of first and second moments of x at the final time.
+    """Return the errors of first and second moments of x at the final time, for a scalar equation with delay.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `why_not_delay_moments` has nothing against.
+        Problem in the scheme's form; `why_not_delay_moments` is empty for the pair.
     steps : sequence of int
-        Numbers N of steps to the final time, each twice the one before; two more follow. Those are taken that the
-        delay is a multiple of.
+        Numbers N of steps to the final time, each twice the previous one; two more are appended. Those are used for
+        which the delay is a multiple of the step size.
 
     Returns
     -------
@@ -261,9 +274,9 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
 
 
 def known_moments(view: Delayed) -> Array:
-    """Return E x and E x^2 of a scalar x at the final time as far as truths know them, shape (0,), (1,) or (2,).
+    """Return the declared moments E x and E x^2 of a scalar x at the final time, shape (0,), (1,) or (2,).
 
-    Which observables they are is seen by their values.
+    The observables x and x^2 are identified by their values, not by their names.
     """
     x, y = np.random.Generator(np.random.Philox(key=SEED + 8)).standard_normal((2, 1, 4))
     parts = {"x": x, "y": np.repeat(y, view.constraints, axis=0)}
@@ -277,7 +290,7 @@ def known_moments(view: Delayed) -> Array:
 
 
 def _run(scheme: Scheme, view: Delayed, count: int) -> tuple[float, ...]:
-    """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it is usable."""
+    """Return E x_N, E x_N^2, the largest second moment of the run, the step's defect and whether it is usable."""
     h = view.horizon / count
     probed, (y, lagged) = probe_step(scheme, view, h), run_start(scheme, view, h, count)
     start = Start(np.append(y, 1.0), lagged)
@@ -288,7 +301,7 @@ def _run(scheme: Scheme, view: Delayed, count: int) -> tuple[float, ...]:
 
 
 def _homogeneous(step: LinearDelayStep, offset: Array) -> LinearDelayStep:
-    """Return the step of the state with a last component that stays 1."""
+    """Return the step of the state extended by a last component that is always 1."""
     k = step.rows
     maps = np.insert(step.maps, k, offset, axis=2)
     constant = np.zeros((len(maps), 1, maps.shape[2]))
@@ -301,14 +314,14 @@ def _homogeneous(step: LinearDelayStep, offset: Array) -> LinearDelayStep:
 
 
 class QuadraticForm(NamedTuple):
-    """The coefficients of q(x) = c + l . x + x^T S x.
+    """Coefficients of q(x) = c + l . x + x^T S x.
 
     Attributes
     ----------
     constant : float
     linear : ndarray, shape (d,)
     square : ndarray, shape (d, d)
-        Symmetric.
+        Symmetric matrix S.
     """
 
     constant: float
@@ -316,26 +329,26 @@ class QuadraticForm(NamedTuple):
     square: Array
 
     def of_moments(self, first: Array, second: Array) -> Array:
-        """Return l . m + <S, P> for (errors of) moments m, shape (..., d), and P, shape (..., d, d)."""
+        """Return l . m + <S, P> for moments, or errors of moments, m of shape (..., d) and P of shape (..., d, d)."""
         return np.asarray(first @ self.linear + np.einsum("...ij,ij", second, self.square))
 
     def largest(self, size: Array) -> float:
-        """Return how large the terms can be together, given root mean squares of the components, shape (d,)."""
+        """Return a bound of the terms of q - c, given root mean squares of the components, shape (d,)."""
         return float(np.abs(self.linear) @ size + size @ np.abs(self.square) @ size)
 
     @property
     def size(self) -> float:
-        """Sum of the coefficients' moduli: what an error in all moments is multiplied with at most."""
+        """Sum of the moduli of the coefficients, the largest factor of an error in all moments."""
         return float(np.abs(self.linear).sum() + np.abs(self.square).sum())
 
 
 def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
-    """Return an observable at the final time as a function of the state, or None where it is not quadratic.
+    """Return an observable at the final time as a quadratic function of the state; None if it is not quadratic.
 
     Parameters
     ----------
     view : Problem
-        Whose Ito equation tells the state.
+        Its Ito equation defines the state.
     observable : str
     """
     ito = view.ito()
@@ -350,12 +363,46 @@ def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
     try:
         return fit_quadratic(q, ito.dimension)
     except (KeyError, IndexError, ValueError):
-        # Of what the equation does not carry, such as a multiplier.
+        # The observable depends on components that the equation lacks, such as multipliers.
         return None
 
 
+class ObservableErrors(NamedTuple):
+    """Errors of the mean of one observable at H step sizes.
+
+    Attributes
+    ----------
+    h, errors, floors : ndarray, shape (H,)
+        Step sizes, errors with their signs, and how far these can be off.
+    size, exact : float
+        Of the terms of the observable together, and its mean under the solution.
+    """
+
+    h: Array
+    errors: Array
+    floors: Array
+    size: float
+    exact: float
+
+
+def observable_errors(record: MomentErrors, form: QuadraticForm) -> ObservableErrors | None:
+    """Return the errors of the mean of one quadratic observable, or None where moments are not known.
+
+    Parameters
+    ----------
+    record : MomentErrors
+        Errors of the moments of the components in the form.
+    form : QuadraticForm
+    """
+    if not record.known or record.first.shape[1] != len(form.linear) or not form.size:
+        return None
+    errors, size = form.of_moments(record.first, record.second), record.size[:-1]
+    exact = form.of_moments(record.exact[:-1, -1], record.exact[:-1, :-1])
+    return ObservableErrors(record.h, errors, form.size * record.floor, form.largest(size), float(exact))
+
+
 def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrder | None:
-    """Return what the errors of moments say about the order of one quadratic observable, or None where nothing.
+    """Return the order of a quadratic observable from the errors of moments; None if they do not determine it.
 
     Parameters
     ----------
@@ -363,15 +410,12 @@ def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrd
         Of the components that the form is about.
     form : QuadraticForm
     """
-    if not record.known or record.first.shape[1] != len(form.linear) or not form.size:
-        return None
-    errors, size = form.of_moments(record.first, record.second), record.size[:-1]
-    exact = form.of_moments(record.exact[:-1, -1], record.exact[:-1, :-1])
-    return order_of(record.h, errors, form.size * record.floor, form.largest(size), float(exact))
+    found = observable_errors(record, form)
+    return None if found is None else order_of(*found)
 
 
 def fit_quadratic(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
-    """Return the coefficients of a function of states, shape (d, P) -> (P,), or None where it is not quadratic."""
+    """Return the coefficients of a function of states, shape (d, P) -> (P,); None if it is not quadratic."""
     unit = np.eye(d)
     c, up, down = float(q(np.zeros((d, 1)))[0]), q(unit), q(-unit)
     both = q((unit[:, :, None] + unit[:, None, :]).reshape(d, -1)).reshape(d, d)

@@ -1,11 +1,11 @@
-"""The part of a linear system that matters: what the components depend on, and what admissible states reach.
+"""Reduction of a linear system to the part that components depend on and that admissible states reach.
 
-The rows of L R_k1 ... R_kn, for all n, span what the memory does to the components L x, now or later; the R_k map the
-memory modulo the rest into itself. What the rest does - grow, for example - does not count.
+The rows of L R_k1 ... R_kn, for all n, span the influence of the memory on the components L x at this and later
+steps. The R_k map the memory modulo its other part into itself. The other part, even if it grows, has no influence.
 
-On a constrained problem the columns of R_k1 ... R_kn M, M spanning the admissible states, span what can be reached.
-Off the manifold, where no solution is, the constraint's defect need not decay. Sums of multipliers, on which nothing
-depends, are no states either.
+On a constrained problem the columns of R_k1 ... R_kn M, with M spanning the admissible states, span the reachable
+states. Off the manifold, where there are no solutions, the constraint's defect need not decay. Sums of multipliers,
+on which no component depends, are no states either.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from .equation import LinearEquation, linear_equation
 from .linear_map import MemoryStep
 from .second_moments import Operator
 
-# Directions that add less to the others, relative, are taken to add nothing.
+# Directions whose relative contribution to the span is smaller count as dependent.
 # Rounding: of a projection on the directions before.
 ADDS = 1e-12
 
@@ -25,20 +25,20 @@ ADDS = 1e-12
 def restrict_to_observed(
     step: MemoryStep, operator: Operator, components: Array | None = None
 ) -> tuple[Operator, Array]:
-    """Return an operator on the memory that components depend on.
+    """Return an operator restricted to the memory that some components depend on.
 
     Parameters
     ----------
     step : MemoryStep
     operator : Operator
-        With factors [[R, r], [0, 1]], shape (k + 1, k + 1, K).
+        Has factors [[R, r], [0, 1]], shape (k + 1, k + 1, K).
     components : ndarray of int, optional
-        All if left out.
+        Rows of the components; all by default.
 
     Returns
     -------
     Operator
-        With factors [[R, r], [0, 1]], shape (p + 1, p + 1, K), for memory y = Q x.
+        Has factors [[R, r], [0, 1]], shape (p + 1, p + 1, K), for the memory y = Q x.
     ndarray, shape (p + 1, k + 1)
         [[Q, 0], [0, 1]] with orthonormal rows.
     """
@@ -54,7 +54,7 @@ def restrict_to_observed(
 
 
 def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
-    """Return the linear part of an operator where it matters for stability, on (p, p) matrices."""
+    """Return the linear part of an operator on the subspace that matters for stability, acting on (p, p) matrices."""
     one_step = step.one_step
     if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
         return restrict_to_observed(step, operator)[0].homogeneous
@@ -65,7 +65,7 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
 
 
 def essential_equation(one_step: OneStep) -> LinearEquation:
-    """Return the linear part of a problem's equation where it matters for stability."""
+    """Return the linear part of a problem's equation on the subspace that matters for stability."""
     equation = linear_equation(one_step.equation)
     A, C = equation.homogeneous
     if not one_step.view.has_constraints:
@@ -77,7 +77,8 @@ def essential_equation(one_step: OneStep) -> LinearEquation:
 
 
 def _states(equation: LinearEquation) -> Array:
-    # Components that something depends on, themselves included; all of them where nothing depends on anything.
+    # Return the components on which some component depends, themselves included; all components if there is no
+    # dependence.
     A, C = equation.homogeneous
     needed = np.abs(A).max(axis=0) + np.abs(C).max(axis=(0, 2)) > 0.0
     return np.flatnonzero(needed if needed.any() else ~needed)
@@ -94,7 +95,7 @@ def _between(operator: Operator, Q: Array) -> Operator:
 def _close_under_maps(start: Array, maps: Array) -> Array:
     """Return an orthonormal basis of the rows of `start` and of all their products with maps (k, k, K).
 
-    Each round adds a row or ends: there are at most k of them, and k rows times K maps in all.
+    Each round adds a row or ends: there are at most k rounds, and k rows times K maps altogether.
     """
     R = np.moveaxis(maps, -1, 0)
     rows, further = np.zeros((0, len(maps))), start
@@ -105,11 +106,13 @@ def _close_under_maps(start: Array, maps: Array) -> Array:
 
 
 def _independent(rows: Array, known: Array) -> Array:
-    # An orthonormal basis of what rows add to known orthonormal ones; each counts alike, whatever its unit.
+    # Return an orthonormal basis of the part of `rows` orthogonal to known orthonormal rows; rows are normalised
+    # first.
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = rows[lengths[:, 0] > 0.0] / lengths[lengths[:, 0] > 0.0]
     _, sizes, basis = np.linalg.svd(_beside(rows, known), full_matrices=False)
-    # Of a direction that adds as little as this, one projection leaves rounding that is no longer small beside it.
+    # For a direction with such a small contribution, one projection leaves rounding errors that are no longer
+    # relatively small; so it is projected twice.
     added = basis[sizes > ADDS * len(rows)][: len(known.T) - len(known)]
     return np.asarray(np.linalg.qr(_beside(added, known).T)[0].T)
 

@@ -1,13 +1,13 @@
-"""The mean-square distance of a scheme's path to the solution's, without sampling: a pair of linear recursions.
+"""Mean-square distance between the paths of scheme and solution, without sampling: a pair of linear recursions.
 
 For dX = (A X + a) dt + C dW, and a step Y+ = M Y + r + N xi with dW = sqrt(h) xi, exactly
 
     X+ = E X + J a + S xi + I,    E = e^{Ah},   J = int_0^h e^{As} ds,   S = J C/sqrt(h),
     Cov I = int_0^h e^{As} C C^T e^{A^T s} ds - S S^T,    I independent of xi,
 
-so that D = Y - X and X obey a linear recursion whose second moments need no sampling. Written for D, small distances
-are no differences of large numbers. The integrals are taken in the eigenvectors of A: no e^{-As}, which overflows
-where A is stiff, is met.
+so that D = Y - X and X satisfy a linear recursion with exact second moments. In terms of D, small distances
+are not differences of large numbers. The integrals are computed in the eigenbasis of A, without e^{-As}, which
+overflows if A is stiff.
 """
 
 from typing import NamedTuple
@@ -24,15 +24,15 @@ from .affine import AFFINE, relative
 from .equation import LinearEquation, linear_equation, why_not_linear_equation
 from .linear_map import MemoryStep, linear_map
 
-# Rounding of one recursion, in units of EPS and of the size of the moments.
+# Rounding error of one recursion, in units of EPS and of the size of the moments.
 # Rounding: EPS for each operation.
 ROUNDING = 16.0
-# Beyond, the eigenvectors of A are too close to each other.
+# Largest condition number of the eigenvectors of A.
 ILL = 1e6
 
 
 class Recursion(NamedTuple):
-    """z+ = F z + noise of covariance Q, for z of n components, the last of which is 1.
+    """z+ = F z + noise of covariance Q, for z with n components, the last of which is 1.
 
     Attributes
     ----------
@@ -43,11 +43,11 @@ class Recursion(NamedTuple):
     Q: Array
 
     def then(self, later: "Recursion") -> "Recursion":
-        """Return both steps, this one first."""
+        """Return the composition of this step and a later one."""
         return Recursion(later.F @ self.F, later.F @ self.Q @ later.F.T + later.Q)
 
     def power(self, count: int) -> "Recursion":
-        """Return so many steps."""
+        """Return the composition of `count` steps."""
         found, square = Recursion(np.eye(len(self.F)), np.zeros_like(self.Q)), self
         while count:
             if count % 2:
@@ -57,7 +57,7 @@ class Recursion(NamedTuple):
 
 
 class AffineStep(NamedTuple):
-    """Y+ = M Y + r + N xi.
+    """A step Y+ = M Y + r + N xi.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class AffineStep(NamedTuple):
     r : ndarray, shape (d,)
     N : ndarray, shape (d, l)
     defect : float
-        Largest relative deviation of the step from that: rounding if it is one.
+        Largest relative deviation of the step from this form: rounding if the step is affine.
     """
 
     M: Array
@@ -75,7 +75,7 @@ class AffineStep(NamedTuple):
 
 
 def why_not_linear_pair(scheme: Scheme, view: Problem) -> str:
-    """Return why the distance to the solution cannot be propagated, or an empty string; see `affine_step`, too."""
+    """Return why the distance to the solution cannot be propagated, or an empty string; see also `affine_step`."""
     if scheme.law.bounded or scheme.law.clip or scheme.noise != {"dW"}:
         return "the scheme uses other noise than Brownian increments"
     if reason := why_not_linear_equation(view) or OneStep(scheme, view).why_not_probed():
@@ -87,7 +87,7 @@ def why_not_linear_pair(scheme: Scheme, view: Problem) -> str:
 
 
 def affine_step(one_step: OneStep, h: float) -> AffineStep:
-    """Return a step of size h as a function that is affine in state and noise together, and how well it is one."""
+    """Return a step of size h as an affine function of state and noise, with its deviation from the step."""
     noise = StepNoise.of(one_step)
     xi = np.concatenate([noise.simplex(), noise.trials()], axis=1)
     found = linear_map(MemoryStep(one_step, h), noise.nodes(xi))
@@ -101,20 +101,20 @@ def affine_step(one_step: OneStep, h: float) -> AffineStep:
 
 
 def mean_square_distance(one_step: OneStep, h: float, count: int) -> tuple[float, float]:
-    """Return E |Y - X|^2 after some steps from the common start, and how far it can be off.
+    """Return E |Y - X|^2 after some steps from the common start, and a bound of its rounding error.
 
     Parameters
     ----------
     one_step : OneStep
-        Of a pair that `why_not_linear_pair` has nothing against.
+        Scheme and problem for which `why_not_linear_pair` is empty.
     h : float
     count : int
 
     Returns
     -------
     tuple of float
-        The first is infinite where it overflows; the second where the step is not affine, or where the equation has
-        almost no basis of eigenvectors.
+        The distance is infinite if it overflows. It is NaN, and the bound infinite, if the step is not affine or the
+        equation has an ill-conditioned basis of eigenvectors.
     """
     step, x = affine_step(one_step, h), one_step.equation.initial(1)[:, 0]
     equation, d = linear_equation(one_step.equation), len(x)
@@ -132,7 +132,7 @@ def mean_square_distance(one_step: OneStep, h: float, count: int) -> tuple[float
 
 
 def _pair(step: AffineStep, equation: LinearEquation, h: float) -> tuple[Recursion, float]:
-    # The recursion of (D, X, 1), and the condition of the eigenvectors of A.
+    # Return the recursion of (D, X, 1), and the condition number of the eigenvectors of A.
     A, a, C = equation.drift[:-1, :-1], equation.drift[:-1, -1], equation.diffusion[:-1, -1]
     d, (rates, V) = len(A), np.linalg.eig(A)
     inverse = np.linalg.inv(V)

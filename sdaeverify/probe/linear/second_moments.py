@@ -1,7 +1,7 @@
-"""The operator P -> E A P A^T on symmetric matrices, which carries second moments through a step.
+"""Operator P -> E A P A^T on symmetric matrices, which maps second moments before a step to those after it.
 
-In the coordinates svec(P) = (P_ii, sqrt(2) P_ij for i < j), in which the Frobenius product is the Euclidean one, it
-is a matrix of size n (n + 1)/2.
+In the coordinates svec(P) = (P_ii, sqrt(2) P_ij for i < j), in which the Frobenius product is the Euclidean one, the
+operator is a matrix of size n (n + 1)/2.
 """
 
 from functools import lru_cache
@@ -13,13 +13,13 @@ from ...arrays import Array
 
 
 class Operator(NamedTuple):
-    """P -> sum_k w_k A_k P A_k^T: a positive operator, which keeps the cone of positive semidefinite matrices.
+    """Operator P -> sum_k w_k A_k P A_k^T, which maps positive semidefinite matrices to such matrices.
 
     Attributes
     ----------
     factors : ndarray, shape (n, n, K)
     weights : ndarray, shape (K,)
-        Not negative.
+        Nonnegative.
     """
 
     factors: Array
@@ -37,13 +37,13 @@ class Operator(NamedTuple):
 
     @property
     def homogeneous(self) -> "Operator":
-        """The operator of the linear part, the factors being maps of (x, 1)."""
+        """The operator of the linear part, if the factors act on (x, 1)."""
         return Operator(self.factors[:-1, :-1], self.weights)
 
     def __call__(self, P: Array) -> Array:
         """Return sum_k w_k A_k P A_k^T, shape (..., n, n), for one P or several."""
         n = self.dimension
-        # Rows of A_k P and of A_k side by side for all k, so that one product of matrices sums over them.
+        # Stack the rows of A_k P and of A_k for all k, so that one matrix product sums over k.
         left = (self.factors * self.weights).swapaxes(1, 2).reshape(-1, n) @ P
         return np.asarray(left.reshape(*P.shape[:-1], -1) @ self.factors.swapaxes(1, 2).reshape(n, -1).T)
 
@@ -54,7 +54,7 @@ class Operator(NamedTuple):
 
 
 def on_symmetric(matrix: Array, n: int) -> Array:
-    """Return a map of matrices P, read row by row, as a map of svec(P), for maps that keep symmetry.
+    """Return the map of svec(P) for a map of row-wise flattened matrices P that preserves symmetry.
 
     Parameters
     ----------
@@ -69,16 +69,16 @@ def on_symmetric(matrix: Array, n: int) -> Array:
 
 
 def _on_coordinates(products: Array, n: int) -> Array:
-    # Of E A_ai A_bj in the order (a, i, b, j), as a map of svec(P).
+    # Convert the products E A_ai A_bj, in the order (a, i, b, j), to a map of svec(P).
     entries, mirrored, scale = _places(n)
     flat = products.ravel()
     return np.asarray((flat[entries] + flat[mirrored]) * scale)
 
 
 def _places(n: int) -> tuple[Array, Array, Array]:
-    """Return where the products for rows (a, b) and columns (i, j) are, with i and j exchanged, and their factor.
+    """Return the indices of the products for rows (a, b) and columns (i, j), and for (j, i), and their factor.
 
-    A coordinate off the diagonal stands for two equal entries of P, each the coordinate over sqrt(2).
+    A coordinate off the diagonal stands for two equal entries of P, each of which is the coordinate over sqrt(2).
     """
     i, j, scale = triangle(n)
     a, b = i[:, None], j[:, None]
@@ -92,7 +92,7 @@ def svec(P: Array) -> Array:
 
 
 def smat(coordinates: Array, n: int) -> Array:
-    """Return the symmetric matrices of some coordinates, shape (..., n, n): the inverse of `svec`."""
+    """Return the symmetric matrices with some coordinates, shape (..., n, n): the inverse of `svec`."""
     i, j, scale = triangle(n)
     P = np.empty((*coordinates.shape[:-1], n, n))
     P[..., i, j] = P[..., j, i] = coordinates / scale
@@ -101,6 +101,6 @@ def smat(coordinates: Array, n: int) -> Array:
 
 @lru_cache(maxsize=64)
 def triangle(n: int) -> tuple[Array, Array, Array]:
-    """Return rows and columns of the entries of svec(P), and what they are multiplied with there."""
+    """Return rows and columns of the entries of svec(P), and the factors 1 or sqrt(2) of these entries."""
     i, j = np.triu_indices(n)
     return i, j, np.where(i == j, 1.0, np.sqrt(2.0))

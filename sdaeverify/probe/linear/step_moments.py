@@ -1,13 +1,13 @@
-"""How second moments pass through one step of a scheme: P -> E A P A^T with A = [[R, r], [0, 1]] acting on (x, 1).
+"""Second moments after one step of a scheme: P -> E A P A^T with A = [[R, r], [0, 1]] acting on (x, 1).
 
-The expectation is exact for the atoms of a bounded law, for steps that are affine in Gaussian noise, for which the
-n + 1 vertices of a regular simplex are enough, and for those that are polynomials of degree 4 in each normal, by five
-nodes a normal. Other steps need quadrature, by rules that are refined until two of them agree:
+The expectation is exact for the atoms of a discrete law; for steps affine in Gaussian noise, by the n + 1 vertices of
+a regular simplex; and for polynomials of degree 4 in each normal, by five nodes per normal. Other steps need
+quadrature, by rules that are refined until two of them agree:
 
-1. Products of Gauss-Hermite rules with 5, 9 and 15 nodes a normal: steps that are smooth in the noise. Of one that
-   has a pole, 25 and 41 nodes follow.
-2. One normal: panels of [-9.5, 9.5], bisected until they agree, in batches: kinks and jumps anywhere.
-3. Two normals: products of Gauss-Legendre rules on either side of 0, with 20, 24, 32 and 41 nodes: kinks at 0.
+1. Products of Gauss-Hermite rules with 5, 9 and 15 nodes per normal, for steps that are smooth in the noise. If the
+   step has a pole, rules with 25 and 41 nodes follow.
+2. One normal: panels of [-9.5, 9.5], bisected until they agree, in batches, for kinks and jumps anywhere.
+3. Two normals: products of Gauss-Legendre rules on both sides of 0, with 20, 24, 32 and 41 nodes, for kinks at 0.
 """
 
 from collections.abc import Callable, Iterable
@@ -29,38 +29,39 @@ from .affine import AFFINE, SIZES, relative, trial_states
 from .linear_map import LinearMap, MemoryStep, factors_at, linear_map
 from .second_moments import Operator
 
-# Panels to begin with, an even number of them, and nodes of each: one of them resolves the normal density.
+# Number of initial panels, which is even, and of nodes in each: one panel resolves the normal density.
 # Size: panels and nodes.
 FIRST, NODES = 8, 16
 GAUSS_LEGENDRE = np.polynomial.legendre.leggauss(NODES)
-# A panel and its halves agree within this part of the whole integral.
+# A panel and its halves agree if they differ by at most this part of the whole integral.
 TOLERANCE = 1e-13
-# At a jump, the error of a panel is its length: that of the last round is below 1e-12.
+# At a jump the error is the length of a panel, which is below 1e-12 in the last round.
 ROUNDS = 44
 # Size: panels at most.
 MOST_PANELS = 256
 FAR = 60.0
 SPACING = 0.125
-# A peak is followed to a distance of SPACING / ZOOM^ZOOMS.
+# A peak is refined to a distance of SPACING / ZOOM^ZOOMS.
 ZOOM, ZOOMS = 8, 8
-# Peaks that so many zooms have not raised beyond the first one, nor far beyond the grid, are zoomed no further.
+# Peaks that after this number of zooms have hardly risen above the first value, nor far above the grid, are not
+# refined further.
 LOOKED, FLAT, RISEN = 3, 1.001, 2.0
 # Size: peaks at most.
 MOST_PEAKS = 64
-# Nodes along lines at which a step is made at once: more states of many components do not stay near the processor.
+# Most nodes along lines in one call of a step: more states of many components do not fit the processor's caches.
 # Size: nodes of a call.
 AT_ONCE = 4_400
-# |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
+# |z - z*|^-p has an infinite second moment for p >= 1/2; a peak of finite height has p = 0.
 EXPONENT = 0.45
-# Where a state goes, shape (k, K), where the normals are x, shape (variables, K).
+# Image of a state, shape (k, K), as a function of normals x, shape (variables, K).
 Image = Callable[[Array], Array]
-# Where kinks are looked for next, no more than a few rules of the ladder are tried.
+# If a search for kinks follows, only the first few rules of the ladder are tried.
 # Size: nodes of the rules.
 LADDER, FEW = (5, 9, 15, 25, 41), 3
 # Size: nodes of the rules on either side of a kink.
 SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
-# Entries of the matrices at all nodes, at most: 64 MiB.
+# Most entries of the matrices at all nodes: 64 MiB.
 # Size: memory.
 ENTRIES = 1 << 23
 # Size: states that are tried.
@@ -68,15 +69,15 @@ TRIALS = 3
 
 
 class Panels(NamedTuple):
-    """Some intervals with the nodes of a Gauss-Legendre rule in each.
+    """Intervals, each with the nodes of a Gauss-Legendre rule.
 
     Attributes
     ----------
     ends : ndarray, shape (2, I)
     values : ndarray, shape (..., I NODES)
-        Of a function at all nodes.
+        Values of a function at all nodes.
     integrals : ndarray, shape (..., I)
-        Of what is integrated, against the normal density.
+        Integrals of a function of these values against the normal density.
     """
 
     ends: Array
@@ -87,21 +88,21 @@ class Panels(NamedTuple):
 def bisect_panels(
     function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return rules on [-9.5, 9.5] which integrate something made of a function; 0 is the end of a panel.
+    """Return rules on [-9.5, 9.5] adapted to integrals of a function; 0 is a panel boundary.
 
     Parameters
     ----------
     function : callable, ndarray of shape (K,) -> ndarray of shape (..., K)
         Evaluated at nodes in units of the standard deviation.
     integrand : callable, (values, weights) -> ndarray of shape (..., I)
-        Integrals over I panels, from values of shape (..., I, NODES) and weights of shape (I, NODES).
+        Returns integrals over I panels, from values of shape (..., I, NODES) and weights of shape (I, NODES).
 
     Returns
     -------
     tuple of ndarray, shape (..., K) and (K,)
-        Values of the function at the nodes, and the weights of these.
+        Values of the function at the nodes, and the weights of the nodes.
     tuple of ndarray
-        The same of the parent rule.
+        The same for the coarser rule of parent panels.
     """
     fine: list[Panels] = []
     coarse: list[Panels] = []
@@ -129,7 +130,7 @@ def _panels(ends: Array, function: Callable[[Array], Array], integrand: Callable
 
 
 def _nodes(ends: Array) -> tuple[Array, Array]:
-    # Nodes and weights of all panels, shape (I, NODES).
+    # Return nodes and weights of all panels, shape (I, NODES).
     q, w = GAUSS_LEGENDRE
     half = 0.5 * (ends[1] - ends[0])[:, None]
     z = 0.5 * (ends[0] + ends[1])[:, None] + half * q
@@ -137,7 +138,7 @@ def _nodes(ends: Array) -> tuple[Array, Array]:
 
 
 def _agree(parents: Panels, children: Panels, all_panels: list[Panels]) -> Array:
-    # Which parents have the integral of their two children, who are all first halves and then all second ones.
+    # Return which parents agree with the sum of their two children; all first halves precede all second halves.
     first, second = np.split(children.integrals, 2, axis=-1)
     axes = tuple(range(first.ndim - 1))
     total = sum(panels.integrals.sum(axis=-1) for panels in all_panels)
@@ -154,24 +155,25 @@ def _rule(parts: list[Panels]) -> tuple[Array, Array]:
 
 
 def far_noise(image: Image, noise: StepNoise) -> tuple[float, float]:
-    """Return where a step is infinite, and how much of its mean square comes from far out: what no quadrature sees.
+    """Return the nearest pole of a step in its noise, and the mean square from far noise, missed by quadrature.
 
-    A step that divides by 1 - c z has an infinite second moment, however far out the pole is, and a quadrature that
-    stops at 9.5 standard deviations returns a finite number. All lines through 0 that are scanned reach out to 60.
-    They are scanned from one random state: a step with a pole has it from almost every one.
+    A step that divides by 1 - c z has an infinite second moment, however far out the pole is, but a quadrature that
+    stops at 9.5 standard deviations gives a finite number. Lines through 0 are scanned up to 60 standard deviations.
+    They are scanned from one random state, because a step with a pole has it from almost every state.
 
     Parameters
     ----------
     image : callable
-        Where a state goes at given normals.
+        Image of a state for given normals.
     noise : StepNoise
 
     Returns
     -------
     pole : float
-        Least |z| at which the step is infinite, in standard deviations; infinite if there is none.
+        Smallest |z| at which the step is infinite, in standard deviations; infinite if there is no pole.
     left_out : float
-        Bound of what |z| > 9.5 adds to the mean square after a step from a state of length 1, along the lines.
+        Bound of the contribution of |z| > 9.5 to the mean square after a step from a state of length 1, along the
+        lines.
     """
     z = np.arange(-FAR, FAR + SPACING, SPACING)
     directions = noise.directions()
@@ -186,7 +188,7 @@ def far_noise(image: Image, noise: StepNoise) -> tuple[float, float]:
 
 
 def _sizes(image: Image, x: Array) -> Array:
-    # A bound of the norm of the image where the normals are x, shape (n, ...) -> (...).
+    # Return a bound of the norm of the image for normals x, shape (n, ...) -> (...).
     flat = x.reshape(len(x), -1)
     parts = (image(part) for part in np.array_split(flat, -(-flat.shape[1] // AT_ONCE), axis=1))
     sizes = np.concatenate([len(y) * np.abs(y).max(axis=0) for y in parts]).reshape(x.shape[1:])
@@ -194,17 +196,17 @@ def _sizes(image: Image, x: Array) -> Array:
 
 
 def _exponents(image: Image, directions: Array, centre: Array, nearby: Array) -> Array:
-    """Return p of peaks like |z - z*|^-p, from how much they rise when the distance to them shrinks."""
+    """Return the exponents p of peaks like |z - z*|^-p, from their growth as the distance shrinks."""
     closer, first = _zoom(image, directions, centre, range(1))
     closer, sizes = _zoom(image, directions, closer, range(1, LOOKED))
-    # The others have a top.
+    # The other peaks have a finite height.
     rising = sizes > np.minimum(FLAT * first, RISEN * nearby)
     _, sizes[rising] = _zoom(image, directions[:, rising], closer[rising], range(LOOKED, ZOOMS))
     return np.asarray(np.log(sizes / nearby) / np.log(float(ZOOM) ** ZOOMS))
 
 
 def _zoom(image: Image, directions: Array, centre: Array, zooms: range) -> tuple[Array, Array]:
-    """Return the places of the largest values close to some centres, and these values."""
+    """Return the positions of the largest values near some centres, and these values."""
     sizes = np.full(len(centre), np.nan)
     for width in SPACING / float(ZOOM) ** np.array(zooms if len(centre) else ()):
         places = centre[:, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
@@ -214,21 +216,21 @@ def _zoom(image: Image, directions: Array, centre: Array, zooms: range) -> tuple
 
 
 def _bound_tails(lines: Array, z: Array) -> float:
-    # The mean square, integrated over the far ends of a line.
+    # Return the mean square integrated over the far ends of a line; the maximum over lines.
     far = np.abs(z) > CUT
     density = np.exp(2.0 * np.log(lines[:, far]) - 0.5 * z[far] ** 2) / np.sqrt(2.0 * np.pi)
     return float(np.max(density.sum(axis=1)) * SPACING)
 
 
 class Expectation(NamedTuple):
-    """An operator by two rules.
+    """An operator computed by two rules.
 
     Attributes
     ----------
     operator : Operator
     coarser : Operator or None
-        By the coarser rule: the operator itself where the two agree to 1e-12 or the rule is exact, None where there
-        are too many normals for two rules.
+        Operator by the coarser rule: the operator itself if the two agree to 1e-12 or the rule is exact, None if
+        there are too many normals for two rules.
     """
 
     operator: Operator
@@ -236,7 +238,7 @@ class Expectation(NamedTuple):
 
     @property
     def disagreement(self) -> float:
-        """How much the two rules disagree at some random positive matrices, relative."""
+        """Relative difference of the two operators at some random positive matrices."""
         if self.coarser is self.operator:
             return 0.0
         if self.coarser is None:
@@ -248,18 +250,18 @@ class Expectation(NamedTuple):
 def expectation(
     step: MemoryStep, noise: StepNoise, few: Operator, first: Operator | None, *, kinks: bool = True
 ) -> Expectation:
-    """Return the operator of a step.
+    """Return the second-moment operator of a step.
 
     Parameters
     ----------
     step : MemoryStep
     noise : StepNoise
     few : Operator
-        By the smallest rule, where all others are too large.
+        By the smallest rule, used if all others are too large.
     first : Operator or None
-        By the first product of rules; None where that is too large.
+        By the first product rule; None if it is too large.
     kinks : bool
-        Whether kinks are looked for where smooth rules do not agree.
+        Whether to search for kinks if smooth rules do not agree.
 
     Returns
     -------
@@ -277,12 +279,12 @@ def expectation(
 
 
 def _difference(values: Array, others: Array) -> float:
-    """Return the largest difference of two operators' values at some random positive matrices, relative."""
+    """Return the largest relative difference of two operators' values at some random positive matrices."""
     return relative((values - others).reshape(-1, 1), values.reshape(-1, 1))
 
 
 def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
-    # Where a random state of length 1 goes where the normals are x, shape (n, K) -> (k, K).
+    # Return the image of a random state of length 1 for normals x, shape (n, K) -> (k, K).
     state = trial_states(step.dimension)[:, [SIZES.index(1.0) - len(SIZES)]]
     return step.at_nodes(state, noise.nodes(x))[0][:, 0]
 
@@ -298,7 +300,7 @@ def _affords(memory: int, nodes: Nodes) -> bool:
 
 
 def _climb_rules(few: Operator, operators: Iterable[Operator | None]) -> Expectation:
-    """Return the first operator that agrees with the one before, else the last two; of too large rules it is None."""
+    """Return the first operator that agrees with the previous one, else the last two; None ends the search."""
     found, before = Expectation(few, None), None
     for finer in operators:
         if finer is None:
@@ -327,20 +329,20 @@ def _positive(n: int) -> Array:
 
 
 class StepMoments(NamedTuple):
-    """The operator of a step and what was noticed.
+    """Second-moment operator of a step, with diagnostics.
 
     Attributes
     ----------
     operator : Operator
-        On matrices E z z^T with z = (x, 1), x being all memory of the scheme.
+        Acts on matrices E z z^T with z = (x, 1), where x contains all memory of the scheme.
     coarser : Operator or None
-        By a coarser rule, see `Expectation`.
+        Operator by a coarser rule, see `Expectation`.
     defect : float
-        Of linearity in the state, relative: rounding if the step is linear.
+        Relative deviation from linearity in the state: rounding if the step is linear.
     failed : bool
-        Whether the scheme found no root somewhere.
+        Whether the scheme found no root at some state or node.
     pole, left_out : float
-        Where the step is infinite in its noise, and what noise beyond the quadrature adds, see `far_noise`.
+        Pole of the step in its noise, and contribution of noise beyond the quadrature; see `far_noise`.
     """
 
     operator: Operator
@@ -352,12 +354,12 @@ class StepMoments(NamedTuple):
 
     @property
     def rule_error(self) -> float:
-        """How much the two rules disagree, and what they leave out, relative to an operator of size at least 1."""
+        """Difference of the two rules plus the omitted noise, relative to an operator of size at least 1."""
         return Expectation(self.operator, self.coarser).disagreement + self.left_out
 
 
 def why_not_linear_step(scheme: Scheme, view: Problem) -> str:
-    """Return why a step cannot be probed for a linear map, or an empty string; whether it is linear shows later."""
+    """Return why a step cannot be probed for a linear map, or an empty string; its linearity is not tested here."""
     noise, memory = StepNoise.of(OneStep(scheme, view)), flatten(scheme.start(view, 1, view.horizon))
     if not noise.tractable:
         return f"the atoms of {view.noise_dim} bounded variables are too many"
@@ -369,16 +371,17 @@ def why_not_linear_step(scheme: Scheme, view: Problem) -> str:
 
 
 def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool = True) -> StepMoments:
-    """Return how second moments pass through a step of size h.
+    """Return the second-moment operator of a step of size h.
 
     Parameters
     ----------
     one_step : OneStep
     h : float
     far : bool
-        Whether noise is searched for poles and for what it carries beyond the quadrature.
+        Whether to search for poles and for contributions of noise beyond the quadrature.
     atoms : bool
-        Whether all atoms of a bounded law are taken, where there are many and fewer points tell the same to rounding.
+        Whether to use all atoms of a discrete law even if there are many and fewer points give the same up to
+        rounding.
 
     Returns
     -------
@@ -391,7 +394,7 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
         found, vertices = linear_map(step, _trial_nodes(noise)), noise.normals + 1
         few = Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices))
         if found.defect > AFFINE:
-            # No operator takes moments through a step that is not linear: there is nothing to be certain of.
+            # No operator maps moments through a nonlinear step, so no accurate rule is needed.
             return StepMoments(few, None, found.defect, found.failed)
         if _affine(noise, found):
             return _exact(found, few)
@@ -399,7 +402,7 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
             return _by_atoms(step, noise)
         first = _by_rule(step, noise.rule(LADDER[0]))
         if first is not None and _told(found.factors, first.factors, _polynomial_shares(noise)):
-            # It is everywhere what its values at the nodes make it.
+            # The step is the polynomial that interpolates its values at the nodes.
             return _exact(found, first)
         pole, left_out = far_noise(partial(_image, step, noise), noise) if far else (np.inf, 0.0)
         operators = expectation(step, noise, few, first, kinks=pole > CUT)
@@ -417,14 +420,14 @@ def _exact(found: LinearMap, operator: Operator) -> StepMoments:
     return StepMoments(operator, operator, found.defect, found.failed)
 
 
-# The same at all step sizes of a scan.
+# Cached, as it is the same for all step sizes of a scan.
 @lru_cache(maxsize=64)
 def _trial_nodes(noise: StepNoise) -> Nodes:
     return noise.nodes(_trial_points(noise))
 
 
 def _trial_points(noise: StepNoise) -> Array:
-    # The vertices of the simplex, and points that reach far beyond.
+    # Return the vertices of the simplex, and points that reach far beyond.
     return np.concatenate([noise.simplex(), noise.trials()], axis=1)
 
 
@@ -435,9 +438,9 @@ def _affine(noise: StepNoise, found: LinearMap) -> bool:
 
 
 def _polynomial_shares(noise: StepNoise) -> Array:
-    """Return what polynomials at the simplex and the trial points have of their values at the nodes, shape (K, P).
+    """Return the weights of node values in a polynomial's values at simplex and trial points, shape (K, P).
 
-    Of functions phi_j that are orthonormal under a rule, u(x) = sum_k w_k u(x_k) sum_j phi_j(x_k) phi_j(x).
+    For functions phi_j that are orthonormal under a rule, u(x) = sum_k w_k u(x_k) sum_j phi_j(x_k) phi_j(x).
     """
     x, weights = gauss_hermite(LADDER[0])
     degrees = np.arange(len(x))
@@ -449,8 +452,8 @@ def _polynomial_shares(noise: StepNoise) -> Array:
 
 
 def _told(factors: Array, nodes: Array, shares: Array) -> bool:
-    """Tell whether factors are sums of those at some nodes, each times its share."""
-    # Without the last row, next to whose 1 a small R would not count.
+    """Return whether factors are sums of the factors at some nodes, weighted by `shares`."""
+    # Without the last row, whose entry 1 would hide errors of a small R.
     R, at_nodes = (each[:-1].reshape(-1, each.shape[-1]) for each in (factors, nodes))
     difference = R - at_nodes @ shares
     return bool(np.isfinite(R).all()) and relative(difference, np.abs(at_nodes) @ np.abs(shares)) <= AFFINE

@@ -1,1 +1,1 @@
-"""Local errors: defects of one step, and the orders they tell."""
+"""Local errors: defects of one step, and the orders that follow from them."""

@@ -1,11 +1,11 @@
-"""What y is off by where the delay is no multiple of the step: it solves the constraint with an interpolated past.
+"""Error of y if the delay is no multiple of the step size: y solves the constraint with an interpolated past value.
 
-On a mesh with tau = (m - delta) h the lagged value of a step's end is
+On a mesh with tau = (m - delta) h the lagged value at the end of a step is
 
     xb = delta x(t_a + h) + (1 - delta) x(t_a),   t_a + delta h = t + h - tau,
 
-the solution itself at t_a + delta h being off by a Brownian bridge of variance h delta (1 - delta) g g^T. An error
-of y is not carried on to the next step: y = U(x, v) has the order of x or, if that is lower, the order in h of
+whereas the solution at t_a + delta h differs by a Brownian bridge of variance h delta (1 - delta) g g^T. An error
+of y does not propagate to the next step: y = U(x, v) has the order of x or, if that is lower, the order in h of
 
     || y_{n+1} - U(t + h, x_{n+1}, x(t_a + delta h)) ||_{L2} .
 """
@@ -37,7 +37,7 @@ class AlgebraicDefects(NamedTuple):
     ----------
     h : ndarray, shape (H,)
     rms : ndarray, shape (S, H)
-        Their L2 norms.
+        L2 norms of the defects.
     scale : ndarray, shape (S, H)
         Largest absolute value of y.
     """
@@ -48,15 +48,15 @@ class AlgebraicDefects(NamedTuple):
 
 
 def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicDefects:
-    """Probe the y of one step of each size after the first delay.
+    """Compute the defects of y after one step of each size after the first delay.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        With algebraic components, which the scheme solves for; see `keeps_constraint`.
+        Problem with algebraic components, for which the scheme solves; see `keeps_constraint`.
     delta : float
-        Where the delay lies on the mesh, from 0 to 1.
+        Position of the delay on the mesh, from 0 to 1.
 
     Returns
     -------
@@ -71,14 +71,14 @@ def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicD
 
 
 def algebraic_order(record: AlgebraicDefects) -> float:
-    """Return the least order over the states; infinite if y is off by rounding, NaN if it is not finite."""
+    """Return the lowest order over the states; infinite if the errors are rounding, NaN if they are not finite."""
     return worst_order(record.h, record.rms, record.scale)
 
 
 def _level(
     scheme: Scheme, view: Delayed, states: list[Array], s: float, at: tuple[float, float]
 ) -> tuple[Array, Array]:
-    """Return the root mean squares and the scale, shape (S,), of steps that are of size h on a mesh with delta."""
+    """Return the root mean squares and the scale, shape (S,), for steps of size h with the mesh position delta."""
     (h, delta), t = at, s + view.delay
     rule = normal_rule(3 * view.noise_dim, NODES)
     now, old = (np.repeat(part, len(rule.weights), axis=1) for part in states)

@@ -1,12 +1,12 @@
-"""Consistency of one step: whether it follows the equation at all, at whatever order.
+"""Consistency of one step: whether it follows the equation, with any order.
 
-With d = Phi_h(x; dW) - [x + f h + B dW], a scheme is consistent where h^{-1/2} ||d||_{L2} and h^{-1} |E d| tend to 0
-(Lindner & Stroot 2017, Definition 4.7). Then, and if it is semi-stable, it converges, without a rate. A wrong
-diffusion leaves ||d|| at the order 1/2, a wrong drift |E d| at the order 1; what converges with an order p is above
-both by p.
+With d = Phi_h(x; dW) - [x + f h + B dW], a scheme is consistent if h^{-1/2} ||d||_{L2} and h^{-1} |E d| tend to 0
+(Lindner & Stroot 2017, Definition 4.7). If it is also semi-stable it converges, without a rate. For a wrong
+diffusion ||d|| has order 1/2, for a wrong drift |E d| has order 1; for a scheme of order p both are higher
+by p.
 
-What a first step gets wrong may be taken back by the later ones, as by a velocity that lies in the tangent space of
-the point before. So a step from where the scheme itself has gone is looked at, too.
+An error of a first step may be cancelled by later steps, as by a velocity in the tangent space of the previous
+point. So a step from a state that the scheme itself has reached is also probed.
 """
 
 from typing import NamedTuple
@@ -26,8 +26,8 @@ from .orders import ROUNDING, last_orders, worst_order
 from .reach import mark_rows, reach
 from .strong_defects import LEVELS
 
-# In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
-# is not hidden by what is right.
+# Step sizes in units of the horizon, or of time if that is shorter: small enough that right terms do not hide an
+# error of one per cent of the noise.
 SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
 # Size: nodes of a variable.
 NODES = 4
@@ -40,12 +40,12 @@ class Consistency(NamedTuple):
     ----------
     h : ndarray, shape (H,)
     rms, mean : ndarray, shape (2, C, S, H)
-        ||d||_{L2} and |E d| over the rows of each component, in its unit: of a step from each state, and of a step
-        from where the scheme itself has gone from there.
+        ||d||_{L2} and |E d| over the rows of each component, in its unit: for a step from each state, and for a step
+        from the state that the scheme reaches from there.
     scale : ndarray, shape (S, H)
-        Largest absolute value in the state.
+        Largest absolute value of the components of the state.
     reached : ndarray, shape (C, C)
-        1 in row i and column j if errors of component j reach i, see `reach`.
+        1 in row i and column j if errors of component j affect component i, see `reach`; else 0.
     """
 
     h: Array
@@ -56,13 +56,13 @@ class Consistency(NamedTuple):
 
 
 def consistency(scheme: Scheme, view: Problem) -> Consistency:
-    """Probe one step of each size at each state of the cloud.
+    """Compute the defects of one step of each size from each state of `cloud`.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; its one-step map can be probed.
+        Problem in the scheme's form; its one-step map can be probed.
 
     Returns
     -------
@@ -81,20 +81,20 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
 
 
 def consistency_orders(record: Consistency, component: int | None = None) -> tuple[Array, Array]:
-    """Return the least orders in h of the defects of a component, or of the full state.
+    """Return the lowest orders in h of the defects of a component, or of the full state.
 
     Parameters
     ----------
     record : Consistency
     component : int, optional
-        Its index; the full state if left out. All whose errors reach it count.
+        Index of the component, including all components whose errors affect it; by default the full state.
 
     Returns
     -------
     ndarray, shape (2, S)
-        Of ||d||_{L2}, of a first and of a later step at each state.
+        Orders of ||d||_{L2}, for a first and a later step, at each state.
     ndarray, shape (2, S)
-        Of |E d|.
+        The same for |E d|.
     """
     rows = mark_rows(record.reached, component)
     rms, mean = (
@@ -121,7 +121,7 @@ def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Ar
 
 
 def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
-    """Return one random increment for each state, the same at all nodes and, in units of its size, for all h."""
+    """Return one random increment per state, the same at all nodes and, up to the factor sqrt(h), for all h."""
     rng, count = np.random.Generator(np.random.Philox(key=SEED + 2)), len(nodes.weights)
     dW, H = (np.repeat(np.sqrt(h) * rng.standard_normal((len(nodes.dW), states)), count, axis=1) for _ in range(2))
     return Increment(dW, None if nodes.H is None else H / np.sqrt(12.0))
@@ -129,10 +129,10 @@ def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
 
 # Consistency of one step with a delay given its past, Definition 3.1 of Qu, Huang & Liu (2010).
 #
-# A scheme is consistent of order p if its local error r obeys ||E(r | F_t)||_{L2} <= C h^{p+1} and
-# ||r||_{L2} <= C h^{p+1/2}. Given is all that has happened up to t, and with it the solution one delay ago over the
-# whole step: its Brownian motion is held while means over the step's own are taken. The local error is the difference
-# between a step and two half steps.
+# A scheme is consistent of order p if its local error r satisfies ||E(r | F_t)||_{L2} <= C h^{p+1} and
+# ||r||_{L2} <= C h^{p+1/2}. The condition F_t includes all events up to t, and with these the solution one delay ago
+# over the whole step: its Brownian motion is fixed while means over the step's current noise are taken. The local
+# error is the difference between a step and two half steps.
 
 
 # Size: nodes of a variable.
@@ -148,9 +148,9 @@ class DelayConsistency(NamedTuple):
     rms : ndarray, shape (S, H)
         ||r||_{L2}.
     mean : ndarray, shape (S, H)
-        ||E(r | F_t)||_{L2}, the mean square being taken over the past.
+        ||E(r | F_t)||_{L2}, with the mean square over the past.
     scale : ndarray, shape (S, H)
-        Largest absolute value in the state, before and after the step.
+        Largest absolute value of the components before and after the step.
     """
 
     h: Array
@@ -168,13 +168,13 @@ def why_not_delay_consistency(scheme: Scheme, view: Delayed) -> str:
 
 
 def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
-    """Probe one step and two half steps of each size after the first delay.
+    """Compute the local errors of one step of each size after the first delay, from one step and two half steps.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `why_not_delay_consistency` has nothing against.
+        Problem in the scheme's form; `why_not_delay_consistency` is empty for the pair.
 
     Returns
     -------
@@ -208,10 +208,10 @@ def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float) -> tuple[Array, 
 
 
 def _condition_on_past(defects: Array, weights: Array, l: int) -> tuple[Array, Array]:
-    """Return the means over the step's own noise at the nodes of the past, and the weights of these.
+    """Return the means over the step's current noise at the nodes of the past, and the weights of these nodes.
 
-    Nodes are a product of 4 l rules: of the first half step, the l motions now and those one delay ago, and of the
-    second one likewise.
+    Nodes are a product of 4 l rules: of the first half step, for the l current motions and those one delay ago, and
+    of the second half step in the same way.
     """
     count = round(len(weights) ** (1.0 / (4 * l)))
     shape, own = (count,) * (4 * l), (*range(l), *range(2 * l, 3 * l))

@@ -1,14 +1,15 @@
-"""A delay equation as an ordinary one: the solution now and one delay ago, each with its own Brownian motion.
+"""A delay equation as an ordinary one: the solution now and one delay ago, each with a Brownian motion.
 
-For s in [0, tau] the pair (x(s + tau), x(s)) obeys an equation without delay, the older solution being the other's
-past and phi its own; so does x(s) alone. A scheme that makes these steps, the oldest one first, is then a one-step
-map like any other: what is found for the pair holds after the first delay, what is found for x alone up to it.
+For s in [0, tau] the pair (x(s + tau), x(s)) satisfies an equation without delay, in which the older solution is the
+past of the other and phi its own past; so does x(s) alone. A scheme that makes these steps, the oldest one first, is
+then a one-step map as usual. Results for the pair hold after the first delay, results for x alone up to it.
 
-Beyond, s in (tau, T - tau], the older solution has a past of its own, too. It is given: phi(0) takes its place, so
-that no step up to T is made at a time at which the pair is not probed.
+For s in (tau, T - tau], the older solution has a nonconstant past as well. It is replaced by phi(0), so that the pair
+can be probed at all times of steps up to T.
 
-Means of one step are then taken over the older noise, too. That is what adds up over the steps: given its past, a
-step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Huang & Liu 2010), and converges with 1.
+Means of one step are then also taken over the older noise. This is what accumulates over the steps: given its past, a
+step with additive noise is consistent of order 1/2 only (Definition 3.1 of Qu, Huang & Liu 2010), but converges with
+1.
 """
 
 from collections.abc import Iterable
@@ -26,38 +27,38 @@ from ...noise.laws import Law
 from ..step.nodes import SEED
 
 Y = "y"
-# A defect this small, in parts of the terms that cancel in it, is a solver's: no order shows in it.
+# A constraint defect below this part of the terms that cancel in it is a solver's tolerance, which shows no order.
 CLOSE = 1e-9
 
 
 def remove_delay(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
-    """Return a scheme and a problem without delay on which one step says what it says with the delay.
+    """Return a scheme and a problem without delay whose single steps are equivalent to those with the delay.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of a form of the scheme.
+        Problem in the scheme's form.
     links : int
-        2 for the solution after the first delay, 1 for that up to it.
+        2 for the solution after the first delay, 1 for the solution up to it.
     until : float
-        How many delays the problem goes on for, if it does not end before.
+        End of the problem in delays, if that is before its horizon.
 
     Returns
     -------
     Scheme, Problem
-        The given ones where there is no delay.
+        The given ones if there is no delay.
     """
     delayed = view.capability(Delayed)
     if delayed is None:
         return scheme, view
-    # Two spans with one end are one problem.
+    # Any end at or after the horizon is replaced by infinity, so that equal problems compare equal.
     end = until if until * delayed.delay < delayed.horizon else np.inf
     return LinkedScheme(scheme, delayed, links), linked_equation(delayed, links, end)
 
 
 def why_not_algebraic(scheme: Scheme, view: Problem) -> str:
-    """Return why what a step has beside x is memory, which a step from x alone resets; empty if it has no such."""
+    """Return why components other than x are memory that a step from x alone would reset, or an empty string."""
     form = view.capability(IndexOne)
     if form is None:
         return ""
@@ -68,9 +69,9 @@ def why_not_algebraic(scheme: Scheme, view: Problem) -> str:
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
-    """Tell whether y solves the constraint after a step that begins with such a y.
+    """Return whether y solves the constraint after a step that begins with such a y.
 
-    The step is one after the first delay: up to it, the lagged values are the history's, and a scheme may know them.
+    The step is one after the first delay: earlier, lagged values come from the history, which a scheme may know.
     """
     form = view.capability(IndexOne)
     if form is None or not form.constraints:
@@ -89,14 +90,14 @@ def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
 
 @dataclass(frozen=True)
 class LinkedScheme(Scheme):
-    """The steps of a scheme now and so many delays ago.
+    """The steps of a scheme at the present time and one or more delays ago.
 
     Attributes
     ----------
     scheme : Scheme
     problem : Delayed
     links : int
-        Steps that are made, the oldest with the history as its past.
+        Number of steps; the oldest one has the history as its past.
     """
 
     scheme: Scheme
@@ -108,11 +109,11 @@ class LinkedScheme(Scheme):
 
     @property
     def law(self) -> Law:
-        """Law of the increments."""
+        """Law of the increments of the given scheme."""
         return self.scheme.law
 
     def parts(self, problem: Any, state: State) -> Parts:
-        """Return the solution now and at earlier times."""
+        """Return the solution at the present time and at earlier multiples of the delay, as named components."""
         named: Parts = problem.parts(state)
         return named
 
@@ -124,7 +125,7 @@ class LinkedScheme(Scheme):
         h: float,
         noise: Increment,
     ) -> Step:
-        """Make the steps, t being the time of the oldest one."""
+        """Make the steps; t is the time of the oldest one."""
         delay, new, steps = self.problem.delay, [], []
         lagged, ahead = (history_at(self.problem, s, state) for s in (t, t + h))
         for age, (x, own) in enumerate(reversed(_split(state, noise, self.links))):

@@ -1,15 +1,15 @@
-"""Single steps along random noise, rare noise too, against those of Euler's method.
+"""Single steps along random noise, including rare noise, compared with those of Euler's method.
 
 A step that follows dx = f dt + B dW path by path differs from x + h f + B dW by less than any part of sqrt(h) B as h
-tends to 0, the noise dW/sqrt(h) being held. Means over the nodes of a rule do not show where it does not: of many
+tends to 0 with fixed dW/sqrt(h). Means over the nodes of a rule do not show all deviations, because for many
 motions all nodes have the same size. So the step is made along 10^4 random draws of the noise, for any number of
-motions, and the largest difference counts, if it has a limit beside 0. Each motion of a draw is normal, or with some
+motions, and the largest difference is used, if it has a nonzero limit. Each motion of a draw is normal, or with some
 probability uniform in [-Z, Z], with
 
     Z^2 = 2 p ln(1/h),    p = 1/2,    h the shortest step,
 
 because a right scheme may clip its increments at sqrt(2 p h ln(1/h)) (Milstein & Tretyakov 2004, section 1.3), and
-allows no order of 1/2 where its p is less. What lies beyond Z = 4.6 has less than 2e-4 of the variance.
+does not allow an order of 1/2 if its p is smaller. Noise beyond Z = 4.6 has less than 2e-4 of the variance.
 """
 
 from collections.abc import Sequence
@@ -30,31 +30,32 @@ from ..step.one_step import OneStep
 from ..step.states import time_unit
 from .step_law import FINER, ROUNDINGS, SETTLED, EquationRates, equation_rates, short_steps, state_words
 
-# Draws in all, and at how many times of the run; fewer draws of large systems, whose draws have more motions each.
+# Total number of draws, number of times in the run; largest work, and fewest draws for large systems, which have more
+# motions per draw.
 # Size: draws and times.
 DRAWS, TIMES, WORK, FEWEST = 10_000, 4, 2**21, 512
-# The least p of clipped increments that allow an order of 1/2; see the law's `most`.
+# Smallest p of clipped increments that allow an order of 1/2; see `Law.most`.
 # Theorem: the one that `Law.most` names.
 LEAST_CLIP = 0.5
-# A difference is followed to shorter steps beyond this part of the noise: of a right scheme it falls like sqrt(h), or
-# like the power h^(1/4) of a tamed one.
+# A larger difference, relative to the noise, is followed to shorter steps: for a right scheme it decreases like
+# sqrt(h), or like h^(1/4) if it is tamed.
 SMALL = 1e-3
-# Standard errors of a mean at which the law of a step is not that of the noise: one in 10^6 by chance.
+# Standard errors from which a mean differs from that of the noise: one in 10^6 by chance.
 # Level: 6e-7 of a normal mean, two-sided.
 STANDARD_ERRORS = 5.0
 
 
 class _Draw(NamedTuple):
-    """Noise and states of a time.
+    """Noise and states at one time.
 
     Attributes
     ----------
     t : float
     x : ndarray, shape (d, P)
     root : ndarray, shape (C, P)
-        Size of the noise of each component; infinite where nothing is to be compared.
+        Size of the noise of each component; infinite if it is not to be compared.
     nodes : Nodes
-        Noise of a step of length 1, with the density of the law over that of the draws as weights.
+        Noise of a step of length 1; its weights are the density of the law divided by that of the draws.
     """
 
     t: float
@@ -63,21 +64,21 @@ class _Draw(NamedTuple):
     nodes: Nodes
 
     def select(self, places: Array) -> "_Draw":
-        """Return some of the draws."""
+        """Return the draws with some indices."""
         return _Draw(self.t, self.x[:, places], self.root[:, places], self.nodes.select(places))
 
 
 def noise_departure(scheme: Scheme, view: Problem, *, paths: bool) -> str:
-    """Return along which noise short steps do not follow the equation, in one line, or an empty string.
+    """Return the noise along which short steps do not follow the equation, in one line, or an empty string.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        As of `step_law`.
+        Problem in the scheme's form; see `step_law`.
     paths : bool
-        Whether the scheme claims anything of paths. If not, a step may go elsewhere along some noise as long as its
-        mean and mean square stay those of the equation.
+        Whether the scheme has claims on paths. If not, a step may deviate along some noise as long as its
+        mean and mean square are those of the equation.
     """
     step = short_steps(scheme, view)
     rates = None if step is None else equation_rates(step.view, step.equation)
@@ -92,10 +93,10 @@ def noise_departure(scheme: Scheme, view: Problem, *, paths: bool) -> str:
     return _words(draws, [*map(_size, found)], stays)
 
 
-# The same for all schemes of a form.
+# Cached, as it is the same for all schemes of a form.
 @lru_cache(maxsize=8)
 def _drawn(view: Problem, equation: Equation) -> tuple[_Draw, ...]:
-    """Return draws at a few times, the same number at each of the states."""
+    """Return draws at a few times, the same number for each of the states."""
     rng, rates = np.random.Generator(np.random.Philox(key=SEED + 17)), equation_rates(view, equation)
     (n, d, S), l = rates.x.shape, view.noise_dim
     each = max(1, int(np.clip(WORK // (d * l), FEWEST, DRAWS)) // (TIMES * S))
@@ -109,14 +110,15 @@ def _drawn(view: Problem, equation: Equation) -> tuple[_Draw, ...]:
 
 
 def _random_nodes(rng: np.random.Generator, view: Problem, count: int) -> Nodes:
-    """Return noise of a step of length 1 whose increments are normal or, one in 2 sqrt(l) of them, uniform."""
+    """Return noise of a step of length 1 with normal increments, a share 1/(2 sqrt(l)) of them uniform instead."""
     l, share = view.noise_dim, 0.5 / np.sqrt(view.noise_dim)
     far = np.sqrt(2.0 * LEAST_CLIP * -np.log(FINER[-1] * time_unit(view)))
     normal, uniform = rng.standard_normal((l, count)), rng.uniform(-far, far, (l, count))
     dW = np.where(rng.uniform(size=(l, count)) < share, uniform, normal)
     density = scipy.stats.norm.pdf(dW)
     drawn = (1.0 - share) * density + share * (np.abs(dW) < far) / (2.0 * far)
-    # All together are no rarer than one at `far`: a vector of increments may be clipped, too.
+    # The norm of an increment is limited to the quantile that corresponds to `far`, since a scheme may clip vectors,
+    # too.
     most = scipy.stats.chi.isf(2.0 * scipy.stats.norm.sf(far), l) / np.linalg.norm(dW, axis=0)
     weights = np.prod(density / drawn, axis=0) * (most >= 1.0)
     dW = dW * np.minimum(most, 1.0)
@@ -126,7 +128,7 @@ def _random_nodes(rng: np.random.Generator, view: Problem, count: int) -> Nodes:
 
 
 def _difference(step: OneStep, rates: EquationRates, draw: _Draw, part: float) -> tuple[Array, Array]:
-    """Return by how much a step differs from Euler's in parts of the noise, shape (d, P), and how Euler's moves."""
+    """Return the difference of a step from Euler's relative to the noise, shape (d, P), and Euler's move."""
     h = float(part * step.time_unit)
     noise = step.scheme.law.increment(draw.nodes.increment(h), h)
     made = step.make(draw.x, draw.t, h, noise)
@@ -147,7 +149,7 @@ def _size(gap: tuple[Array, Array]) -> Array:
 
 
 def _stays(step: OneStep, rates: EquationRates, draw: _Draw, found: tuple[Array, Array]) -> Mask:
-    """Return at which draws the difference has a limit beside 0: its changes over two factors of 16 are small."""
+    """Return the draws whose difference has a nonzero limit: its changes over two factors of 16 are small."""
     stays = _size(found) > SMALL
     places = np.flatnonzero(stays)
     if places.size:
@@ -159,7 +161,7 @@ def _stays(step: OneStep, rates: EquationRates, draw: _Draw, found: tuple[Array,
 
 
 def _changes_law(draws: Sequence[_Draw], found: list[tuple[Array, Array]], stays: list[Mask]) -> bool:
-    """Return whether differences that have a limit change the mean or the mean squares of a step's noise."""
+    """Return whether differences with a limit change the mean or the mean squares of a step's noise."""
     changes = []
     for draw, (gap, moved), kept in zip(draws, found, stays, strict=True):
         gone = np.where(kept, gap, 0.0)
@@ -170,7 +172,7 @@ def _changes_law(draws: Sequence[_Draw], found: list[tuple[Array, Array]], stays
 
 
 def _words(draws: Sequence[_Draw], sizes: list[Array], stays: list[Mask]) -> str:
-    """Return the noise of the draws that stay, and where the largest of them is."""
+    """Describe the noise of the draws whose difference stays, and the state of the largest difference."""
     far = np.concatenate(
         [np.abs(draw.nodes.dW[:, kept]).max(axis=0) for draw, kept in zip(draws, stays, strict=True)]
     )

@@ -1,4 +1,4 @@
-"""Local orders: how fast defects vanish with h, above rounding and above the tolerance of a scheme's own solver."""
+"""Local orders: powers of h with which defects decrease, above rounding and above a solver's tolerance."""
 
 from typing import NamedTuple
 
@@ -6,30 +6,30 @@ import numpy as np
 
 from ...arrays import Array
 
-# Defects that stop decreasing below this part of the solution's size are a solver's tolerance.
+# Defects that stop decreasing below this part of the solution's size are errors of a solver's tolerance.
 TOLERANCE = 1e-6
 FLAT = 0.35
-# A level is used where it is so many times a plateau: the plateau then moves a local order by less than 0.03.
+# A level is used if it exceeds a plateau by this factor: the plateau then changes a local order by less than 0.03.
 # Rounding: log2 of (1 + 1/30)/(1 + 1/60) is 0.023, where defects halve.
 CLEAR = 30.0
-# Rounding errors of a defect stay some hundred times below this part of the solution's size.
+# Rounding errors of a defect are some hundred times smaller than this part of the solution's size.
 ROUNDING = 6e-14
-# An order that changes by less from one level to the next has settled.
+# An order that changes by less than this from one level to the next has settled.
 SETTLED = 0.05
 
 
 class LocalOrders(NamedTuple):
-    """The orders of some defects in h, each between the two finest usable levels.
+    """Orders of defects in h, each from the two finest usable levels.
 
     Attributes
     ----------
     order : ndarray, shape (...)
-        Infinite where fewer than two levels are above the floor: the defect is rounding. NaN where the finest
-        level is not finite, and where a plateau leaves fewer than two levels.
+        Infinite if fewer than two levels are above the floor, so that the defect is rounding. NaN if the finest
+        level is not finite, or if a plateau leaves fewer than two levels.
     ahead : ndarray, shape (...)
-        What the next order would be if it changed as much again as it did since the last one.
+        Extrapolated next order, if it changes by the same amount again.
     plateau_h : ndarray, shape (...)
-        The largest h at which a plateau shows; 0 where there is none.
+        Largest h on a plateau; 0 if there is none.
     """
 
     order: Array
@@ -40,19 +40,19 @@ class LocalOrders(NamedTuple):
 def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | None = None) -> LocalOrders:
     """Return the last local orders log(size_j/size_k) / log(h_j/h_k) above the floors.
 
-    A tolerance shows as a plateau only once the defect is well below it. Finer levels than those that orders are
-    taken from show it; where they do not, and the order has settled on them, it is taken there.
+    A tolerance shows as a plateau only once the defect is well below it. Levels finer than the `used` ones may show
+    it; if they do not, and the order has settled on them, it is taken from them.
 
     Parameters
     ----------
     h : ndarray, shape (H,)
         Step sizes, coarsest first.
     size : ndarray, shape (..., H)
-        Defects, not negative.
+        Nonnegative defects.
     floor, scale : ndarray, shape (H,) or (..., H)
-        Below the first, a defect is rounding; the second is the size of what it is a defect of.
+        Below `floor` a defect is rounding; `scale` is the size of the quantity with the defect.
     used : int, optional
-        Number of levels that orders are taken from, coarsest first; all if left out.
+        Number of levels from which orders are taken, coarsest first; all by default.
 
     Returns
     -------
@@ -62,12 +62,12 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     usable = finite & (size > floor)
     fine = finest_usable(usable)
     order, longer = _orders(h, size, usable, fine)
-    # Over two or three levels, so that errors that jump about below a tolerance are seen as well.
+    # Over two or three levels, to detect irregular errors below a tolerance as well.
     flat = ((order < FLAT) | (longer < FLAT)) & (pick(size, fine[0]) < TOLERANCE * pick(scale, fine[0]))
     plateau = np.where(flat, np.maximum(pick(size, fine[0]), pick(size, fine[1])), -1.0)
     hidden = usable & (size <= CLEAR * plateau[..., None])
     clear, wanted = usable & ~hidden, np.arange(len(h)) < (used or len(h))
-    # What is asked of the same levels once more is known.
+    # If all levels are clear, the orders computed above can be reused.
     every = _extrapolate_order(h, size, clear) if hidden.any() else _extrapolate(order, longer)
     first = every if wanted.all() else _extrapolate_order(h, size, clear & wanted)
     with np.errstate(invalid="ignore"):
@@ -79,14 +79,14 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
 
 
 def worst_order(h: Array, size: Array, scale: Array) -> float:
-    """Return the order of the largest defects of all states; infinite if they are rounding, NaN if not finite.
+    """Return the order of the largest defects over all states; infinite if they are rounding, NaN if not finite.
 
     Parameters
     ----------
     h : ndarray, shape (H,)
         Step sizes, coarsest first.
     size, scale : ndarray, shape (S, H)
-        Defects at S states, not negative, and the size of what they are defects of.
+        Nonnegative defects at S states, and the size of the quantity with the defect.
     """
     worst = scale.max(axis=0)
     return float(last_orders(h, size.max(axis=0), ROUNDING * worst, worst).order)
@@ -97,20 +97,20 @@ def _extrapolate_order(h: Array, size: Array, usable: Array) -> tuple[Array, Arr
 
 
 def _extrapolate(order: Array, longer: Array) -> tuple[Array, Array]:
-    """Return the last order, and the next one if it changes as much again."""
+    """Return the last order, and the extrapolated next one, which changes by the same amount again."""
     with np.errstate(invalid="ignore"):
-        # The order over three levels is the mean of two local ones: the last changed by twice what lies between.
+        # The order over three levels is the mean of two local ones: the last change is twice the difference from it.
         return order, np.where(np.isfinite(longer), order + 2.0 * (order - longer), order)
 
 
 def finest_usable(usable: Array) -> tuple[Array, ...]:
-    """Return the indices of the three finest usable levels, finest first; 0 where there are fewer."""
+    """Return the indices of the three finest usable levels, finest first; 0 if there are fewer."""
     behind = np.cumsum(usable[..., ::-1], axis=-1)[..., ::-1]
     return tuple((usable & (behind == rank)).argmax(axis=-1) for rank in (1, 2, 3))
 
 
 def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tuple[Array, Array]:
-    """Return the orders between the finest usable level and the first and the second one before it."""
+    """Return the orders from the second and from the third finest usable level to the finest; infinite without it."""
     last, one, two = (pick(size, index) for index in fine)
     count = usable.sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -120,7 +120,7 @@ def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tu
 
 
 def pick(values: Array, index: Array) -> Array:
-    """Return the values at a level of its own in each place; those of one row are the same for all places."""
+    """Return the values at one level per place; a one-dimensional array has the same values for all places."""
     if values.ndim == 1:
         return np.asarray(values[index])
     if values.ndim <= index.ndim:

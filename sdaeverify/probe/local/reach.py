@@ -1,9 +1,9 @@
-"""Which components' errors reach which others, through the equation or through the steps of the scheme.
+"""Which components' errors affect which others, through the equation or through the steps of the scheme.
 
-An error in component j reaches i if a coefficient of i, or what a scheme makes of i in two steps, depends on j, or on
-a component that is reached from j. Dependence is seen by moving one component away from many states, far and little:
-at some of them, or at some time, it may vanish. What is reached is judged with the errors that reach it; what is not,
-by its own.
+An error in component j affects i if a coefficient of i, or component i after two steps of a scheme, depends on j, or
+on a component that j affects. Dependence is tested by perturbing one component at many states, by large and small
+amounts, because it may vanish at some states or times. An affected component is judged together with the errors that
+affect it, any other component alone.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,26 +18,26 @@ from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.states import WHEN
 
-# Parts of the horizon at which coefficients are looked at, and by how much of its size a component is moved.
+# Parts of the horizon at which coefficients are evaluated, and relative sizes of the perturbations of a component.
 TIMES, MOVES = (0.0, WHEN, 0.55, 0.9), (1.0, 1e-3)
-# Step size, in units of time, and what a solver's tolerance or rounding may change, relative.
+# Step size, in units of time, and the largest relative change that a solver's tolerance or rounding may cause.
 STEP, CHANGED = 2.0**-4, 1e-9
 Names = Mapping[str, slice]
 
 
 def reach(step: OneStep, x: Array) -> Array:
-    """Return which errors reach which components.
+    """Return which errors affect which components.
 
     Parameters
     ----------
     step : OneStep
     x : ndarray, shape (d, S)
-        States to look from.
+        States at which dependence is tested.
 
     Returns
     -------
     ndarray, shape (C, C)
-        1 in row i and column j if an error in component j reaches i, as each does itself; else 0.
+        1 in row i and column j if an error in component j affects i, and on the diagonal; else 0.
     """
     found = np.eye(len(step.names), dtype=bool)
     for depends in (partial(_by_coefficients, step.equation, step.names), partial(_by_steps, step)):
@@ -47,9 +47,9 @@ def reach(step: OneStep, x: Array) -> Array:
 
 
 def core(equation: Equation, names: Names, x: Array) -> Mask:
-    """Tell on which of the named components a coefficient depends, shape (C,): the others are pure outputs.
+    """Return the components on which a coefficient depends, shape (C,); the others are pure outputs.
 
-    Where none depends on anything, as on dx = c dt + S dW, all of them count.
+    If there is no dependence at all, as for dx = c dt + S dW, all components are returned.
 
     Parameters
     ----------
@@ -57,19 +57,19 @@ def core(equation: Equation, names: Names, x: Array) -> Mask:
     names : mapping of str to slice
         Rows of the components.
     x : ndarray, shape (d, S)
-        States to look from.
+        States at which dependence is tested.
     """
     found = _by_coefficients(equation, names, x).any(axis=0)
     return np.asarray(found if found.any() else ~found)
 
 
 def mark_rows(reached: Array, component: int | None) -> Mask:
-    """Return whose defects count for a component, given by its index: all that reach it; all without one."""
+    """Return the mask of the components that affect a given one, including itself; all if `component` is None."""
     return np.ones(len(reached), dtype=bool) if component is None else reached[component] > 0.0
 
 
 def _close(direct: Mask) -> Mask:
-    """Return the transitive closure of what depends directly."""
+    """Return the transitive closure of a dependence."""
     for _ in direct:
         direct = direct | (direct.astype(int) @ direct.astype(int) > 0)
     return direct
@@ -89,7 +89,7 @@ def _by_coefficients(equation: Equation, names: Names, x: Array) -> Mask:
 
 
 def _by_steps(step: OneStep, x: Array) -> Mask:
-    """Look at two steps, the second of which begins with what the first has left in the memory."""
+    """Test dependence over two steps, because the second one begins with the memory left by the first."""
     h, t = STEP * step.time_unit, step.time
     states, noises = _moved(step.names, x), _draw(step, h, x.shape[1])
     if step.view.has_constraints:
@@ -110,7 +110,7 @@ def _by_steps(step: OneStep, x: Array) -> Mask:
 
 
 def _draw(step: OneStep, h: float, paths: int) -> list[Increment]:
-    """Return the noise of two steps."""
+    """Return the noise of two steps with the scheme's law; has H if the scheme uses it."""
     rng, found = np.random.Generator(np.random.Philox(key=SEED + 11)), []
     for _ in range(2):
         noise = step.view.drawn(rng, h, paths)
@@ -121,7 +121,7 @@ def _draw(step: OneStep, h: float, paths: int) -> list[Increment]:
 
 
 def _moved(names: Names, x: Array) -> Array:
-    """Return the states and, behind them, the same with one component moved, shape (d, 1 + C M, S)."""
+    """Return the states followed by copies with one component perturbed, shape (d, 1 + C M, S)."""
     states = np.repeat(x[:, None], 1 + len(names) * len(MOVES), axis=1)
     move = (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
     for index, rows in enumerate(names.values()):
@@ -131,7 +131,7 @@ def _moved(names: Names, x: Array) -> Array:
 
 
 def _depends(names: Names, states: Array, function: Callable[[Array], Array]) -> Mask:
-    """Tell which components of a function (d, P) -> (d, K, P) depend on which, from its values at `_moved` states."""
+    """Return which components of a function (d, P) -> (d, K, P) depend on which, from values at `_moved` states."""
     d, copies, count = states.shape
     with np.errstate(all="ignore"):
         values = function(states.reshape(d, -1)).reshape(d, -1, copies, count)
@@ -139,7 +139,7 @@ def _depends(names: Names, states: Array, function: Callable[[Array], Array]) ->
         change = np.abs(values[:, :, 1:] - before)
     found = []
     for rows in names.values():
-        # Entry by entry. Entries that are not finite at the unperturbed state are skipped.
+        # Entries are compared one by one. Entries that are not finite at the unperturbed state are skipped.
         size = np.max(np.abs(before[rows]), axis=-1, keepdims=True, initial=0.0, where=np.isfinite(before[rows]))
         found.append((change[rows] > CHANGED * size).any(axis=(0, 1, 3)).reshape(-1, len(MOVES)).any(axis=1))
     return np.array(found)

@@ -1,11 +1,11 @@
-"""Expectations after a short time, from the coefficients of an equation alone: extrapolated trees of Euler steps.
+"""Expectations after a short time from the coefficients of an equation: extrapolated trees of Euler steps.
 
 A tree is Euler's method with k steps of size h/k whose noise takes the 2 l values +-sqrt(l h/k) e_i with equal
-probability, all (2 l)^k leaves enumerated. Mean 0, covariance and third moments of the noise are right, so that
+probability; all (2 l)^k leaves are enumerated. Mean, covariance and third moments of the noise are right, so that
 
     E_k phi = E phi(x(t + h)) + c_1(h)/k + c_2(h)/k^2 + ...,    c_j(h) = O(h^(j+1)),
 
-and Romberg's extrapolation of k = 1 ... K in 1/k to 0 is right up to O(h^(K+1)).
+and Romberg's extrapolation of k = 1 ... K in 1/k to 0 has an error of O(h^(K+1)).
 """
 
 from collections.abc import Callable
@@ -16,13 +16,13 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Equation
 
-# Extrapolated trees for so many Brownian motions: beyond, the leaves are too many for one tree more.
+# Number of extrapolated trees by the number of Brownian motions: one more tree would have too many leaves.
 DEPTHS = {1: 5, 2: 5, 3: 4}
 SHALLOWEST = 3
 
 
 def depth(noises: int) -> int:
-    """Return the number K of trees for a number l of Brownian motions."""
+    """Return the number K of trees for l Brownian motions."""
     return DEPTHS.get(noises, SHALLOWEST)
 
 
@@ -40,10 +40,10 @@ def extrapolate_means(
     ----------
     ito : Equation
     functions : callable, ndarray of shape (d, P) -> ndarray of shape (F, P)
-        phi.
+        Functions phi.
     x : ndarray, shape (d, S)
     step : (float, float)
-        t and h.
+        Time t and step size h.
     K : int
         Number of trees.
 
@@ -64,14 +64,14 @@ def leaves(ito: Equation, x: Array, t: float, h: float, steps: int) -> Array:
     ----------
     ito : Equation
     x : ndarray, shape (d, S)
-        Roots.
+        States at the root.
     t, h : float
     steps : int
 
     Returns
     -------
     ndarray, shape (d, S (2 l)^steps)
-        Those of one root next to each other, all equally probable.
+        Leaves of one root are contiguous, all equally probable.
     """
     for step in range(steps):
         x = _branches(ito, x, t + step * h, h)

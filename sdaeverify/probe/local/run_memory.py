@@ -1,10 +1,10 @@
-"""Memory of runs: whether what a scheme remembers takes it elsewhere than the same state entered anew.
+"""Memory of runs: whether a scheme with its memory deviates from a scheme entered anew at the same state.
 
-Steps are probed from states that `enter` makes, and it makes what is remembered as it should be. In a run it is what
-the steps before left. So a run is compared, part by part, with one that begins at the state where it is, is driven by
-the same noise, and remembers what `enter` sets. What memory rightly holds, an old drift or half an increment, makes
-them differ by what one step does, which vanishes with h; what is not renewed where it should be, a value of an
-algebraic component or a drift of another region, adds up, however short the steps are.
+Steps are probed from states that `enter` makes, with the memory that `enter` sets. In a run, the memory is left by
+earlier steps. So, on each of several parts, a run is compared with a second one on the same noise that begins at
+the same state with the memory of `enter`. For legitimate memory, an old drift or half an increment, the difference
+has the size of one step's effect, which vanishes with h. If memory is not renewed when it should be, as a value of an
+algebraic component or a drift of another region, the difference accumulates, however short the steps are.
 """
 
 from itertools import pairwise
@@ -18,26 +18,28 @@ from ...forms import BROWNIAN, IndexOne, Problem, components
 from ...noise.brownian import USUAL, Increment, LevelNoise, Source, brownian_steps
 from ..step.nodes import SEED
 
-# Paths of a run, the parts it is compared in, its steps, and how often these are halved to see what vanishes; and how
-# often where they do not seem to: what a scheme does every so many steps need not be in a part of so few.
+# Paths of a run, parts of the comparison, steps, and number of halvings to test whether differences vanish; larger
+# number if they do not seem to, because a scheme may act every few steps only, which need not occur in a part with
+# few steps.
 # Size: paths, parts and steps of the runs.
 PATHS, PARTS, COARSE, FINER, FINEST = 64, 8, 40, 2, 4
-# In parts of what the solution moves: below, memory may do what it likes. What vanishes like h^(1/2) is halved on
-# steps of a fourth of the size, what does not stays.
+# Relative to the movement of the solution: smaller differences are ignored. A difference of order h^(1/2) is halved
+# on steps of a fourth of the size; one that decreases by less than the second factor stays.
 SMALL, VANISHING = 1e-3, 0.75
-# Of runs that are farther apart than so many times what they move, nothing is known: steps that long are not stable.
+# Runs that differ by more than this multiple of their movement are not compared: such long steps are unstable.
 DIVERGED = 2.0
 
 
 class Apart(NamedTuple):
-    """How far a run is from one that was entered anew, at the end of each part of it.
+    """Difference between a run and a run entered anew, at the end of each part of the run.
 
     Attributes
     ----------
     names : tuple of str
-        Of C components.
+        Names of the C components.
     sizes : tuple of ndarray, shape (C, n)
-        Root mean squares over the paths, in parts of what the solution moves; steps of each are a fourth as long.
+        Root mean squares over the paths, relative to the movement of the solution; each for a fourth of the previous
+        step size.
     """
 
     names: tuple[str, ...]
@@ -52,7 +54,7 @@ class Apart(NamedTuple):
 
     @property
     def departure(self) -> str:
-        """Where the difference does not vanish with h, in one line, or an empty string."""
+        """Description of a difference that does not vanish with h, in one line, or an empty string."""
         if not self.stays.any():
             return ""
         worst = np.where(self.stays, self.sizes[-1], 0.0)
@@ -63,10 +65,10 @@ class Apart(NamedTuple):
 
 
 def remembers(scheme: Scheme, view: Any) -> bool:
-    """Tell whether a scheme's state is more than the components that are known of an equation without y.
+    """Return whether a scheme's state has more than the known components of an equation without y.
 
-    Memory that `enter` does not set at all is none that could be compared; nor is that of a state which lacks
-    components that a state is entered with.
+    Memory that `enter` does not set cannot be compared; neither can the memory of a state that lacks
+    components needed to enter it.
     """
     form: IndexOne | None = view.capability(IndexOne)
     state = scheme.start(view, 1, view.horizon / COARSE)
@@ -79,18 +81,18 @@ def remembers(scheme: Scheme, view: Any) -> bool:
 
 
 def run_memory(scheme: Scheme, view: Problem) -> Apart | None:
-    """Compare a run with one that is entered anew at the begin of each of eight parts of the horizon.
+    """Compare a run with one that is entered anew at the start of each of eight parts of the horizon.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
 
     Returns
     -------
     Apart or None
-        None where there is no memory, or nothing is known that a state could be entered with.
+        None if there is no memory, or if the components needed to enter a state are not known.
     """
     if not remembers(scheme, view):
         return None
@@ -103,7 +105,7 @@ def run_memory(scheme: Scheme, view: Problem) -> Apart | None:
 
 
 def _apart(scheme: Scheme, view: Problem, level: int) -> tuple[tuple[str, ...], Array]:
-    """Return names of components, and how far both runs are apart, shape (C, n), after so many halvings of steps."""
+    """Return names of components, and differences of both runs, shape (C, n), after `level` halvings of the steps."""
     fields = view.noise & {*BROWNIAN} | USUAL
     source = Source(SEED, "memory", 0, PATHS)
     drawn = brownian_steps(source, view.noise_dim, view.horizon / COARSE, level, fields)
@@ -112,7 +114,7 @@ def _apart(scheme: Scheme, view: Problem, level: int) -> tuple[tuple[str, ...], 
 
 
 class _PairedRun:
-    """A run of a scheme on so many paths, with a second one beside it that is entered anew now and then."""
+    """A run of a scheme on `PATHS` paths, and a second one that is entered anew at the start of each part."""
 
     def __init__(self, scheme: Scheme, view: Any, noise: list[LevelNoise]) -> None:
         self.scheme, self.view = scheme, view
@@ -122,7 +124,7 @@ class _PairedRun:
         self.recall = view.recall(self.h, PATHS)
 
     def apart(self) -> dict[str, Array]:
-        """Return how far both are apart at the ends of the parts, by component, in parts of what the first moves."""
+        """Return the differences at the ends of the parts by component, relative to the movement of the first run."""
         state = anew = self.scheme.start(self.view, PATHS, self.h)
         found: dict[str, list[float]] = {name: [] for name in self._parts(state)}
         before, length = self._parts(state), len(self.steps) // PARTS

@@ -1,22 +1,22 @@
-"""Whether observables and coefficients are smooth where runs go: what one step says is said of smooth ones alone.
+"""Smoothness of observables and coefficients where solutions are, which single-step results require.
 
-Local weak orders are about expectations of smooth functions. With a jump or a kink, the error of a law on few points
-is that of a lattice: of order 1/2, or 1, whatever the order for smooth functions is. Local orders of all kinds are
-those of smooth coefficients: for dx = (1 + |x|/2) dW Milstein's scheme has the order 3/4, and one step from any x
-but 0 shows the order 1.
+Local weak orders are about expectations of smooth functions. For a function with a jump or a kink, the error of a
+discrete law is that of a lattice: of order 1/2, or 1, for any order on smooth functions. Local orders of all
+kinds hold for smooth coefficients: for dx = (1 + |x|/2) dW Milstein's scheme has order 3/4, but one step from any x
+except 0 shows order 1.
 
-The observable, or the coefficient, q is followed along lines: between two states, or through one state as far as
-solutions move from there in a step. On intervals [a, b] that are halved towards where q changes most,
+The observable, or the coefficient, q is evaluated along lines: between two states, or through one state over the
+distance that solutions move in a step. On intervals [a, b] that are halved towards the largest change of q,
 
-    |q(b) - q(a)|                       falls with the length l of the interval, but not across a jump;
-    |q(a) - 2 q((a + b)/2) + q(b)|/l    falls like l, but not across a kink.
+    |q(b) - q(a)|                       decreases with the length l of the interval, but not across a jump;
+    |q(a) - 2 q((a + b)/2) + q(b)|/l    decreases like l, but not across a kink.
 
-Beyond its rounding alone: a coefficient that is itself made of differences, such as the curvature of a constraint
-without `jacobian`, has a thousand times that of one formula. How much it is, tiny differences on the line tell. To it
-comes the rounding of the points: on a line that is short beside its states they stand on a grid.
+Only differences above rounding count. A coefficient that is computed by differences, such as the curvature of a
+constraint without `jacobian`, has a thousand times the rounding error of a formula, which tiny differences on the
+line measure. The rounding of the points is added: on a line that is short relative to its states they lie on a grid.
 
-Coefficients are followed in time as well, at some of the states: where one jumps between two times of a mesh, the one
-step across it is off by h in the mean, or by h^(1/2) where the diffusion jumps.
+Coefficients are also evaluated along time, at some of the states: if one jumps between two mesh points, the
+step across the jump has an error of h in the mean, or of h^(1/2) for a jump of the diffusion.
 """
 
 from collections.abc import Callable
@@ -32,36 +32,37 @@ from ...numerics.statistics import EPS
 from ..step.nodes import SEED
 from ..step.states import WHEN, reached_states, time_unit
 
-# Lines between states, and intervals that each is cut into at first.
+# Number of lines between states, and of initial intervals of each line.
 # Size: lines and intervals.
 LINES, CUTS = 64, 32
-# The same of lines through states, of which there are so many at each time. To either side they go as far as a
-# solution moves in a step of this size, in units of time: not far from a manifold that the states are on.
+# Number of lines through states at each time, and of initial intervals. To both sides they extend as far as a
+# solution moves in a step of this size, in units of time, so that they stay near a manifold of the states.
 # Size: lines and intervals.
 AT_A_TIME, SHORT_CUTS, SHORT = 4, 8, 2.0**-6
-# Parts of the horizon that a coefficient is followed on, in intervals of so many, at some of the states.
+# Parts of the horizon on which a coefficient is followed in time, initial intervals of each, and number of states.
 # Size: lines and intervals.
 TIME_LINES, TIME_CUTS, AT_STATES = 8, 16, 4
-# Halvings towards a jump, and towards a kink, of which the last ones tell whether anything falls. A difference of
-# order l^2 is rounding after more of them.
+# Halvings towards a jump, and towards a kink; the last ones show whether differences decrease. After more halvings a
+# difference of order l^2 would be rounding.
 HALVINGS, LAST = {1: 36, 2: 14}, 6
-# What falls like a power l^r, r < 1/2, is taken for what does not fall, what rises like l^-r, r > 1/4, for growing.
+# Differences that decrease like l^r with r < 1/2 count as constant, those that increase like l^-r with r > 1/4 as
+# growing.
 FALLS, GROWS = 2.0 ** (-0.5 * LAST), 2.0 ** (0.25 * LAST)
-# A jump, or the change of a slope, is told from a part of the observable's change on the line on, above rounding.
+# A jump, or a change of slope, is detected from this part of the observable's change on the line on, above rounding.
 SMALL, ROUNDINGS = 1e-6, 64.0
-# Second differences of this step, in units of the line, are rounding alone, and found somewhere else by chance a few
-# times as large. They are taken beside the ends of intervals, where kinks of simple formulas are.
+# Second differences with this step, in units of the line, are rounding only; at other points they may be a few times
+# larger by chance. They are evaluated at this part of an interval, because simple formulas have kinks at its ends.
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
-# Roundings of the points of a line that are tried.
+# Number of random roundings of the points of a line.
 # Size: roundings that are tried.
 TRIALS = 4
-# For which no coefficient needs derivatives in the state.
+# Order for which no coefficient needs derivatives in the state.
 # Theorem: Milstein 1988, Theorem 1.
 LIPSCHITZ_ORDER = 0.5
 
 
 class Smoothness(StrEnum):
-    """What an observable is where runs go."""
+    """Smoothness of an observable on the states that runs reach."""
 
     SMOOTH = "smooth"
     KINK = "a kink"
@@ -72,7 +73,7 @@ class Smoothness(StrEnum):
 def smoothness(view: Problem, observable: str) -> Smoothness:
     """Return whether an observable has jumps or kinks at the final time between states that solutions reach.
 
-    One that needs a component which is not known there is taken for smooth.
+    An observable that needs an unknown component is taken as smooth.
 
     Parameters
     ----------
@@ -83,22 +84,22 @@ def smoothness(view: Problem, observable: str) -> Smoothness:
     rng = np.random.Generator(np.random.Philox(key=SEED + 12))
     ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
     with np.errstate(all="ignore"):
-        if _follow(ends, CUTS, value, 1)[0]:
+        if follow(ends, CUTS, value, 1)[0]:
             return Smoothness.JUMP
-        return Smoothness.KINK if _follow(ends, CUTS, value, 2)[0] else Smoothness.SMOOTH
+        return Smoothness.KINK if follow(ends, CUTS, value, 2)[0] else Smoothness.SMOOTH
 
 
 class Roughness(NamedTuple):
-    """A coefficient that is not smooth where solutions go.
+    """A coefficient that is not smooth where solutions are.
 
     Attributes
     ----------
     coefficient : str
         ``drift`` or ``diffusion``.
     lipschitz : bool
-        Whether it is Lipschitz continuous in the state: then convergence follows from one step all the same.
+        Whether it is Lipschitz continuous in the state, so that convergence still follows from single steps.
     in_time : bool
-        Whether it jumps in time; otherwise it has a kink in the state, or worse if it is not Lipschitz.
+        Whether it jumps in time; otherwise it has a kink in the state, or a worse singularity if it is not Lipschitz.
     """
 
     coefficient: str
@@ -107,29 +108,29 @@ class Roughness(NamedTuple):
 
     @property
     def highest(self) -> float:
-        """The highest order that one step decides all the same, along paths."""
-        # Across its jump one step is off by h, which is an error of the order 1 in all.
+        """Highest order on paths that single steps can still establish."""
+        # A step across the jump has an error of h, which is a global error of order 1.
         if self.in_time and self.coefficient == "drift":
             return 1.0
         return LIPSCHITZ_ORDER if self.lipschitz else 0.0
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return the coefficient and its singularity in words."""
         found = "a kink" if self.lipschitz and not self.in_time else "an infinite slope or a jump"
         return f"the {self.coefficient} has {found}{' in time' if self.in_time else ''}"
 
 
 @lru_cache(maxsize=32)
 def rough_coefficient(view: Problem) -> Roughness | None:
-    """Return a coefficient of an equation that is least smooth near states that solutions reach; None if all are.
+    """Return the least smooth coefficient of an equation near states that solutions reach; None if all are smooth.
 
-    Solutions come near a kink before they cross it, and sqrt(max(x, 0)) is one for what comes near 0: each line goes
-    through a state, in the direction in which a solution moves from it, as far as it moves in a step.
+    Solutions come near a kink before they cross it, and sqrt(max(x, 0)) has a kink for solutions near 0. So each line
+    goes through a state, in the direction in which a solution moves from it, as far as it moves in a step.
 
     Parameters
     ----------
     view : Problem
-        Without delay, see `remove_delay`.
+        Problem without delay, see `remove_delay`.
     """
     equation = view.equation()
     if equation is None:
@@ -137,21 +138,21 @@ def rough_coefficient(view: Problem) -> Roughness | None:
     rng = np.random.Generator(np.random.Philox(key=SEED + 14))
     with np.errstate(all="ignore"):
         ends = _around(view, equation, rng)
-        # Weights at random hide the kink of no entry behind another one's.
+        # Random weights, so that the kink of one entry does not cancel that of another.
         f, *B = rng.standard_normal((1 + equation.noise_dim, equation.dimension, 1))
         time, b = WHEN * equation.horizon, np.stack(B, axis=1) if B else np.zeros((equation.dimension, 0, 1))
         sums: dict[str, Callable[[Array], Array]] = {
             "drift": lambda x: np.asarray((f * equation.drift(time, x)).sum(axis=0)),
             "diffusion": lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))),
         }
-        found = {name: _follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
+        found = {name: follow(ends, SHORT_CUTS, q, 2) for name, q in sums.items()}
         rough = [Roughness(name, not grows) for name, (persists, grows) in found.items() if persists]
         rough += _rough_in_time(equation, reached_states(view, equation).points, f, b)
     return min(rough, key=lambda each: (each.highest, not each.in_time), default=None)
 
 
 def _rough_in_time(equation: Equation, points: Array, f: Array, b: Array) -> list[Roughness]:
-    """Return the coefficients with a jump or an infinite slope in time; a kink at one time costs no order up to 3/2.
+    """Return the coefficients with a jump or an infinite slope in time; a kink in time limits no order up to 3/2.
 
     Parameters
     ----------
@@ -167,7 +168,8 @@ def _rough_in_time(equation: Equation, points: Array, f: Array, b: Array) -> lis
         "drift": lambda t: float((weights * f * equation.drift(t, x)).sum()),
         "diffusion": lambda t: float((weights * (b * equation.diffusion(t, x)).sum(axis=(0, 1))).sum()),
     }
-    # No whole parts of the horizon, where jumps are: at an end they could not be told from rounding of the time.
+    # Not at simple fractions of the horizon, where jumps tend to be: at an end they could not be distinguished from
+    # rounding of the time.
     edges = equation.horizon * np.append((np.arange(TIME_LINES) + BESIDE) / TIME_LINES, 1.0)
     edges[0] = 0.0
     ends = np.stack([edges[:-1], edges[1:]])[None]
@@ -176,9 +178,9 @@ def _rough_in_time(equation: Equation, points: Array, f: Array, b: Array) -> lis
         def values(t: Array) -> Array:
             return np.array([at(s) for s in t.ravel().tolist()])
 
-        # Most equations do not depend on time, and are not followed.
+        # Most equations do not depend on time, which this test detects quickly.
         changes = np.ptp(values(np.linspace(0.0, equation.horizon, TIME_LINES * TIME_CUTS + 1))) != 0.0
-        return bool(changes) and _follow(ends, TIME_CUTS, values, 2)[1]
+        return bool(changes) and follow(ends, TIME_CUTS, values, 2)[1]
 
     return [Roughness(name, lipschitz=True, in_time=True) for name, at in sums.items() if rough(at)]
 
@@ -199,7 +201,7 @@ def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Arra
 
 
 def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Array]:
-    """Return the observable as a function of states of shape (d, P), and states that solutions reach."""
+    """Return the observable as a function of states (d, P), and states that solutions reach."""
     ito, start = view.ito(), view.parts(view.initial(1))
     sizes = {name: len(part) for name, part in start.items()}
     ends = np.cumsum(list(sizes.values()))
@@ -220,18 +222,18 @@ def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Ar
     return value, x + (1.0 + np.abs(x)) * rng.standard_normal((len(x), LINES))
 
 
-def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> tuple[bool, bool]:
-    """Tell whether the largest differences of q on lines, in parts of the interval, do not fall, or even grow.
+def follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> tuple[bool, bool]:
+    """Return whether the largest differences of q on lines, per interval length, persist, and whether they grow.
 
     Parameters
     ----------
     ends : ndarray, shape (d, 2, L)
-        Of the lines.
+        Ends of the lines.
     cuts : int
-        Intervals that each line is cut into at first.
+        Number of initial intervals of each line.
     q : callable
     order : int
-        Of the differences, the first or the second.
+        Order of the differences, 1 or 2.
     """
     count = ends.shape[2]
     if not count:
@@ -259,14 +261,14 @@ def _follow(ends: Array, cuts: int, q: Callable[[Array], Array], order: int) -> 
 
 
 def _rounding(ends: Array, cuts: int, q: Callable[[Array], Array]) -> Array:
-    """Return the largest second differences of q that are due to its rounding, shape (L,): one in each interval."""
+    """Return the largest second differences of q that are due to rounding, shape (L,), from one in each interval."""
     at = (np.arange(cuts) + BESIDE)[:, None] / cuts + TINY * np.arange(3.0)[:, None, None]
     found = np.diff(_values(ends, q, np.repeat(at, ends.shape[2], axis=2)), 2, axis=0)[0]
     return np.asarray(np.nan_to_num(np.abs(found), nan=0.0, posinf=0.0).max(axis=0))
 
 
 def _rounding_of_points(ends: Array, q: Callable[[Array], Array]) -> Array:
-    """Return how much q changes at the ends where each component is rounded up or down, shape (L,)."""
+    """Return the largest change of q at the ends if each component is rounded up or down, shape (L,)."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 15))
     x = ends.reshape(len(ends), -1)
     moved, here = x * (1.0 + EPS * rng.choice([-1.0, 1.0], size=(TRIALS, *x.shape))), q(x)
@@ -275,7 +277,7 @@ def _rounding_of_points(ends: Array, q: Callable[[Array], Array]) -> Array:
 
 
 def _values(ends: Array, q: Callable[[Array], Array], s: Array) -> Array:
-    """Return q at the points s, shape (..., L), of the lines."""
+    """Return q at the points with line parameters s, shape (..., L)."""
     first, second = ends[:, 0], ends[:, 1]
     wide = s.reshape(-1, s.shape[-1])
     points = first[:, None] + wide * (second - first)[:, None]

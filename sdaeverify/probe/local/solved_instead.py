@@ -1,8 +1,8 @@
-"""Which equation a step solves that does not solve the one it was given: common mistakes, told from its rates.
+"""Identification of the equation that a wrong step solves, from its rates: common mistakes in schemes.
 
-As h -> 0 a step has the rates f_0 = lim E Delta/h and Q_0 = lim E Delta Delta^T/h. Where these are not f and B B^T,
-the step solves another equation. A mistake is named only if it explains both rates at all states that were looked at,
-to the resolution of the limits, and if no other one does.
+As h -> 0 a step has the rates f_0 = lim E Delta/h and Q_0 = lim E Delta Delta^T/h. If these are not f and B B^T,
+the step solves another equation. A mistake is named only if it explains both rates at all probed states, to the
+resolution of the limits, and if no other mistake does.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,23 +21,25 @@ from ..step.nodes import Nodes, law_nodes
 from ..step.one_step import STILL, OneStep
 from .step_law import equation_rates, short_steps
 
-# Steps in units of time: rates are extrapolated from three sizes, whose errors in h and h^2 are taken away.
+# Step size in units of time, ratio and number of sizes: rates are extrapolated to eliminate their errors in h and
+# h^2.
 SIZE, RATIO, LEVELS = 2.0**-10, 2.0, 3
-# Relative: limits of rates are known to it where they have an expansion in h, and what is no mistake is below the
-# second one.
+# Relative accuracy of the limits of rates with an expansion in h, and the smallest relative deviation that counts as
+# a mistake.
 RESOLUTION, DEFECT = 2e-5, 1e-3
-# Of the variance that a noise should have: what is less is rounding; that of a noise h dW is 1e-7.
+# Part of the exact variance below which there is no noise but rounding; a noise h dW has 1e-7.
 NO_NOISE = 1e-12
-# Times and states at which rates are compared.
+# Numbers of times and states at which rates are compared, and the largest growth of states.
 # Size: times and states.
 TIMES, STATES, GROWN = 5, 6, 10.0
-# The difference quotient of the diffusion along its columns.
+# Relative step of the difference quotients of the diffusion along its columns.
 ALONG = 1e-5
-# By which friction and strength are changed, so that 1/gamma and gamma are told apart; powers that are looked for.
+# Factors that change friction and strength, to distinguish 1/gamma from gamma; powers that are tested.
 CHANGED, POWERS = (1.37, 1.21), (-2, -1, 0, 1, 2)
-# Factors that mistakes have, whatever the equation; others are told where the correction is no multiple of the drift.
+# Factors that common mistakes have for any equation; other factors are reported only if the correction is no multiple
+# of the drift.
 SIMPLE = (0.0, 1.0, -1.0, 0.5, 2.0)
-# A noise xi h^s in place of xi sqrt(h): s and what it is called.
+# Exponents s of a noise xi h^s in place of xi sqrt(h), with their descriptions.
 SCALINGS = {
     1.0: "the noise is h xi where sqrt(h) xi is meant: it does not scale with sqrt(h)",
     1.5: "the noise is h dW where dW is meant: it is multiplied by the step size",
@@ -46,7 +48,7 @@ SCALINGS = {
 
 
 class Rates(NamedTuple):
-    """Rates of mean and square of an equation or of short steps, at n points.
+    """Rates of mean and square of an equation, or of short steps, at n points.
 
     Attributes
     ----------
@@ -60,7 +62,7 @@ class Rates(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """The equation that a step was given, at n points of one time.
+    """The equation given to a step, at n points of one time.
 
     Attributes
     ----------
@@ -74,18 +76,18 @@ class Given:
     x: Array
 
     def drift(self, t: float | None = None) -> Array:
-        """Return f, shape (d, n), at the time of the points or at another one."""
+        """Return f, shape (d, n), at the points, by default at their time."""
         return np.broadcast_to(self.equation.drift(self.t if t is None else t, self.x), self.x.shape)
 
     def diffusion(self, t: float | None = None, x: Array | None = None) -> Array:
-        """Return B, shape (d, l, n), at the time and the points or at others."""
+        """Return B, shape (d, l, n), by default at the points and their time."""
         at = self.x if x is None else x
         B = self.equation.diffusion(self.t if t is None else t, at)
         return np.broadcast_to(B, (len(at), self.equation.noise_dim, at.shape[1]))
 
     @cached_property
     def correction(self) -> Array:
-        """Half the sum of DB_j B_j, which Stratonovich's drift is less than Ito's by, shape (d, n)."""
+        """Half the sum of DB_j B_j, the difference between the drifts of Ito and Stratonovich, shape (d, n)."""
         total = np.zeros(self.x.shape)
         for j in range(self.equation.noise_dim):
             column = self.diffusion()[:, j]
@@ -96,7 +98,7 @@ class Given:
 
     @property
     def rates(self) -> Rates:
-        """The rates of the equation."""
+        """Rates f and B B^T of the equation at the points."""
         return Rates(self.drift(), squares(self.diffusion()))
 
 
@@ -106,12 +108,12 @@ def squares(B: Array) -> Array:
 
 
 class Mistake(NamedTuple):
-    """A mistake and what it makes of the rates.
+    """A mistake and the rates that result from it.
 
     Attributes
     ----------
     drift, noise : callable, Given -> ndarray, or None
-        f_0 of shape (d, n) and the columns whose squares Q_0 are, shape (d, l, n); None where nothing changes.
+        Return f_0, shape (d, n), and columns whose squares are Q_0, shape (d, l, n); None if unchanged.
     sentence : str
     """
 
@@ -121,7 +123,7 @@ class Mistake(NamedTuple):
 
     @property
     def changes(self) -> int:
-        """How many of drift and diffusion are others."""
+        """Number of changed coefficients, of drift and diffusion."""
         return (self.drift is not None) + (self.noise is not None)
 
 
@@ -143,7 +145,7 @@ def _squared(given: Given) -> Array:
 
 
 def _own_sizes(given: Given) -> Array:
-    """Return the diagonal of row lengths: components with noises that are independent of each other."""
+    """Return the diagonal matrix of row lengths of B: independent noises of the right size in each component."""
     sizes = np.sqrt((given.diffusion() ** 2).sum(axis=1))
     return np.asarray(np.einsum("in,ij->ijn", sizes, np.eye(len(sizes))))
 
@@ -181,23 +183,24 @@ MISTAKES = (
 
 
 def solved_instead(scheme: Scheme, view: Problem) -> str:
-    """Return in a sentence which equation a step solves instead of that of a problem, or an empty text.
+    """Return a sentence on the equation that a step solves instead of that of a problem, or an empty string.
 
-    Empty, too, where a step solves the equation, where no mistake that is known explains its rates, and where several
-    do.
+    It is empty if the step solves the right equation, if no known mistake explains its rates, and if several
+    mistakes do.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     try:
         with np.errstate(all="ignore"):
             step = short_steps(scheme, view)
             if step is not None and step.is_still(SIZE * step.time_unit):
                 return STILL
-            # On a manifold the correction is a multiple of the drift or of normals: too much would explain too much.
+            # On a manifold the correction is a multiple of the drift or of normals, so that too many mistakes would
+            # explain the rates.
             measured = None if view.has_constraints else _measured(scheme, view)
             if measured is None or not measured.differs:
                 return ""
@@ -208,8 +211,9 @@ def solved_instead(scheme: Scheme, view: Problem) -> str:
     return found
 
 
-class _Measured(NamedTuple):
-    # The equation at a few times, rates of steps there, and the sums of squares that rates are compared with.
+class Measured(NamedTuple):
+    """Rates of short steps, the equation that they are given at a few times, and the exponent of their noise in h."""
+
     given: list[Given]
     rates: list[Rates]
     power: float
@@ -220,7 +224,7 @@ class _Measured(NamedTuple):
         return not self.explained_by([each.rates for each in self.given], DEFECT) or self.power != 0.5
 
     def explained_by(self, rates: Sequence[Rates], tolerance: float = RESOLUTION) -> bool:
-        """Return whether rates are those of the step, relative to the sizes of both."""
+        """Return whether given rates are those of the step, relative to the sizes of both."""
         exact = [each.rates for each in self.given]
         return all(
             _near(own.f, other.f, tolerance, right.f) and _near(own.Q, other.Q, tolerance, right.Q)
@@ -229,38 +233,42 @@ class _Measured(NamedTuple):
 
 
 def _near(a: Array, b: Array, tolerance: float, right: Array) -> bool:
-    """Return whether two rates are near at all points, relative to both and to the right one."""
+    """Return whether two rates agree at all points, relative to both and to the exact one."""
     axes = tuple(range(a.ndim - 1))
     size = np.abs(a).max(axis=axes) + np.abs(b).max(axis=axes) + np.abs(right).max(axis=axes)
     return bool((np.abs(a - b).max(axis=axes) <= tolerance * (size + 1e-3 * size.max(initial=0.0))).all())
 
 
-def _measured(scheme: Scheme, view: Problem) -> _Measured | None:
-    """Return the rates of short steps at states that solutions reach; None where steps cannot be compared."""
+def _measured(scheme: Scheme, view: Problem) -> Measured | None:
+    """Return the rates of short steps at states that solutions reach; None if steps cannot be compared."""
     step = short_steps(scheme, view)
     if step is None:
         return None
-    nodes, other = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
     points = equation_rates(step.view, step.equation)
     sizes = np.abs(points.x).max(axis=(1, 2))
-    # Solutions of random equations may grow beyond all bounds, where no step is short.
+    # Solutions of random equations may grow so large that no step size is small.
     known = np.flatnonzero(np.isfinite(sizes) & (sizes <= GROWN * (1.0 + sizes[0])))
     if not known.size:
         return None
     when = np.unique(known[np.linspace(0, len(known) - 1, TIMES).astype(int)])
-    given = [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when]
+    return measured_at(step, [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when])
+
+
+def measured_at(step: OneStep, given: list[Given]) -> Measured | None:
+    """Return the rates of short steps at some points; None where they have no limit."""
+    nodes, other = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
     power = _power(step, given, nodes)
     if power is None:
         return None
     rates = [_limits(step, each, nodes, power) for each in given]
     again = [_limits(step, each, other, power, 0.75) for each in given]
-    measured = _Measured(given, rates, power)
-    # What has no expansion in h, or two limits, is no equation.
+    measured = Measured(given, rates, power)
+    # Without an expansion in h, or with two limits, the step solves no equation.
     return measured if measured.explained_by(again) else None
 
 
 def _power(step: OneStep, given: Sequence[Given], nodes: Nodes) -> float | None:
-    """Return s where the noise of a step is of the size h^s, 1/2 where it is as it must be; None if it is no such."""
+    """Return the exponent s of the noise of a step in h, 1/2 if there is no noise; None if no exponent fits."""
     h = SIZE * step.time_unit
     sizes = [max(np.abs(_central(step, each, nodes, a)).max() for each in given) for a in (h, 0.25 * h)]
     exact = max(np.abs(each.rates.Q).max() for each in given)
@@ -272,7 +280,7 @@ def _power(step: OneStep, given: Sequence[Given], nodes: Nodes) -> float | None:
 
 
 def _moves(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
-    """Return the moves of a step of size h, shape (d, n, K)."""
+    """Return the displacements of a step of size h, shape (d, n, K)."""
     wide = np.repeat(given.x, len(nodes.weights), axis=1)
     made = step.make(wide.copy(), given.t, h, nodes.increment(h, given.x.shape[1]))
     return np.asarray((step.read(made.state) - wide).reshape(*given.x.shape, -1))
@@ -298,22 +306,22 @@ def _extrapolated(values: list[Array]) -> Array:
     return values[0]
 
 
-def _of_equation(measured: _Measured) -> str:
-    """Return the sentence of the mistake that explains the rates, factors last: on linear equations much is one."""
+def _of_equation(measured: Measured) -> str:
+    """Return the sentence of the mistake that explains the rates; factors last, which often fit linear equations."""
     if measured.power != 0.5:
         right = measured.explained_by([each.rates for each in measured.given])
         return SCALINGS[measured.power] if right else ""
     found = [*_explanations(measured)]
     if not found:
         return _scaled(measured)
-    # Where the diffusion is constant, one that is taken at another time as well explains no more.
+    # If the diffusion is constant, a mistake that also changes its time explains no more than one that does not.
     fewest = min(each.changes for each in found)
     sentences = {each.sentence for each in found if each.changes == fewest}
     return sentences.pop() if len(sentences) == 1 else ""
 
 
-def _explanations(measured: _Measured) -> Iterator[Mistake]:
-    """Yield the mistakes that explain the rates."""
+def _explanations(measured: Measured) -> Iterator[Mistake]:
+    """Yield the mistakes whose rates agree with the measured ones at all times and states."""
     for mistake in MISTAKES:
         changed = [
             Rates(
@@ -326,8 +334,8 @@ def _explanations(measured: _Measured) -> Iterator[Mistake]:
             yield mistake
 
 
-def _scaled(measured: _Measured) -> str:
-    """Return the sentence on a drift and a noise that are multiples of those of the equation, or an empty text."""
+def _scaled(measured: Measured) -> str:
+    """Return the sentence on a drift and a noise that are multiples of those of the equation, or an empty string."""
     exact = [each.rates for each in measured.given]
     a, c = (
         _simple_factor([getattr(each, name) for each in measured.rates], [getattr(each, name) for each in exact])
@@ -340,8 +348,8 @@ def _scaled(measured: _Measured) -> str:
     return ", ".join(filter(None, (_times("the drift", a), _noise_times(c))))
 
 
-def _is_ambiguous(measured: _Measured) -> bool:
-    """Return whether the correction is a multiple of the drift, so that any factor may be one of the correction."""
+def _is_ambiguous(measured: Measured) -> bool:
+    """Return whether the correction is a multiple of the drift, so that a factor of the drift may be due to it."""
     f, more = [each.drift() for each in measured.given], [each.correction for each in measured.given]
     factor = _factor(more, f)
     return factor != 0.0 and all(_near(factor * a, b, RESOLUTION, a) for a, b in zip(f, more, strict=True))
@@ -354,7 +362,7 @@ def _factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
 
 
 def _simple_factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
-    """Return the factor between rates, a simple one itself where it is one to the resolution."""
+    """Return the factor between rates, rounded to a simple one if that agrees to the resolution."""
     factor = _factor(found, exact)
     return next((each for each in SIMPLE if abs(factor - each) <= RESOLUTION), factor)
 
@@ -375,7 +383,7 @@ def _noise_times(factor: float) -> str:
     return f"the variance of the noise is multiplied by {factor:.4g}, the noise by {np.sqrt(abs(factor)):.4g}"
 
 
-# Langevin dynamics: friction and strength are changed, so that their powers are known.
+# For Langevin dynamics, friction and strength are changed to determine the powers in which they enter.
 
 STRENGTHS = {
     (1.0, -2, 0): "sqrt(2 kT/gamma) where sqrt(2 kT gamma) is meant",
@@ -390,7 +398,7 @@ STRENGTHS = {
 
 
 def _of_langevin(scheme: Scheme, view: Any) -> str:
-    """Return the sentence on a step of Langevin dynamics: factors of position, force, friction and noise."""
+    """Return the sentence on a step of Langevin dynamics: factors of velocity, force, friction and noise."""
     views = [
         view,
         replace(view, friction=CHANGED[0] * view.friction),
@@ -414,14 +422,14 @@ def _of_langevin(scheme: Scheme, view: Any) -> str:
 
 
 class _Monomial(NamedTuple):
-    # kappa gamma^a sigma^b.
+    # The monomial kappa gamma^a sigma^b.
     kappa: float
     a: int
     b: int
 
 
 def _factors(scheme: Scheme, view: Any) -> tuple[float, float, float, float] | None:
-    """Return by which factors velocity, force, friction and variance of a step differ; None if it is no such step."""
+    """Return the factors of velocity, force, friction and variance of a step; None if these do not explain it."""
     measured = _measured(scheme, view)
     if measured is None or measured.power != 0.5:
         return None
@@ -446,7 +454,7 @@ def _factors(scheme: Scheme, view: Any) -> tuple[float, float, float, float] | N
 
 
 def _monomial(factors: Array, view: Any) -> _Monomial | None:
-    """Return kappa gamma^a sigma^b with the values of a factor at the changed friction and strength, or None."""
+    """Return the monomial kappa gamma^a sigma^b that fits a factor at the changed friction and strength, or None."""
     base, of_friction, of_strength = map(float, factors)
     if np.abs(factors).max() <= RESOLUTION:
         return _Monomial(0.0, 0, 0)

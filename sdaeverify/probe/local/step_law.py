@@ -1,14 +1,14 @@
-"""The law of single steps along runs: mean and covariance of a short step against those of the equation.
+"""Law of single steps along runs: mean and covariance of short steps compared with those of the equation.
 
-With Delta = Phi_h(x; xi) - x and the equation dx = f dt + B dW, whatever converges in law has
+With Delta = Phi_h(x; xi) - x and the equation dx = f dt + B dW, every scheme that converges in law satisfies
 
     E Delta = f h + o(h),    E Delta Delta^T = B B^T h + o(h)
 
-at each x and t that solutions reach (Milstein 1986), whatever noise the step uses. Nodes that are exact up to the
-third degree tell both sides without sampling; two sets of them take turns, so that a step that jumps as a function of
-its noise, for which they are no rules, has no limit by accident. What is wrong with the limit does not fall as steps
-are shortened: the rates E Delta/h - f and E Delta Delta^T/h - B B^T tend to it. What is of some order falls; what a
-solver leaves of an equation, and rounding, rises like 1/h.
+at each x and t that solutions reach (Milstein 1986), for any noise of the step. Nodes that are exact up to
+degree 3 give both sides without sampling. Two sets of them alternate, so that a step with jumps as a function of
+its noise, for which they are not accurate, has no limit by accident. If the limit is wrong, the errors of the rates,
+E Delta/h - f and E Delta Delta^T/h - B B^T, tend to a nonzero limit as h tends to 0. Errors of positive order
+decrease; errors of a solver's tolerance, and rounding, increase like 1/h.
 """
 
 from collections.abc import Iterator
@@ -31,48 +31,49 @@ from .delay_links import remove_delay, why_not_algebraic
 from .orders import TOLERANCE
 from .reach import core
 
-# In units of the horizon, or of time where that is shorter. Where the rate of an error is small on the first, its
-# limit is; where it is not, the others tell the limit, and that the first two are no smaller: what only steps do that
-# are shorter than a solver's tolerance is told elsewhere.
+# Step sizes in units of the horizon, or of time if that is shorter. If the error of a rate is small at the first
+# size, so is its limit. If not, the finer sizes give the limit, and the coarse one shows that the error is not
+# smaller there: errors that occur only at steps shorter than a solver's tolerance are found elsewhere.
 FIRST, FINER, COARSE = 4.0**-9.0, 4.0 ** -np.array([11.0, 13.0, 15.0]), 4.0**-6.0
 LAST = (*FINER.tolist(), COARSE)
-# A part of the rates that is asked what becomes of it on shorter steps.
+# Error of a rate, relative to its size, from which it is followed to shorter steps.
 SMALL = 1e-4
-# A rate has a limit where its last two changes, over a factor of 16 each, are less than this part of it: what falls
-# like h^(1/8) changes by more. What falls faster than with the power 1/3 is not followed further.
+# A rate has a limit if its last two changes, over a factor of 16 each, are less than the first part of it: one like
+# h^(1/8) changes by more. If it decreases faster than with the power 1/3, it is not followed further.
 SETTLED, FALLING = 0.25, 0.4
-# Rules that differ on so many of the errors do so because a step is no polynomial of its noise: they agree on others
-# by accident.
+# If the rules differ on this share of the errors, the step is no polynomial of its noise, and they agree on the
+# others by accident.
 MANY = 0.25
 # A drift that moves a state by more than this in the shortest step may be tamed or truncated in all of them.
 MOVED = 0.01
-# Of the size that drift and noise have at other states: where they are 0 themselves, nothing is a part of them.
+# Part of the typical size of drift and noise that is added to their size, so that errors can be relative where these
+# vanish.
 TYPICAL = 0.2
 ROUNDINGS = 64.0
-# Components, nodes, states and times of steps of one size, multiplied: of large systems fewer parts of the run are
-# looked at, and no fewer than so many.
+# Largest product of components, nodes, states and times for one step size: for large systems fewer times are used,
+# but at least this number.
 # Size: memory, and parts of the run.
 MOST, FEWEST = 2**17, 4
-# States times nodes of a step: of more nodes there are fewer states.
+# States times nodes of a step: with more nodes there are fewer states.
 # Size: states times nodes.
 WORK = 256
 MOMENTS = ("mean", " (Ito/Stratonovich?)"), ("covariance", "")
 
 
 class StepLaw(NamedTuple):
-    """How far the law of short steps is from that of the equation at n points (t, x) of C components.
+    """Deviation of the law of short steps from that of the equation at n points (t, x), for C components.
 
     Attributes
     ----------
     rows : tuple of str
-        Names of the C components that drift or diffusion depend on: what is an output alone is no state.
+        Names of the C components on which drift or diffusion depend; pure outputs are left out.
     t : ndarray, shape (n,)
     x : ndarray, shape (d, n)
     off : ndarray, shape (2, C, n)
-        Errors of the rates of mean and covariance at the shortest step that they were looked at, in parts of the
-        motion of the solution: of |f| + |B|/sqrt(unit of time), and of |B|^2.
+        Errors of the rates of mean and covariance at the shortest step size evaluated, relative to the motion of the
+        solution: to |f| + |B|/sqrt(unit of time), and to |B|^2.
     wrong : ndarray of bool, shape (2, C, n)
-        Where an error has a limit.
+        Whether an error has a nonzero limit.
     """
 
     rows: tuple[str, ...]
@@ -83,20 +84,20 @@ class StepLaw(NamedTuple):
 
     @property
     def points(self) -> int:
-        """Number n of points."""
+        """Number n of compared points (t, x)."""
         return len(self.t)
 
     @property
     def rate_error(self) -> float:
-        """The largest error of drift or noise that may be left at a point, in parts of the solution's motion.
+        """Largest remaining error of drift or noise at a point, relative to the solution's motion.
 
-        A noise that is wrong by a factor 1 + e has a covariance that is wrong by 2 e of itself.
+        A noise that is wrong by a factor 1 + e has a relative error of the covariance of 2 e.
         """
         return float((self.off * np.array([1.0, 0.5])[:, None, None]).max(initial=0.0))
 
     @property
     def departure(self) -> str:
-        """Where the law is not that of the equation, in one line, or an empty string."""
+        """Description of the largest deviation from the equation, in one line, or an empty string."""
         if not self.wrong.any():
             return ""
         worst = np.where(self.wrong, self.off, -1.0)
@@ -109,14 +110,15 @@ class StepLaw(NamedTuple):
 
 
 class LawResolution(NamedTuple):
-    """What a comparison of single steps with the equation would have seen; as evidence of a cell.
+    """Resolution of a comparison of single steps with the equation, as evidence of a cell.
 
     Attributes
     ----------
     times : float
-        At how many times, one in each part of the run, states were looked at: a smaller share of a run may be missed.
+        Number of times, one in each part of the run, at which states were probed: errors in a smaller share may be
+        missed.
     rate_error : float
-        How far drift or noise may be off at these at most, in parts of the solution's motion; see `StepLaw`.
+        Largest undetected error of drift or noise at these, relative to the solution's motion; see `StepLaw`.
     """
 
     times: float
@@ -124,21 +126,21 @@ class LawResolution(NamedTuple):
 
 
 def law_resolution(scheme: Scheme, view: Problem) -> LawResolution | None:
-    """Return what was looked at and what would have been seen, or None where steps cannot be compared."""
+    """Return the resolution of the comparison, or None if steps cannot be compared."""
     law = step_law(scheme, view)
     return None if law is None or not law.points else LawResolution(float(np.unique(law.t).size), law.rate_error)
 
 
 def law_departure(scheme: Scheme, view: Problem) -> str:
-    """Return at which state and time short steps leave the equation, in one line, or an empty string.
+    """Return the state and time from which short steps deviate from the equation, in one line, or an empty string.
 
-    Steps up to the first delay, where there is one, are compared as well.
+    With a delay, steps before the first delay has passed are also compared.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     law = step_law(scheme, view)
     if law is None or law.wrong.any() or not view.capability(Delayed):
@@ -147,23 +149,23 @@ def law_departure(scheme: Scheme, view: Problem) -> str:
     return "" if early is None else early.departure
 
 
-# All schemes of a problem are compared before the first one is measured.
+# Cached: all schemes of a problem are compared before the first one is measured.
 @lru_cache(maxsize=64)
 def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
     """Compare the law of short steps with the equation at states that solutions reach, in all parts of the run.
 
-    Remembered, because it is asked for before and while a scheme is measured.
+    Cached, because it is needed before and during the measurement of a scheme.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form. Where it has a delay, steps after the first one are compared, see `remove_delay`.
+        Problem in the scheme's form. With a delay, steps after the first delay are compared, see `remove_delay`.
 
     Returns
     -------
     StepLaw or None
-        None where a step cannot be probed, and where steps so short do not resolve the equation.
+        None if a step cannot be probed, or if steps of these sizes do not resolve the equation.
     """
     step = short_steps(scheme, view)
     if step is None:
@@ -179,13 +181,13 @@ def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
 
 
 def short_steps(scheme: Scheme, view: Problem) -> OneStep | None:
-    """Return the one-step map that is compared with the equation, without delay; None where it cannot be compared.
+    """Return the one-step map, without delay, to compare with the equation; None if it cannot be compared.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        As of `step_law`.
+        Problem in the scheme's form; see `step_law`.
     """
     if view.capability(Delayed):
         if scheme.noise != {"dW"} or why_not_algebraic(scheme, view):
@@ -203,7 +205,7 @@ def short_steps(scheme: Scheme, view: Problem) -> OneStep | None:
 
 
 class EquationRates(NamedTuple):
-    """Rates of mean and covariance of an equation's solution at S states of each of n times.
+    """Rates of mean and covariance of an equation's solution at S states for each of n times.
 
     Attributes
     ----------
@@ -212,9 +214,9 @@ class EquationRates(NamedTuple):
     C : ndarray, shape (n, S, d, d)
         B B^T.
     rows : dict of str to slice
-        Of the components that drift or diffusion depend on.
+        Rows of the components on which drift or diffusion depend.
     size : ndarray, shape (2, C, n, S)
-        By which errors of both are divided; infinite where nothing is to be compared.
+        Divisors of the errors of both rates; infinite where they are not to be compared.
     """
 
     t: Array
@@ -225,7 +227,7 @@ class EquationRates(NamedTuple):
     size: Array
 
     def for_nodes(self, count: int) -> "EquationRates":
-        """Return the last states of each time, with the extremes, and as many times as so many nodes allow."""
+        """Return a selection of states and times small enough for `count` nodes, including the extreme states."""
         some = slice(-max(WORK // count, 2), None)
         columns = len(self.x[0]) * count * len(self.x[0, 0, some])
         when = slice(None, None, -(-len(self.t) // max(MOST // columns, FEWEST)))
@@ -233,7 +235,7 @@ class EquationRates(NamedTuple):
         return EquationRates(self.t[when], x, f, self.C[when, some], self.rows, self.size[:, :, when, some])
 
 
-# The same for all schemes of a form.
+# Cached, as it is the same for all schemes of a form.
 @lru_cache(maxsize=8)
 def equation_rates(view: Problem, equation: Equation) -> EquationRates:
     """Return the rates at the states that solutions reach.
@@ -242,11 +244,11 @@ def equation_rates(view: Problem, equation: Equation) -> EquationRates:
     ----------
     view : Problem
     equation : Equation
-        Of its comparable components.
+        Ito equation of the comparable components.
     """
     t, x = reached_states(view, equation)
     h = COARSE * time_unit(view)
-    # Steps of all sizes begin at whole numbers of them, after the first one and before the last.
+    # Steps of all sizes begin at multiples of the coarse size, after the first step and before the last one.
     t = h * np.clip(np.floor(t / h), 1.0, np.floor(view.horizon / h) - 2.0)
     with np.errstate(all="ignore"):
         f = np.stack([np.broadcast_to(equation.drift(s, y), y.shape) for s, y in zip(t.tolist(), x, strict=True)])
@@ -264,7 +266,7 @@ def _squares(equation: Equation, t: float, x: Array) -> Array:
 
 
 def _sizes(unit: float, f: Array, C: Array, rows: list[slice]) -> Array:
-    """Return |f| + |B|/sqrt(unit) and |B|^2 of each component, or unit |f|^2 of one without noise of its own."""
+    """Return |f| + |B|/sqrt(unit) and |B|^2 of each component, or unit |f|^2 for components without noise."""
     drift = np.stack([np.linalg.norm(f[:, part], axis=1) for part in rows])
     noise = np.stack([np.linalg.norm(C[..., part, part], axis=(2, 3)) for part in rows])
     speed = drift + np.sqrt(noise / unit)
@@ -276,8 +278,8 @@ def _sizes(unit: float, f: Array, C: Array, rows: list[slice]) -> Array:
 
 
 class _Off(NamedTuple):
-    # Errors of the rates at S states of each of n times, in parts of their sizes: of the mean, (n, d, S), of the
-    # covariance, (n, S, d, d), and how large both are of each component beyond rounding, (2, C, n, S).
+    # Relative errors of the rates at S states of each of n times: of the mean, shape (n, d, S), of the covariance,
+    # shape (n, S, d, d); and their norms beyond rounding for each component, shape (2, C, n, S).
     mean: Array
     square: Array
     size: Array
@@ -291,14 +293,14 @@ def _between(a: _Off, b: _Off) -> tuple[Array, Array]:
 
 
 class _ShortSteps(NamedTuple):
-    """Steps of a scheme whose law is compared with that of the equation, at two sets of nodes in turn."""
+    """Steps of a scheme to compare with the law of the equation, at two alternating sets of nodes."""
 
     step: OneStep
     rates: EquationRates
     nodes: tuple[Nodes, Nodes]
 
     def limits(self) -> tuple[Array, Array]:
-        """Return errors of the rates, and whether they have a limit beside 0; both of shape (2, C, n, S)."""
+        """Return the errors of the rates, and whether they have a nonzero limit; both of shape (2, C, n, S)."""
         first = self._off(np.arange(len(self.rates.t)), FIRST)
         left, wrong = first.size.copy(), np.zeros(first.size.shape, dtype=bool)
         asked = np.flatnonzero((first.size > SMALL).any(axis=(0, 1, 3)))
@@ -315,7 +317,7 @@ class _ShortSteps(NamedTuple):
         return left, wrong
 
     def _followed(self, asked: Array, first: _Off) -> list[_Off]:
-        """Return the errors of shorter and shorter steps, until they are seen to fall."""
+        """Return the errors for shorter and shorter steps, until they decrease."""
         found = [first]
         for number, size in enumerate(FINER.tolist(), 1):
             found.append(self._off(asked, size, number % 2))
@@ -324,7 +326,7 @@ class _ShortSteps(NamedTuple):
         return found
 
     def _agreed(self, asked: Array, finest: _Off, wrong: Mask) -> Mask:
-        """Return which limits both rules give; none if they differ at many, as they do on a step that jumps."""
+        """Return the limits on which both rules agree; none if they differ at many, as for a step with jumps."""
         if not wrong.any():
             return wrong
         other, large = self._off(asked, FINER[-1]), finest.size > SMALL
@@ -332,14 +334,14 @@ class _ShortSteps(NamedTuple):
         return wrong & ~differ if differ.sum() < MANY * large.sum() else np.zeros_like(wrong)
 
     def _stands(self, asked: Array, found: list[_Off]) -> Mask:
-        """Tell where errors have a limit as rates, as moves of the size sqrt(h), or as moves beyond a tolerance."""
+        """Return where errors have a limit as rates, as moves of size sqrt(h), or as moves above a tolerance."""
         moves = FINER[-1] * self.step.time_unit * self.rates.size[:, :, asked] * found[-2].size
         tolerance = TOLERANCE * np.abs(self.rates.x[asked]).max(axis=1)
         jumps = self._settled(found, 1.0) & (moves > np.stack([tolerance, tolerance**2])[:, None])
         return np.asarray(jumps | self._settled(found, 0.5) | self._settled(found, 0.0))
 
     def _settled(self, found: list[_Off], power: float) -> Mask:
-        """Tell where h^power times the last three errors has settled, and that of coarse steps is no smaller."""
+        """Return where h^power times the last three errors has settled, and is not smaller for coarse steps."""
         scaled = [_Off(*(size**power * part for part in off)) for size, off in zip(LAST, found[-4:], strict=True)]
         *fine, coarse = scaled
         changes = [self._norms(*_between(a, b)) for a, b in pairwise(fine)]
@@ -348,7 +350,7 @@ class _ShortSteps(NamedTuple):
         return np.asarray(settled & (found[-2].size > SMALL))
 
     def _off(self, places: Array, part: float, which: int = 0) -> _Off:
-        """Return by which parts drift and covariance are off at some of the times, for steps of one size."""
+        """Return the relative errors of drift and covariance at some of the times, for steps of one size."""
         rates, nodes, h = self.rates, self.nodes[which], part * self.step.time_unit
         x, size, moved = rates.x[places], rates.size[:, :, places], self._moved(places, nodes, h)
         mean = np.moveaxis(moved @ nodes.weights, 1, 2) / h - rates.f[places]
@@ -364,13 +366,13 @@ class _ShortSteps(NamedTuple):
         return _Off(mean, square, np.nan_to_num(self._norms(mean, square) - explained, nan=0.0, posinf=0.0))
 
     def _moved(self, places: Array, nodes: Nodes, h: float) -> Array:
-        """Return by how much steps move the states, shape (n, S, d, K)."""
+        """Return the displacements by steps, shape (n, S, d, K)."""
         (_, d, S), count = self.rates.x.shape, len(nodes.weights)
         moved = [self.step.read(made.state) - x for x, made in self._made(places, nodes, h)]
         return np.moveaxis(np.reshape(moved, (len(places), d, S, count)), 1, 2)
 
     def _truncated(self, places: Array) -> Mask:
-        """Tell from which states the shortest steps are truncated by some noise, (n, S): they have no limit yet."""
+        """Return which states (n, S) have truncated shortest steps for some noise; these have no limit yet."""
         nodes, S, h = self.nodes[-1], self.rates.x.shape[-1], FINER[-1] * self.step.time_unit
         noise, times = nodes.increment(h, S), self.rates.t[places].tolist()
         masks = [
@@ -380,14 +382,14 @@ class _ShortSteps(NamedTuple):
         return np.array([mask.reshape(S, -1).any(axis=1) for mask in masks])
 
     def _made(self, places: Array, nodes: Nodes, h: float) -> Iterator[tuple[Array, Step]]:
-        """Return the states of each time, once for each node, shape (d, S K), and the step from them."""
+        """Return pairs of the states of each time, repeated for each node, shape (d, S K), and the step from them."""
         noise = nodes.increment(h, self.rates.x.shape[-1])
         wide = np.repeat(self.rates.x[places], len(nodes.weights), axis=2)
         batches = [PathBatch(x, t, h, noise) for t, x in zip(self.rates.t[places].tolist(), wide, strict=True)]
         return zip(wide, self.step.together(batches), strict=True)
 
     def _norms(self, mean: Array, square: Array) -> Array:
-        """Return the sizes of errors of the rates of each component, shape (2, C, n, S)."""
+        """Return the norms of the errors of the rates for each component, shape (2, C, n, S)."""
         rows = self.rates.rows.values()
         means = [np.linalg.norm(mean[:, part], axis=1) for part in rows]
         squares = [np.sqrt(np.einsum("nsij,nsij->ns", square[:, :, part], square[:, :, part])) for part in rows]
@@ -408,5 +410,5 @@ def _law(steps: _ShortSteps) -> StepLaw:
 
 
 def state_words(x: Array) -> str:
-    """Return the first components of a state, shape (d,), in words."""
+    """Format the first components of a state, shape (d,)."""
     return f"[{', '.join(f'{value:.3g}' for value in x[:4])}{', ...' if len(x) > 4 else ''}]"

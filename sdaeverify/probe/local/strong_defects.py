@@ -1,4 +1,4 @@
-"""Local strong defects: one step against two half steps, and against Euler-Maruyama, at cubature nodes of the noise.
+"""Local strong defects: one step against two half steps and against Euler-Maruyama, at cubature nodes of the noise.
 
 At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermite nodes,
 
@@ -26,56 +26,56 @@ from ..step.together import PathBatch, together
 from .orders import ROUNDING, SETTLED, TOLERANCE, last_orders
 from .reach import reach
 
-# Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
+# Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time if that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
-# From given states, steps of the coarsest sizes are left out: an order is taken from the finest.
+# Number of coarsest step sizes that are left out for given states: an order is taken from the finest ones.
 NOT_ASYMPTOTIC = 2
-# Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
+# Finer step sizes, used if a defect of the size of a solver's tolerance decreases more slowly than before.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
-# Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
+# Much shorter step sizes, down to rounding, used if a step does not follow the equation at the others.
 SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
-# States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
-# states then, and no fewer than so many.
+# Largest product of states, nodes and components: steps of many components, implicit ones above all, are expensive.
+# The number of states is reduced accordingly, but not below the second number.
 # Size: states times nodes times components.
 WORK, LEAST_STATES = 80_000, 2
-# The same of further states, and nodes of each of two variables there.
+# The same for further states, and the nodes of each of two variables there.
 # Size: the same.
 FURTHER_WORK, FEW_NODES = 20_000, 4
-# Numbers of variables of which three nodes each are more than a rule of the fifth degree has.
+# Numbers of variables for which a rule of degree 5 has fewer nodes than three per variable.
 SMALL = range(3, len(COUNTS) + 1)
-# States, and the nodes of steps from these.
+# Groups of states with the nodes of steps from these.
 Groups = tuple[tuple[Array, HalfSteps], ...]
-# Root mean squares and means of the defects of steps, and what else `_defects_of` returns.
+# Root mean squares and means of the defects of steps, and the other results of `_defects_of`.
 Defects = tuple[Array, ...]
-# How `LocalStrong.means` says that nodes are a rule of the third degree.
+# Value of `LocalStrong.means` for a rule of degree 3.
 UP_TO_1 = 0.5
-# The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
+# Kinds of defects: from two half steps, from Euler-Maruyama, and from Euler-Maruyama after a step of the scheme.
 # Size: indices of an array.
 SELF, EM, LATER = range(3)
 
 
 class LocalStrong(NamedTuple):
-    """Defects of one step at C components, S states and H step sizes; a state at another time is another state.
+    """Defects of one step for C components, S states and H step sizes; times count as separate states.
 
     Attributes
     ----------
     h : ndarray, shape (H,)
-        Seven, or ten where a defect as small as a solver's tolerance falls more slowly than before.
+        Seven, or ten if a defect of the size of a solver's tolerance decreases more slowly than before.
     rms, mean : ndarray, shape (3, C, S, H)
         ||d||_{L2} and |E d| over the rows of each component, in its unit, for d_self, for d_em, and for d_em of the
-        second half step, which starts where the scheme itself has gone.
+        second half step, which starts where the scheme has arrived.
     turned : ndarray, shape (C, S, H)
-        1 where E d_self points away from where it points at the step size before: between the two it is near 0.
+        1 if E d_self points away from its direction at the previous step size, so that it is near 0 between the two.
     scale : ndarray, shape (S, H)
-        Largest absolute value in the state, before and after the step.
+        Largest absolute value of the components before and after the step.
     reached : ndarray, shape (C, C)
-        1 in row i and column j if errors of component j reach i, see `reach`.
+        1 in row i and column j if errors of component j affect component i, see `reach`.
     means : ndarray, shape ()
-        1 if the nodes are a rule of the fifth degree, 1/2 if of the third, which resolves means up to the order 1.
+        1 if the nodes are a rule of degree 5, 1/2 for degree 3, which resolves means up to order 1.
     times : ndarray, shape ()
-        How many times the states are of; those of one time stand side by side.
+        Number of times; states of the same time are contiguous.
     near : ndarray, shape ()
-        How many states of a time are of the cloud; these come first, `spread_states` follow.
+        Number of states per time that belong to `cloud`; they come first, those of `spread_states` follow.
     """
 
     h: Array
@@ -90,14 +90,14 @@ class LocalStrong(NamedTuple):
 
     @property
     def groups(self) -> list[Mask]:
-        """Which states are of the cloud and, if there are some, which are not, shape (S,) each."""
+        """Masks, shape (S,) each, of the states of `cloud` and, if there are any, of the further states."""
         times = int(self.times)
         near = np.tile(np.arange(len(self.scale) // times) < self.near, times)
         return [near] if near.all() else [near, ~near]
 
 
 def why_not_local_order(scheme: Scheme, view: Problem) -> str:
-    """Return why a pair has no local strong order, or an empty string."""
+    """Return why a scheme has no local strong order on a problem, or an empty string."""
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * time_unit(view)
@@ -110,23 +110,23 @@ def why_not_local_order(scheme: Scheme, view: Problem) -> str:
 
 
 def why_not_from(step: OneStep, x: Array) -> str:
-    """Return why no step from some states, shape (d, S), has an order, or an empty string."""
+    """Return why no step from the states x, shape (d, S), shows an order, or an empty string."""
     return step.why_not_sound(_last_but_one(step.view), x)
 
 
 @lru_cache(maxsize=4)
 def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> LocalStrong:
-    """Probe one step and two half steps of each size at each state of the cloud, and at each time that counts.
+    """Compute the defects of one step of each size from each probe state, at each probe time.
 
-    Remembered, because several measures ask for the same.
+    Cached, because several measures need the result.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the pair has a local order, see `why_not_local_order`.
+        Problem in the scheme's form; `why_not_local_order` is empty for the pair.
     shortest : bool
-        Whether the step sizes are `SHORTEST` in place of `LEVELS`.
+        Whether to use the step sizes `SHORTEST` instead of `LEVELS`.
 
     Returns
     -------
@@ -145,13 +145,13 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
 
 
 def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
-    """Probe one step and two half steps of each size from given states, a fifth of the horizon after the start.
+    """Compute the defects of one step of each size from given states, at a fifth of the horizon.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     x : ndarray, shape (d, S)
 
     Returns
@@ -171,8 +171,8 @@ def _half_step_nodes(step: OneStep) -> HalfSteps:
 
 
 class _Probe(NamedTuple):
-    # A step, groups of states with the noise of its halves, those near the start first, the times of the step, the
-    # units of components, and which errors reach which components.
+    # A step; groups of states with the noise of its halves, those of `cloud` first; the times of the step; the units
+    # of components; and which errors affect which components.
     step: OneStep
     groups: Groups
     when: tuple[ProbeTime, ...]
@@ -205,7 +205,7 @@ def _probe(step: OneStep, groups: Groups, when: tuple[ProbeTime, ...]) -> _Probe
 
 
 def _further(step: OneStep) -> tuple[Array, HalfSteps]:
-    """Return reached states, and few nodes: these states show orders that are too low, the cloud shows how high."""
+    """Return reached states, with few nodes: they only show too low orders, while `cloud` gives the order."""
     areas, levy = "H" in step.scheme.noise, "A" in step.scheme.noise
     nodes = half_steps(step.view.noise_dim, FEW_NODES, areas=areas, levy=levy, rule=_small_rule)
     most = FURTHER_WORK // (step.equation.dimension * len(nodes.whole.weights))
@@ -214,12 +214,12 @@ def _further(step: OneStep) -> tuple[Array, HalfSteps]:
 
 
 def _small_rule(n: int, count: int) -> Rule:
-    """Return the smallest rule that is exact to the fifth degree, of three variables or more, where there is one."""
+    """Return the smallest rule of degree 5 if there is one for n variables, else `resolving_rule`."""
     return fifth_degree_rule(n) if n in SMALL else resolving_rule(n, count)
 
 
 def _affordable(x: Array, nodes: int) -> Array:
-    """Return as many states as steps of all their components at all nodes can be afforded, from first to last."""
+    """Return evenly spaced states, as many as the cost of steps of all components at all nodes allows."""
     count = max(WORK // (len(x) * nodes), LEAST_STATES)
     return x if count >= x.shape[1] else x[:, np.linspace(0, x.shape[1] - 1, count).astype(int)]
 
@@ -236,13 +236,13 @@ def _join_levels(a: LocalStrong, b: LocalStrong) -> LocalStrong:
 
 
 def _find_turns(means: Array, rows: list[slice]) -> Array:
-    """Return where means, shape (d, S, H), point away from where they point at the step size before, by component."""
+    """Return where means (d, S, H) point away from their direction at the previous step size, by component."""
     products = np.concatenate([np.zeros_like(means[..., :1]), means[..., 1:] * means[..., :-1]], axis=-1)
     return np.stack([products[part].sum(axis=0) < 0.0 for part in rows]).astype(float)
 
 
 def _slows_down(record: LocalStrong) -> bool:
-    """Tell whether a solver's tolerance shows, or might show at finer steps."""
+    """Return whether a solver's tolerance shows, or may show at finer steps."""
     for part, group in product((record.rms, record.mean), record.groups):
         size, scale = part[:, :, group].max(axis=2), record.scale[group].max(axis=0)
         found = last_orders(record.h, size, ROUNDING * scale, scale)
@@ -253,14 +253,14 @@ def _slows_down(record: LocalStrong) -> bool:
 
 
 class _Case(NamedTuple):
-    # States, shape (d, S), the noise of two half steps from there, the size of the whole step, and when it begins.
+    # States, shape (d, S), the noise of two half steps from there, the size of the whole step, and its start.
     x: Array
     nodes: HalfSteps
     h: float
     t: float
 
     def at_distinct(self, nodes: Nodes, h: float) -> tuple[PathBatch, Array]:
-        """Return a step of size h from every state at each noise of the nodes, asked once, and the path of each."""
+        """Return a step of size h from every state at each distinct noise, and its index for each state and node."""
         states, (some, place) = self.x.shape[1], nodes.find_distinct()
         wide = np.repeat(self.x, len(some.weights), axis=1)
         places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()
@@ -268,7 +268,7 @@ class _Case(NamedTuple):
 
 
 def _levels(step: OneStep, groups: Groups, sizes: list[float], when: tuple[ProbeTime, ...]) -> list[Defects]:
-    """Return root mean squares and means of the defects of each size, of all times; see `_defects_of`."""
+    """Return root mean squares and means of the defects for each size, at all times; see `_defects_of`."""
     cases = [
         [_Case(*batch, h, moment.of_size(step, h)) for moment in when for batch in _batches(step, groups, h)]
         for h in sizes
@@ -285,7 +285,7 @@ def _batches(step: OneStep, groups: Groups, h: float) -> Iterator[tuple[Array, H
 
 
 def _defects(step: OneStep, cases: list[_Case]) -> Iterator[Defects]:
-    """Yield the defects of a step of each case, see `_defects_of`: the steps of all cases are made in few calls."""
+    """Yield the defects of a step for each case, see `_defects_of`; the steps of all cases are made in few calls."""
 
     def one(x: Array, t: float, h: float, noise: Increment) -> Array:
         return np.stack([step(x, t, h, noise), step.euler(x, t, h, noise)])
@@ -315,16 +315,17 @@ def _defects_of(step: OneStep, case: _Case, made: Array, ends: Array) -> Defects
     Parameters
     ----------
     made : ndarray, shape (2, d, P)
-        Where the step and that of Euler's method lead at distinct noise.
+        Results of the step and of Euler's step at distinct noise.
     ends : ndarray, shape (4, d, S K)
-        Where both lead at all nodes, two half steps, and a half step of Euler's method after one of the scheme.
+        Results at all nodes of the step, Euler's step, two half steps, and a half step of Euler's after one of the
+        scheme.
 
     Returns
     -------
     ndarray, shape (3, C, S)
         Root mean squares.
     ndarray, shape (3, C, S)
-        Sizes of means.
+        Norms of means.
     ndarray, shape (d, S)
         Means of d_self.
     ndarray, shape (S,)

@@ -1,8 +1,8 @@
-"""Local strong order: the orders of the defects of one step, which tell consistency and the strong order.
+"""Local strong order: orders of the defects of one step, from which consistency and the strong order follow.
 
 With p2, p1 the orders in h of max_x ||d_self||_{L2} and max_x |E d_self|, and q2, q1 those of d_em, the scheme is
-consistent iff q2 > 0.9 and q1 > 1.4. It then converges strongly to the Ito solution (Milstein 1988, Theorem 1), and,
-telescoping X^h - X^{h/2}, with the order
+consistent if and only if q2 > 0.9 and q1 > 1.4. It then converges strongly to the Ito solution (Milstein 1988,
+Theorem 1) and, by the telescoping sum of X^h - X^{h/2}, with the order
 
     p = min(p2 - 1/2, p1 - 1).
 """
@@ -19,44 +19,44 @@ from .strong_defects import EM, LEVELS, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
-# Errors of a rule of the third degree are beside those of a mean from this order of the root mean squares on.
+# From this order of the root mean square on, errors of a rule of degree 3 are of the size of those of the mean.
 FOURTH = 1.75
-# How accurate local orders of schemes of known order are; two of them may differ by twice as much.
+# Accuracy of local orders, from schemes of known order; two orders may differ by twice as much.
 ACCURACY = 0.02
 
 
 class StrongOrder(NamedTuple):
-    """The local strong order of some components.
+    """Local strong order of one or more components.
 
     Attributes
     ----------
     order : float
-        p = min(p2 - 1/2, p1 - 1); infinite if the defects are rounding. Without means it is p2 - 1/2.
+        p = min(p2 - 1/2, p1 - 1); infinite if the defects are rounding. Without resolved means it is p2 - 1/2.
     p2, p1, q2, q1 : float
-        Least orders over the components; p1 and q1 are NaN where means are not resolved.
+        Lowest orders over the components; p1 and q1 are NaN if means are not resolved.
     consistent : bool
-        q2 > 0.9 and, where it is known, q1 > 1.4.
+        q2 > 0.9 and, if known, q1 > 1.4.
     inconsistent_share : float
         Share of the states at which this fails.
     typical : float
-        Median over the states of the order at each of them alone, or of what it rises to at the next step.
+        Median over the states of the order at each of them, or of its extrapolation to the next step size if higher.
     plateau_h : float
-        Step size from which on a solver's tolerance hides the defects; 0 if none does.
+        Largest step size at which a solver's tolerance hides the defects; 0 if none does.
     means : bool
         Whether means are resolved.
     ahead : float
-        The order to be expected at the next smaller step.
+        Extrapolated order at the next smaller step size.
     consistent_later : bool
-        Whether a step from where the scheme itself has gone is consistent.
+        Whether a step from a state that the scheme has reached is consistent.
     turns : bool
-        Whether the mean error is near 0 between the finest step sizes, so that its order says little.
+        Whether the mean error is near 0 between the finest step sizes, so that its order is unreliable.
     too_coarse : float
-        The shortest of the step sizes at which one step does not follow the equation, where it does at much shorter
-        ones; 0 for none.
+        Shortest of the step sizes at which one step does not follow the equation, if it does at much shorter
+        ones; else 0.
     each : tuple of (float, float)
-        `order` and `ahead` of each kind of defect and group of states by itself.
+        `order` and `ahead` for each kind of defect and group of states.
     memory : float
-        Order of what the memory of a run changes; infinite without memory.
+        Order of the effect of a run's memory; infinite without memory.
     """
 
     order: float
@@ -84,7 +84,7 @@ def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> t
     ----------
     record : LocalStrong
     shortest : LocalStrong, optional
-        At step sizes far below those of the record, where some steps of these do not follow the equation.
+        Defects at step sizes far below those of the record, for steps that do not follow the equation there.
     """
     found = _orders(record)
     if shortest is None:
@@ -97,10 +97,10 @@ def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> t
 
 
 def follows_later(order: StrongOrder, fine: StrongOrder, *, slow: bool) -> bool:
-    """Tell whether a step follows the equation at much shorter steps alone; what rounding hides there is no sign.
+    """Return whether a step follows the equation at much shorter steps only; defects hidden by rounding do not count.
 
-    A scheme that bounds its drift or its noise does so in the unit of time. Of a slow equation, which is probed in
-    parts of a longer one, rounding may hide all mean errors of steps that are short for such a scheme.
+    A scheme that bounds its drift or its noise does so in the unit of time. For a slow equation, which is probed with
+    longer steps, rounding may hide all mean errors of steps that are short for such a scheme.
 
     Parameters
     ----------
@@ -124,14 +124,14 @@ def _find_orders(record: LocalStrong) -> tuple[LocalOrders, LocalOrders]:
     Returns
     -------
     LocalOrders, shape (2, 3, n, G)
-        Of the largest defects of all states of the cloud, and of all further states, if there are some: errors far
-        out, however large, do not hide what is wrong near the start.
+        For the largest defects of all states of `cloud`, and of all further states, if there are any: large errors
+        far out thus do not hide errors near the start.
     LocalOrders, shape (2, 3, n, S)
-        Of each state.
+        For each state.
     """
     both, scale = np.stack([record.rms, record.mean]), record.scale
     groups = record.groups
-    # The largest of a group are asked like those of one more state.
+    # The maximum of each group is appended like an additional state.
     both = np.concatenate([both, *(both[:, :, :, group].max(axis=3, keepdims=True) for group in groups)], axis=3)
     scale = np.concatenate([scale, *(scale[group].max(axis=0, keepdims=True) for group in groups)])
     found = last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS))
@@ -143,7 +143,7 @@ def _find_orders(record: LocalStrong) -> tuple[LocalOrders, LocalOrders]:
 def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], rows: Array) -> StrongOrder:
     found, states = (LocalOrders(*(each[:, :, rows] for each in orders)) for orders in defects)
     order = found.order.copy()
-    # Where coefficients are large, steps of the same size are coarser: an order that rises there is the next one.
+    # At large coefficients, steps of the same size are coarser: an order that still increases there is extrapolated.
     order[..., 1:] = np.fmax(order, found.ahead)[..., 1:]
     (p2, q2, later2), (p1, q1, later1) = order.min(axis=(2, 3))
     means = _resolves_means(record, float(p2))
@@ -169,7 +169,7 @@ def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], r
 
 
 def _strong(powers: Array, *, means: bool) -> Array:
-    """Return the strong orders by group of states, from root mean squares and, if they are resolved, from means.
+    """Return the strong orders by group of states, from root mean squares and, if resolved, from means.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _strong(powers: Array, *, means: bool) -> Array:
 
 
 def _turns(record: LocalStrong, rows: Array) -> bool:
-    """Tell whether a largest mean of a group of states turns between two of the three finest usable step sizes."""
+    """Return whether the largest mean of a group of states turns between two of the finest usable step sizes."""
     return any(_group_turns(record, rows, group) for group in record.groups)
 
 
@@ -195,27 +195,27 @@ def _group_turns(record: LocalStrong, rows: Array, group: Mask) -> bool:
 
 
 def _resolves_means(record: LocalStrong, p2: float) -> bool:
-    """Tell whether means are resolved up to the order of the root mean squares.
+    """Return whether means are resolved up to the order of the root mean squares.
 
-    A rule of the third degree has errors of the order h^2 where four variables multiply, as an order of 1 has.
+    A rule of degree 3 has errors of order h^2 in products of four variables, which is the order of means at order 1.
     """
     return float(record.means) == 1.0 or p2 < FOURTH
 
 
 def at_most(order: StrongOrder, bound: float) -> StrongOrder:
-    """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
+    """Return the order of a component with the error of another one, and an additional error of order `bound`."""
     least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
     each = tuple((min(now, bound), min(ahead, bound)) for now, ahead in order.each)
     return order._replace(order=least[0], typical=least[1], ahead=least[2], each=each)
 
 
 def _consistent(q2: Array, q1: Array, means: bool) -> Array:
-    """Tell where q2 > 0.9 and, if means are resolved, q1 > 1.4; an order that is NaN is none."""
+    """Return where q2 > 0.9 and, if means are resolved, q1 > 1.4; False for orders that are NaN."""
     return (q2 > LEAST_Q2) & ((q1 > LEAST_Q1) | (not means))
 
 
 def _state_by_state(record: LocalStrong, found: LocalOrders, *, means: bool) -> tuple[float, float]:
-    """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
+    """Return the share of inconsistent states, and the median of the orders of states, each at the worst time."""
     p2, p1 = np.fmax(found.order, found.ahead)[:, SELF].min(axis=1)
     typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
     q2, q1 = found.order[:, EM]

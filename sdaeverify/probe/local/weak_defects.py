@@ -1,16 +1,16 @@
-"""Local weak defects: expectations after one step, by cubature, against those of the equation.
+"""Local weak defects: expectations after one step, by cubature, compared with those of the equation.
 
 At a state x, for a test function phi and step sizes h, with nodes xi_k and weights w_k of the noise,
 
     D(h) = sum_k w_k phi(Phi(x, t, h, xi_k)) - E[phi(x(t + h)) | x(t) = x],
 
-the second by extrapolated trees of Euler steps, which need the coefficients alone. D = O(h^(p+1)) for all phi and x
-is a scheme of weak order p (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.2).
+where the second expectation is computed by extrapolated trees of Euler steps, which need only the coefficients. A
+scheme has weak order p if D = O(h^(p+1)) for all phi and x (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.2).
 
-Components are divided by a power of two near their largest value among the states, so that orders do not depend on
-units, and phi keeps its meaning for states of any size. A component that is 0 up to the rounding of the others has no
-size of its own, and is divided by that of the state. One that stays near a value far from 0, as a temperature does,
-is measured from that value, in units of how far it goes: errors of its noise would be below rounding.
+Components are divided by a power of two near their largest value over the states, so that orders do not depend on
+units, and phi is meaningful for states of any size. A component that is 0 up to the rounding of the others has no
+scale, and is divided by that of the state. A component that stays near a nonzero value, such as a temperature,
+is measured from that value, in units of its range: otherwise errors of its noise would be below rounding.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,49 +34,50 @@ from ..step.together import PathBatch
 from .romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from .weak_order import FINEST, LocalWeak
 
-# Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
-# a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
+# Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time if that is shorter. At the finest, defects of
+# weak order 1 reach the floor of rounding; those of order 0 that they hide do not yet.
 LEVELS = FINEST * 2.0 ** np.arange(15.0, -1.0, -1.0)
-# Where a step does not follow the equation at these, it may at much shorter ones, down to what rounding lets see.
+# Much shorter step sizes, down to rounding, used if a step does not follow the equation at the others.
 SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
-# Test functions with which a batch is as long as that of a step; of more it is shorter.
+# Number of test functions up to which a batch has the full length of a step's; with more it is shorter.
 # Size: of a batch.
 FUNCTIONS = 32
-# An order needs so many of the finest step sizes that are not truncated.
+# Number of finest step sizes that must not be truncated for an order.
 LEAST = 5
-# A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
+# A component that is smaller than the state by this multiple of EPS, at all states, consists of rounding errors of
+# the others.
 ROUNDINGS = 64.0
-# States that are changed by a rounding error, to see what a step makes of it.
+# Number of states that are perturbed by a rounding error, to measure its amplification by a step.
 # Size: states that are changed.
 NUDGED = 4
-# Leaves of a tree at all further states, and paths of a step from these: about as many as from the cloud.
+# Most leaves of a tree for all further states, and paths of a step from these: about as many as for `cloud`.
 # Size: of a tree, and of a batch.
 LEAVES, WORK = 2**15, 2**12
-# When each step begins, and its size.
+# Start and size of each step.
 Steps = tuple[tuple[float, float], ...]
-# A component stays near a value where it is so many times as large as it goes away from that; where it goes no
-# farther than rounding does, it does not move.
+# A component stays near a value if it exceeds its distance from it by the first factor; beyond the second, its motion
+# is rounding, and it does not move.
 NEAR, AT_REST = 128.0, 1e8
 
 
 class Frame(NamedTuple):
-    """How states are seen by test functions.
+    """Scaling of states before they are passed to test functions.
 
     Attributes
     ----------
     centre, unit : ndarray, shape (d, 1)
-        What components are measured from, and in which units.
+        Reference values and units of the components.
     """
 
     centre: Array
     unit: Array
 
     def of(self, x: Array) -> Array:
-        """Return states, shape (d, P), as test functions are given them."""
+        """Return scaled states, shape (d, P), the arguments of test functions."""
         return (x - self.centre) / self.unit
 
     def coefficients(self, linear: Array, square: Array) -> Array:
-        """Return with which coefficients the test functions make up l . x + x^T S x less a constant, shape (F,).
+        """Return the coefficients of test functions for l . x + x^T S x up to a constant, shape (F,).
 
         Parameters
         ----------
@@ -88,21 +89,21 @@ class Frame(NamedTuple):
 
 
 class SemigroupReference(NamedTuple):
-    """What the equation says, for all schemes that are compared with it.
+    """Expectations of the equation, shared by all schemes that are compared with it.
 
     Attributes
     ----------
     states : ndarray, shape (d, S)
     frame : Frame
-        In which test functions are taken.
+        Scaling of the arguments of test functions.
     t : tuple of float
-        When the step of each size begins.
+        Start of the step of each size.
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
     scale : ndarray, shape (F, S, H)
-        Without |phi| at a scheme's nodes: |D phi|_1 at the states, times the size of a component where that is more
-        than its unit, plus the square of how far a step leads, which phi still has as its size where D phi = 0.
+        Scale of rounding without |phi| at a scheme's nodes: |D phi|_1 at the states, times the size of a component if
+        that exceeds its unit, plus the square of the length of a step, which is the size of phi where D phi = 0.
     trees : int
         Number K of extrapolated trees: the error is O(h^(K+1)).
     """
@@ -116,14 +117,14 @@ class SemigroupReference(NamedTuple):
     trees: int
 
     def affordable(self, nodes: int) -> "SemigroupReference":
-        """Return every k-th state only, so that steps at all nodes make no more than `WORK` paths."""
+        """Return every k-th state, such that steps at all nodes have at most `WORK` paths."""
         some = slice(None, None, -(-self.states.shape[1] * nodes // WORK))
         states, means, scale = self.states[:, some], self.means[:, some], self.scale[:, some]
         return self._replace(states=states, means=means, scale=scale)
 
 
 def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
-    """Return why a pair has no local weak order, or an empty string."""
+    """Return why a scheme has no local weak order on a problem, or an empty string."""
     shortest = float(LEVELS[-1]) * time_unit(view)
     step = OneStep(scheme, view)
     why = why_not_nodes(scheme, view) or why_not_resolved(view, shortest) or step.why_not_probed()
@@ -131,7 +132,7 @@ def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
 
 
 def why_not_from(step: OneStep, x: Array) -> str:
-    """Return why no step from some states, shape (d, S), has an order, or an empty string."""
+    """Return why no step from the states x, shape (d, S), shows an order, or an empty string."""
     return step.why_not_sound(float(sizes(step.view)[-LEAST]), x)
 
 
@@ -143,21 +144,21 @@ def why_not_nodes(scheme: Scheme, view: Problem) -> str:
 
 
 def sizes(view: Problem, *, shortest: bool = False) -> Array:
-    """Return the step sizes that are probed."""
+    """Return the probed step sizes, coarsest first, shape (H,)."""
     return np.asarray((SHORTEST if shortest else LEVELS) * time_unit(view))
 
 
 def weak_reference(view: Problem, steps: Steps, *, further: bool = False) -> SemigroupReference:
-    """Return the expectations that all schemes of one form are compared with on a problem.
+    """Return the expectations with which all schemes of a form are compared on a problem.
 
     Parameters
     ----------
     view : Problem
-        With an Ito equation.
+        Problem with an Ito equation.
     steps : tuple of pairs of float
-        When each step begins, and its size.
+        Start and size of each step.
     further : bool
-        Whether the states are `spread_states`, with fewer trees, in place of the cloud.
+        Whether to use `spread_states`, with fewer trees, instead of `cloud`.
 
     Returns
     -------
@@ -167,7 +168,7 @@ def weak_reference(view: Problem, steps: Steps, *, further: bool = False) -> Sem
     Raises
     ------
     ProblemError
-        If there is no other.
+        If the equation is finite at none of the states of `cloud`.
     """
     ito = view.ito()
     assert ito is not None
@@ -187,10 +188,10 @@ def reference_from(view: Problem, x: Array, steps: Steps) -> SemigroupReference:
     Parameters
     ----------
     view : Problem
-        With an Ito equation.
+        Problem with an Ito equation.
     x : ndarray, shape (d, S)
     steps : tuple of pairs of float
-        When each step begins, and its size.
+        Start and size of each step.
 
     Returns
     -------
@@ -219,13 +220,13 @@ def _reference(ito: Equation, x: Array, frame: Frame, steps: Steps, trees: int) 
 
 
 def _moved(ito: Equation, x: Array, t: float, h: float, unit: Array) -> Array:
-    """Return how far a step of Euler's method leads at most from each state in any component, shape (S,)."""
+    """Return the largest displacement by Euler's step in any component from each state, shape (S,)."""
     branches = leaves(ito, x, t, h, 1).reshape(*x.shape, -1)
     return np.asarray((np.abs(branches - x[..., None]).max(axis=2) / unit).max(axis=0))
 
 
 def frame_of(x: Array) -> Frame:
-    """Return the frame of some states, shape (d, S): units are powers of two near the sizes of components."""
+    """Return the scaling for states (d, S): units are powers of two near the sizes of the components."""
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     own, state = largest > ROUNDINGS * EPS * largest.max(), largest.max() or 1.0
     size, start = np.where(own, largest, state), np.nan_to_num(x[:, 0])
@@ -242,17 +243,17 @@ def local_weak(
     *,
     shortest: bool = False,
 ) -> LocalWeak:
-    """Probe one step of each size at each state of the cloud, and at each time that counts.
+    """Compute the defects of one step of each size from each probe state, at each probe time.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the pair has a local order, see `why_not_local_weak`.
+        Problem in the scheme's form; `why_not_local_weak` is empty for the pair.
     reference : callable, optional
-        `weak_reference`, or what remembers it for further schemes.
+        `weak_reference`, or a function that caches it for further schemes.
     shortest : bool
-        Whether the step sizes are `SHORTEST` in place of `LEVELS`.
+        Whether to use the step sizes `SHORTEST` instead of `LEVELS`.
 
     Returns
     -------
@@ -268,15 +269,15 @@ def local_weak(
 
 
 def local_weak_from(scheme: Scheme, view: Problem, known: SemigroupReference) -> LocalWeak:
-    """Probe one step of each size from the states of a reference.
+    """Compute the defects of one step of each size from the states of a reference.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     known : SemigroupReference
-        Of `reference_from`.
+        Result of `reference_from`.
 
     Returns
     -------
@@ -306,7 +307,7 @@ def _record_defects(step: OneStep, near: list[SemigroupReference], beside: list[
 
 
 def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Array:
-    """Return by how much defects of a step differ if another rule is taken, (F, S, H); S is 0 for a bounded law."""
+    """Return the change of the defects with another rule, shape (F, S, H); S is 0 for a discrete law."""
     if step.scheme.law.bounded or not step.view.noise_dim:
         return np.zeros((len(defect), 0, len(known.h)))
     other = _nodes(step.scheme, step.view.noise_dim, other=True)
@@ -314,11 +315,11 @@ def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Arr
 
 
 def _own_rounding(step: OneStep, known: SemigroupReference) -> Array:
-    """Return how far a step moves at most if its state changes by one rounding error, in units of components, (H,).
+    """Return the largest change of a step by one rounding error of its state, in units of components, shape (H,).
 
-    A step that divides a difference of states by h, or solves an equation up to a tolerance, makes more of a rounding
-    error than eps of the state. The change itself, and a rounding error of each of the two steps that are compared,
-    do not count. It is the mean over a few nodes of a state.
+    A step that divides a difference of states by h, or solves an equation up to a tolerance, amplifies a rounding
+    error beyond eps of the state. The perturbation itself, and a rounding error of each of the two compared steps,
+    are subtracted. The mean over a few nodes is taken for each state.
     """
     nodes, x = step.few_nodes(), known.states[:, :: max(1, known.states.shape[1] // NUDGED)]
     both = np.concatenate([x, x * (1.0 + EPS)], axis=1)
@@ -332,7 +333,7 @@ def _own_rounding(step: OneStep, known: SemigroupReference) -> Array:
 
 
 def _ends(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> Iterator[Array]:
-    """Yield where steps of each size lead from some states x at all nodes, shape (d, S K)."""
+    """Yield the results of steps of each size from the states x at all nodes, shape (d, S K)."""
     wide, when = np.repeat(x, len(nodes.weights), axis=1), zip(known.t, known.h.tolist(), strict=True)
     batches = (PathBatch(wide, t, h, nodes.increment(h, x.shape[1])) for t, h in when)
     return (step.read(made.state) for made in step.together(batches))
@@ -341,7 +342,7 @@ def _ends(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> I
 def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
     """Return the defects of a step from one time, and their scale, both of shape (F, S, H).
 
-    Of steps that are truncated they are NaN, and a state has none where some of the finest are.
+    Defects of truncated steps are NaN; states from which the fifth finest step size is truncated are left out.
     """
     some = in_batches(known.states, len(nodes.weights) * -(-len(known.means) // FUNCTIONS))
     parts = [_levels(step, known, nodes, x) for x in some]
@@ -358,7 +359,7 @@ def _nodes(scheme: Scheme, noises: int, *, other: bool = False) -> Nodes:
 
 
 def _levels(step: OneStep, known: SemigroupReference, nodes: Nodes, x: Array) -> tuple[Array, Array]:
-    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S, H), at some states x."""
+    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S, H), for states x."""
     states, count, found = x.shape[1], len(nodes.weights), []
     for end in _ends(step, known, nodes, x):
         phi = test_functions.values(known.frame.of(end))

@@ -1,10 +1,10 @@
 """Local weak orders from the defects of one step.
 
-Orders are taken for every test function and state by itself, from the fine end, and the least one counts: a maximum
-over the defects would hide a low power behind a larger one.
+Orders are computed for every test function and state separately, from the finest levels, and the lowest one is used:
+in a maximum over the defects a larger defect of high order could hide one of low order.
 
-A defect counts relative to |phi| + |D phi|_1 + |dx|^2, where |dx| is how far a step leads. Rounding of that is its
-floor: a defect that is below the floor at all but the coarsest step sizes is called exact, however it would go on.
+Defects are relative to |phi| + |D phi|_1 + |dx|^2, where |dx| is the length of a step. The floor is rounding of this
+scale: a defect below the floor at all but the coarsest step sizes is called exact, regardless of its order.
 """
 
 from typing import NamedTuple
@@ -18,58 +18,59 @@ from ..step.two_rules import AGREEMENT
 from .orders import CLEAR, TOLERANCE, finest_usable, pick
 from .romberg import weights
 
-# A defect of so many floors has a local order that rounding moves by less than 0.01.
+# At this multiple of the rounding error, rounding changes a local order by less than 0.01.
 # Rounding: log2 of 301/299 is 0.0096.
 FLOORS = 300.0
 # Defects with fewer levels above rounding are exact to round-off.
 FEWEST_LEVELS = 4
-# Above a plateau, coarse levels alone are not asymptotic: an order needs more of them.
+# Above a plateau there are coarse levels only, which may not be asymptotic: an order needs more of them.
 ABOVE_PLATEAU = 5
-# How much the last two local orders may differ from each other for their limit to be known.
+# Largest difference of the last two local orders for which their limit is extrapolated.
 SETTLED = 0.3
-# Coefficients, coarsest step size first, that annihilate h, h^(3/2), h^2 and h^3 at five step sizes of ratio 1/2. Of
-# h^(5/2) they leave 1/200 of the terms, of a constant 1/13.
+# Coefficients, coarsest step size first, that annihilate h, h^(3/2), h^2 and h^3 at five step sizes of ratio 1/2.
+# They leave 1/200 of h^(5/2), and 1/13 of a constant.
 SMOOTH = np.poly([0.5, 0.5**1.5, 0.25, 0.125])[::-1]
 ROUGH = 0.01
-# From one step size to the next, roughness of powers from h^(5/2) on falls more than this; errors of a solver do not.
+# From one step size to the next, the roughness of powers from h^(5/2) on decreases below this part; errors of a
+# solver do not.
 STALL = 0.2
-# A plateau is where so many of the defects are rough.
+# A plateau consists of levels at which this share of the defects is rough.
 CROWD = 0.25
-# The shortest of the step sizes, in units of time.
+# Shortest of the step sizes, in units of time.
 # Size: of the shortest step.
 FINEST = 2.0**-18
 # Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
 CONSISTENT = 0.25
-# Orders are low on steps that are too coarse alone where so many of them are seen to be higher on much shorter ones.
+# Low orders are attributed to coarse steps if this share of them is higher at much shorter step sizes.
 MOST = 0.5
 
 
 class LocalWeak(NamedTuple):
-    """Weak defects of one step for F test functions, S states and H step sizes; at another time it is another state.
+    """Weak defects of one step for F test functions, S states and H step sizes; times count as separate states.
 
     Attributes
     ----------
     h : ndarray, shape (H,)
     defect : ndarray, shape (F, S, H)
-        D, with its sign.
+        Signed defects D.
     scale : ndarray, shape (F, S, H)
-        Largest |phi| at the nodes plus |D phi|_1 + |dx|^2, where |dx| is how far a step leads: one rounding is eps
-        times this. Both are NaN where a step or an expectation is not finite.
+        Largest |phi| at the nodes plus |D phi|_1 + |dx|^2, where |dx| is the length of a step; one rounding error is
+        eps times this. `defect` and `scale` are NaN where a step or an expectation is not finite.
     trees : ndarray, shape (S,)
         Number K of extrapolated trees of the reference.
     dimension : ndarray, shape ()
         Number d of components.
     time : ndarray, shape (S,)
-        The place of each state's time among those that are probed; states of the cloud and further ones count as if
-        they were of different times.
+        Index of each state's time among the probed ones; states of `cloud` and further ones have different indices,
+        as if their times were different.
     further : ndarray, shape (S,)
-        1 for states that are not of the cloud, else 0.
+        1 for states that are not of `cloud`, else 0.
     apart : ndarray, shape (F, R, H)
-        By how much the defects at the first R states differ if they are found by another rule for the noise. R is 0
-        if the noise takes few values, so that means are exact.
+        Change of the defects at the first R states if another rule for the noise is used. R is 0
+        for a discrete law, for which means are exact.
     own_rounding : ndarray, shape (H,)
-        How far a step moves at most, in units of the test functions' arguments, if its state changes by one rounding
-        error, beyond that: the rounding of the step itself, and the errors of a solver that stops at a tolerance.
+        Largest change of a step, in units of the arguments of test functions, by one rounding error of its state,
+        beyond the perturbation: rounding within the step, and errors of a solver that stops at a tolerance.
     """
 
     h: Array
@@ -84,15 +85,15 @@ class LocalWeak(NamedTuple):
 
     @property
     def rules(self) -> "LocalWeak":
-        """The differences between two rules in place of the defects, at the states at which both were taken."""
+        """The record with the differences between two rules as defects, at the states where both were used."""
         count = self.apart.shape[1]
         trees, time, further = (part[:count] for part in (self.trees, self.time, self.further))
         parts = {"scale": self.scale[:, :count], "trees": trees, "time": time, "further": further}
         return self._replace(defect=self.apart, **parts)
 
     def combine(self, coefficients: Array) -> "LocalWeak":
-        """Return the defects of the one function that the test functions make up with these coefficients."""
-        # Of functions that take no part, NaN do not either.
+        """Return the defects of the linear combination of test functions with these coefficients."""
+        # Functions with coefficient 0 are left out, because their defects may be NaN.
         used = coefficients != 0.0
         c = coefficients[used]
         defect, apart = (np.tensordot(c, part[used], 1)[None] for part in (self.defect, self.apart))
@@ -100,30 +101,30 @@ class LocalWeak(NamedTuple):
 
 
 class WeakOrder(NamedTuple):
-    """Local weak orders: those of the defects minus 1.
+    """Local weak orders: orders of the defects minus 1.
 
     Attributes
     ----------
     orders : ndarray, shape (F, S)
-        The limit as h tends to 0 where it is settled, the last order where it still moves; infinite where the
-        defect is exact to round-off or to the reference; NaN where it is not finite or hidden by a tolerance.
+        Limit as h tends to 0 if the order has settled, else the last order. Infinite if the
+        defect is exact up to rounding or up to the reference; NaN if it is not finite or hidden by a tolerance.
     last : ndarray, shape (F, S)
-        The order between the two finest usable step sizes; minus infinity if the defect changes sign there.
+        Order between the two finest usable step sizes; minus infinity if the defect changes sign there.
     settled : ndarray of bool, shape (F, S)
     plateau_h : float
-        Step size from which on a solver's tolerance hides defects, and a claim is void; 0 if none does.
+        Largest step size at which a solver's tolerance hides defects and makes claims void; 0 if none does.
     dimension : int
     time : ndarray, shape (S,)
-        The place of each state's time among those that are probed.
+        Index of each state's time among the probed ones.
     function : str
-        What it is of if not of the test functions.
+        Name of the function if it is not one of the test functions.
     h : float
-        The shortest step size.
+        Shortest step size.
     later : ndarray, shape (F, S), or None
-        The orders at much shorter step sizes, where these were asked for.
+        Orders at much shorter step sizes, if computed.
     rules : ndarray, shape (F, R)
-        The order below which two rules for the noise agree, at the first R states: that of the means of one step
-        minus 1. Infinite where their difference is rounding, has no settled order, or is a small part of the defect.
+        Order below which two rules for the noise agree, at the first R states: the order of the means of one step
+        minus 1. Infinite if their difference is rounding, has no settled order, or is a small part of the defect.
     """
 
     orders: Array
@@ -139,47 +140,47 @@ class WeakOrder(NamedTuple):
 
     @property
     def order(self) -> float:
-        """The least settled order; infinite if there is none."""
+        """Lowest settled order; infinite if there is none."""
         return float(np.min(self.orders, where=self.settled, initial=np.inf))
 
     @property
     def inconsistent_share(self) -> float:
-        """Share of the states at which some settled order is 0, at the worst time."""
+        """Share of the states with a settled order of 0, at the worst time."""
         return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
 
     @property
     def is_slow(self) -> bool:
-        """Whether steps were probed in parts of a unit of time that is longer than the problem's."""
+        """Whether steps were probed in units of time longer than the problem's."""
         return self.h > FINEST
 
     def count_states(self, found: Mask) -> tuple[int, int]:
-        """Return at how many states something is so, and of how many, at the worst time; for shape (S,)."""
+        """Return the number of states in a mask (S,), and of all states, at the time with the largest share."""
         counts = ((int(found[self.time == time].sum()), int((self.time == time).sum())) for time in set(self.time))
         return max(counts, key=lambda count: count[0] / count[1])
 
     def share(self, found: Mask) -> Array:
-        """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
+        """Return the share of states in a mask, at the time with the largest share; shape (...) for (..., S)."""
         if not found.any():
             return np.zeros(found.shape[:-1])
         shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
         return np.asarray(np.max(shares, axis=0))
 
     def at_many(self, found: Mask, part: float) -> bool:
-        """Return whether some moment has a property at a part of the states of a time, and at two unless it has one.
+        """Return whether for some function a mask holds at a share of a time's states, and at two unless it has one.
 
-        A zero of a defect on the way to h = 0 is a coincidence of one state.
+        A zero of a defect at some h is a coincidence of a single state.
 
         Parameters
         ----------
         found : ndarray of bool, shape (F, S)
         part : float
-            Of the states.
+            Share of the states.
         """
         here = [found[:, self.time == time] for time in set(self.time.tolist())]
         return any(bool((at.sum(axis=1) >= max(part * at.shape[1], min(2, at.shape[1]))).any()) for at in here)
 
     def differing_share(self, bound: float) -> float:
-        """Return at which share of the states two rules differ on half of the defects of an order below a bound.
+        """Return the share of states at which two rules differ on half of the defects with an order below `bound`.
 
         A defect that happens to be small at a state is no larger than the difference of the rules there.
         """
@@ -190,16 +191,16 @@ class WeakOrder(NamedTuple):
         return float(np.mean(low.any(axis=0) & (2 * differ.sum(axis=0) >= low.sum(axis=0))))
 
     def rises(self, low: Mask, bound: float) -> bool:
-        """Tell whether most of some orders that are below a bound are seen to be above it at much shorter step sizes.
+        """Return whether most orders in a mask, which are below `bound`, are above it at much shorter step sizes.
 
-        What rounding hides there is no better than before.
+        Defects hidden by rounding there do not count as higher.
         """
         if self.later is None or not low.any():
             return False
         return float((np.isfinite(self.later) & (self.later >= bound))[low].mean()) > MOST
 
     def least(self, among: Mask) -> str:
-        """Return in words the least order of some defects."""
+        """Describe the lowest order of the defects in a mask, with its test function."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
         name = self.function or test_functions.names(self.dimension)[function]
         if np.isneginf(self.orders[function, state]):
@@ -210,14 +211,15 @@ class WeakOrder(NamedTuple):
 def weak_order(record: LocalWeak, shortest: LocalWeak | None = None) -> WeakOrder:
     """Return the local weak orders.
 
-    An order is the last one above the floors, extrapolated where it has settled. Richardson: with errors
-    c h^p (1 + a h) local orders tend to p like h, so that the limit is ahead of the last one by its last change.
+    An order is the last one above the floors, extrapolated if it has settled. By Richardson: for errors
+    c h^p (1 + a h) local orders differ from p by a multiple of h, so that the limit differs from the last one by its
+    last change.
 
     Parameters
     ----------
     record : LocalWeak
     shortest : LocalWeak, optional
-        At step sizes far below those of the record, where orders at these are low.
+        Defects at step sizes far below those of the record, for orders that are low there.
 
     Returns
     -------
@@ -242,7 +244,7 @@ def _rules_order(record: LocalWeak) -> Array:
         agree = np.abs(record.apart) <= np.maximum(AGREEMENT * np.abs(defect), rounding)
         finest, *_ = finest_usable(np.abs(record.apart) > rounding)
     found = _orders(rules)
-    # At long steps the rules differ by terms of other orders, too.
+    # At long steps the rules also differ by terms of other orders.
     return np.where(found.settled & ~pick(agree, finest), found.orders, np.inf)
 
 
@@ -250,7 +252,7 @@ def _orders(record: LocalWeak) -> WeakOrder:
     size, rounding = np.abs(record.defect), _rounding(record)
     noise, rough = _roughness(record, rounding)
     tolerance, plateau_h = _plateau(record, noise, rough)
-    # Errors of a solver hide an order; that they are larger than a defect does not make it exact.
+    # Errors of a solver hide an order; a defect below them is not exact.
     usable = size > np.maximum(rounding, np.maximum(CLEAR * tolerance, FLOORS * record.own_rounding) * record.scale)
     fewest = ABOVE_PLATEAU if plateau_h else FEWEST_LEVELS
     usable &= usable.sum(axis=-1, keepdims=True) >= fewest
@@ -259,27 +261,29 @@ def _orders(record: LocalWeak) -> WeakOrder:
         change = last - before
     settled = (np.abs(change) < SETTLED) & ~pick(rough, finest)
     orders = np.where(settled, last + change, last) - 1.0
-    # The reference's own error has the order K: a defect of that order is none.
+    # The reference has an error of order K: a defect of that order is attributed to it.
     exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > record.trees - 0.5)
     orders = np.where(exact, np.inf, orders)
     orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
     settled &= np.isfinite(orders)
-    # One zero of a defect passes many further states, which are close to each other: these speak by settled orders.
+    # A zero of a defect affects many further states, which are close to each other: only their settled orders are
+    # used.
     orders = np.where((record.further > 0.0) & ~settled & ~np.isnan(orders), np.inf, orders)
     counts = int(record.dimension), record.time
     return WeakOrder(orders, last - 1.0, settled, plateau_h, *counts, h=float(record.h[-1]))
 
 
 def _rounding(record: LocalWeak) -> Array:
-    """Return below which size a defect has no order, shape (F, S, H)."""
+    """Return the size below which a defect has no order, shape (F, S, H)."""
     amplified = [np.abs(weights(int(K))).sum() for K in record.trees]
     return np.asarray(FLOORS * EPS * np.reshape(amplified, (-1, 1)) * record.scale)
 
 
 def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:
-    """Return how far defects are from a sum of powers of h over five step sizes, and where a solver's errors show.
+    """Return the deviation of defects from sums of powers of h over five sizes, and where solver errors show.
 
-    Those are small, jump about or do not depend on h, and do not fall. At the four coarsest nothing can be said.
+    These are small, irregular or constant in h, and do not decrease. At the four coarsest sizes they cannot be
+    detected.
     """
     noise, sizes = np.abs(_sum_windows(record.defect, SMOOTH)), np.abs(record.defect)
     grain = _sum_windows(rounding, np.abs(SMOOTH)) / CLEAR
@@ -295,16 +299,16 @@ def _sum_windows(values: Array, weights: Array) -> Array:
 
 
 def _with_coarsest(values: Array) -> Array:
-    """Return what is known of windows at the last step size of each, and zeros where there is none."""
+    """Return values of windows assigned to the last step size of each, and zeros for the first step sizes."""
     nothing = np.zeros((*values.shape[:-1], len(SMOOTH) - 1), dtype=values.dtype)
     return np.concatenate([nothing, values], axis=-1)
 
 
 def _plateau(record: LocalWeak, noise: Array, rough: Mask) -> tuple[Array, float]:
-    """Return the relative size of a solver's errors at each step size, and the size from which on they are a plateau.
+    """Return the relative size of a solver's errors at each step size, and the largest step size of their plateau.
 
-    It goes on to the finest step size with enough of the defects rough, with gaps of one. Before it, the errors are
-    what they are in the defects that they reach first; without a plateau there are none.
+    The plateau extends to the finest step size, with enough of the defects rough at each size, except for gaps of
+    one. Above it, the errors are those of the defects that they reach first; without a plateau they are 0.
     """
     crowded = rough.mean(axis=(0, 1)) > CROWD
     crowded[1:-1] |= crowded[:-2] & crowded[2:]
@@ -319,7 +323,7 @@ def _plateau(record: LocalWeak, noise: Array, rough: Mask) -> tuple[Array, float
 def _last_orders(h: Array, defect: Array, usable: Mask) -> tuple[Array, Array]:
     """Return the finest usable level and the last two local orders, finest first.
 
-    They are NaN where no level is usable, and minus infinity across a change of sign.
+    They are NaN if no level is usable, and minus infinity across a change of sign.
     """
     index = np.stack(finest_usable(usable))
     values, steps = np.stack([pick(defect, level) for level in index]), h[index]

@@ -1,1 +1,1 @@
-"""The transition operator of a scheme on a chart: errors of means without sampling."""
+"""Transition operator of a scheme on a chart: errors of means without sampling."""

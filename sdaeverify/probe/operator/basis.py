@@ -1,9 +1,9 @@
-"""Orthonormal functions of one or two coordinates, and the quadrature by which others are projected onto them.
+"""Orthonormal functions of one or two coordinates, and quadrature to project other functions onto them.
 
-For an angle they are 1, sqrt(2) cos k y, sqrt(2) sin k y, orthonormal for the uniform law; for a coordinate on the
-line h_n((y - centre)/scale) with h_n = He_n/sqrt(n!), orthonormal for the normal law of that centre and scale. Two
-coordinates have the products. The quadrature has more nodes than there are functions: with as many, projection is
-interpolation, which folds what a step adds beyond the basis back into it.
+For an angle they are 1, sqrt(2) cos k y, sqrt(2) sin k y, orthonormal for the uniform law. For a coordinate on the
+line they are h_n((y - centre)/scale) with h_n = He_n/sqrt(n!), orthonormal for the normal law of that centre and
+scale. Products are used for two coordinates. The quadrature has more nodes than functions: with equal numbers,
+projection would be interpolation, in which components beyond the basis are aliased onto it.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from ...arrays import Array
 from ...forms.chart import Angle, Chart, Line
 from ..step.nodes import gauss_hermite
 
-# Nodes of the quadrature for each function of a coordinate.
+# Quadrature nodes per function of a coordinate.
 # Size: nodes of a function.
 OVERSAMPLING = 1.5
 
@@ -31,7 +31,7 @@ class AxisBasis(NamedTuple):
     derivative : ndarray, shape (n, n)
         phi_j' = sum_i derivative[i, j] phi_i.
     nodes, weights : ndarray, shape (Q,)
-        Of the quadrature; the weights have sum 1.
+        Nodes and weights of the quadrature; the weights have sum 1.
     """
 
     values: Callable[[Array], Array]
@@ -41,18 +41,18 @@ class AxisBasis(NamedTuple):
 
     @property
     def projection(self) -> Array:
-        """The matrix of shape (n, Q) that takes values at the nodes to coefficients."""
+        """Matrix of shape (n, Q) that maps values at the nodes to coefficients."""
         return np.asarray(self.values(self.nodes) * self.weights)
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Products phi_a(z_1) psi_b(z_2), in this order of (a, b) with b fastest; the first of them is 1.
+    """Products phi_a(z_1) psi_b(z_2), ordered by (a, b) with b fastest; the first one is 1.
 
     Attributes
     ----------
     axes : tuple of two AxisBasis
-        For a chart of one coordinate the second holds the constant alone.
+        For a chart of one coordinate the second basis consists of the constant 1.
     dimension : int
         Number of coordinates.
     """
@@ -62,7 +62,7 @@ class Basis:
 
     @property
     def nodes(self) -> Array:
-        """Nodes of the quadrature, shape (dimension, Q)."""
+        """Nodes of the product quadrature, shape (dimension, Q)."""
         grid = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")
         return np.stack([part.ravel() for part in grid[: self.dimension]])
 
@@ -72,17 +72,17 @@ class Basis:
         return np.outer(*(axis.weights for axis in self.axes)).ravel()
 
     def factors(self, z: Array | Sequence[Array]) -> tuple[Array, Array]:
-        """Return the functions of the first and of the last coordinate, each at points of its own."""
+        """Return the functions of the first and of the last coordinate, each at its points."""
         first, second = self.axes
         return first.values(z[0]), second.values(z[-1])
 
     def values(self, z: Array) -> Array:
-        """Return all functions at z of shape (dimension, P), shape (n, P)."""
+        """Return all functions at z of shape (dimension, P), as an array of shape (n, P)."""
         first, second = self.factors(z)
         return np.asarray(np.einsum("ap,bp->abp", first, second).reshape(-1, z.shape[1]))
 
     def project(self, values: Array) -> Array:
-        """Return the coefficients of functions given at the nodes: shape (Q, ...) -> (n, ...)."""
+        """Return the coefficients of functions from values at the nodes: shape (Q, ...) -> (n, ...)."""
         first, second = (axis.projection for axis in self.axes)
         grid = values.reshape(first.shape[1], second.shape[1], -1)
         half = np.tensordot(first, grid, axes=(1, 0))
@@ -110,7 +110,7 @@ def chart_basis(chart: Chart, angle: int = 25, line: int = 24) -> Basis:
 
 
 def fourier(count: int) -> AxisBasis:
-    """Return the first functions of 1, sqrt(2) cos y, sqrt(2) sin y, sqrt(2) cos 2y, ... for an odd count."""
+    """Return the first `count` of the functions 1, sqrt(2) cos y, sqrt(2) sin y, ...; `count` is odd."""
     derivative = np.zeros((count, count))
     for k in range(1, count // 2 + 1):
         derivative[2 * k, 2 * k - 1] = -k

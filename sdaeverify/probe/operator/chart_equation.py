@@ -1,10 +1,10 @@
-"""The Ito equation of a problem in the coordinates of its chart, and its generator in a basis.
+"""Ito equation of a problem in the coordinates of its chart, and its generator in a basis.
 
 For x = embed(z), dx = f dt + B dW and dz = b dt + s dW, Ito's formula reads
 
     B_j = D embed(z) s_j,    f = D embed(z) b + (1/2) sum_j D^2 embed(z)(s_j, s_j),
 
-more equations than unknowns unless the chart is the identity: that they have a solution is what makes it a chart.
+which has more equations than unknowns unless the chart is the identity; it is a chart if they have a solution.
 """
 
 from itertools import combinations_with_replacement
@@ -19,12 +19,12 @@ from ...forms.names import article
 from ...numerics import is_analytic, jacobian, second_directional
 from .basis import Basis
 
-# D^2 embed is a second difference: exact to about 1e-12 of what is differenced.
+# D^2 embed is a second difference, with an error of about 1e-12 of its terms.
 CONSISTENT = 1e-9
 
 
 def require_chart(view: Problem) -> tuple[Equation, Chart]:
-    """Return the Ito equation and the chart of a problem that has both."""
+    """Return the Ito equation and the chart of a problem, or raise if one is missing."""
     ito = view.ito()
     if ito is None or view.chart is None:
         raise ProblemError(f"{article(type(view).__name__)} without Ito equation or chart has no equation on a chart")
@@ -32,14 +32,14 @@ def require_chart(view: Problem) -> tuple[Equation, Chart]:
 
 
 def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
-    """Return which rows of a state are pure outputs: 0 under `embed`, and no coefficient depends on them.
+    """Return which rows of a state are pure outputs: 0 under `embed`, and without influence on the coefficients.
 
     Parameters
     ----------
     ito : Equation
     chart : Chart
     z : ndarray, shape (k, P)
-        Coordinates at which it is tried.
+        Coordinates at which this is tested.
 
     Returns
     -------
@@ -62,9 +62,9 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> tuple[Array, Array]:
     ito : Equation
         The Ito equation of the problem.
     chart : Chart
-        Coordinates of its manifold.
+        Coordinates of the manifold.
     z : ndarray, shape (k, P)
-        Where they are asked.
+        Points of evaluation.
 
     Returns
     -------
@@ -94,16 +94,16 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> tuple[Array, Array]:
 def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:
     """Return the matrix of u -> b . grad u + (1/2) s s^T : D^2 u in a basis, shape (n, n).
 
-    Its exponential is the semigroup u -> E u(z_t) to the accuracy of the basis: a reference that knows of no scheme.
+    Its exponential is, to the accuracy of the basis, the semigroup u -> E u(z_t), a reference independent of schemes.
 
     Parameters
     ----------
     ito : Equation
-        The Ito equation of the problem; its coefficients at time 0 count.
+        Ito equation of the problem; coefficients are taken at time 0.
     chart : Chart
-        Coordinates of its manifold.
+        Coordinates of the manifold.
     basis : Basis
-        Functions of the coordinates, n of them.
+        The n functions of the coordinates.
     """
     b, s = coefficients(ito, chart, basis.nodes)
     A = np.einsum("ilp,jlp->ijp", s, s)
@@ -117,7 +117,7 @@ def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:
 
 
 def _terms(b: Array, A: Array) -> list[tuple[Array, tuple[int, int]]]:
-    # Coefficients with the orders of the two partial derivatives that they multiply.
+    # Return coefficients with the orders of the two partial derivatives that they multiply.
     def orders(*axes: int) -> tuple[int, int]:
         return axes.count(0), axes.count(1)
 
@@ -127,7 +127,7 @@ def _terms(b: Array, A: Array) -> list[tuple[Array, tuple[int, int]]]:
 
 
 def _solve_columns(tangents: Array, inverse: Array, right: Array) -> Array:
-    # Columns c with D embed c = right on every path, shapes (rows, m, P) -> (k, m, P).
+    # Return columns c with D embed c = right on every path, shapes (rows, m, P) -> (k, m, P).
     right = np.moveaxis(right, -1, 0)
     columns = inverse @ right
     defect = np.abs(tangents @ columns - right)

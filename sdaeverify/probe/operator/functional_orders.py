@@ -1,13 +1,14 @@
-"""Orders of the errors of means, one for each observable, and which observables can tell one.
+"""Orders of the errors of means, for each observable, and selection of the observables that determine an order.
 
-An error e(h) = c h^p + c' h^q, q > p, whose leading coefficient is small by accident changes its sign between two
-step sizes, or has local orders that still move: it says nothing about the scheme, and is left out with a message.
-Local orders that still rise have no upper bound: on steps too coarse for the problem they look low. So do those of a
-scheme that finds next to nothing of a mean, or far too much of it. An error that stays behind those that fall is
-found by extrapolation. An error that is not known well enough is not left out: it keeps the least order open.
+An error e(h) = c h^p + c' h^q, q > p, with an accidentally small leading coefficient changes sign between two step
+sizes, or has local orders that have not settled: it gives no information on the scheme, and is excluded with a
+message. Local orders that still increase give no upper bound: at steps too coarse for the problem they are too low.
+The same holds if the mean of a scheme is far smaller or larger than the exact one. A residual error that does not
+decrease is found by extrapolation. An error with too large an uncertainty is not excluded: it makes the least order
+uncertain.
 
-A mean without any error tells nothing where equation and scheme share a symmetry that fixes it: it is as right for a
-scheme with too much noise and too long steps.
+A mean without error gives no information if a symmetry of equation and scheme fixes it: it would also be right
+for a scheme with too much noise or too long steps.
 """
 
 from collections.abc import Sequence
@@ -24,28 +25,28 @@ from ..step.one_step import STILL, why_not_resolved
 from .transition import ON_CHART
 from .transition_errors import TransitionErrors
 
-# What an error leaves behind as h tends to 0: the coefficients of its lowest powers, by extrapolation.
+# Residual errors as h tends to 0: the coefficients of the lowest powers, by extrapolation.
 #
-# Of e(h) = c_0 + c_1 h + c_2 h^2 + ..., a small c_0 hardly changes the local orders at the step sizes used; so does a
-# small c_1 beside c_2. Eliminating the next powers one after the other leaves c_0 (Romberg), and that of e(h)/h^q the
-# coefficient of h^q where all lower ones vanish. What is left may belong to half powers: these are tried, too, and
-# leave nothing of a coefficient that is not clear, or that they exclude.
+# In e(h) = c_0 + c_1 h + c_2 h^2 + ..., a small c_0 hardly changes the local orders at the step sizes used, and
+# neither does a c_1 small relative to c_2. Eliminating the next powers one after the other gives c_0 (Romberg), and
+# applied to e(h)/h^q the coefficient of h^q if all lower ones vanish. The residual may instead belong to half powers:
+# these are tried as well, and discard a coefficient that is unclear or that they contradict.
 
 
-# A coefficient differs from 0 if it is larger than this many times the bound of its error.
+# A coefficient is clearly nonzero if it exceeds this multiple of its error bound.
 CLEAR = 10.0
 FEWEST = 4
 
 
 class Coefficient(NamedTuple):
-    """The coefficient of the lowest power that does not vanish, or may not.
+    """Coefficient of the lowest power that does not, or may not, vanish.
 
     Attributes
     ----------
     power : float
-        q of c h^q, a whole number.
+        Exponent q of c h^q.
     value, known : float
-        c, and how far it can be off.
+        Coefficient c, and the bound of its error.
     """
 
     power: float
@@ -54,19 +55,19 @@ class Coefficient(NamedTuple):
 
     @property
     def clear(self) -> bool:
-        """Whether c is told from 0."""
+        """Whether c differs clearly from 0."""
         return abs(self.value) > CLEAR * self.known
 
 
 def lowest_power(h: Array, errors: Array, floors: Array, below: float) -> Coefficient | None:
-    """Return the lowest power below a bound whose coefficient is not explained by what is known of it, or None.
+    """Return the lowest power below a bound with a coefficient larger than its uncertainty, or None.
 
     Parameters
     ----------
     h : ndarray, shape (H,)
-        Step sizes, each half of the one before.
+        Step sizes, each half of the previous one.
     errors, floors : ndarray, shape (H,)
-        Errors with their signs, and how far they can be off.
+        Signed errors, and bounds of their uncertainty.
     below : float
 
     Returns
@@ -91,12 +92,12 @@ def _coefficient(values: Array, floors: Array, power: float) -> Coefficient | No
 
 
 def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:
-    """Return the values extrapolated to h = 0, and how far that can be off.
+    """Return the values extrapolated to h = 0, and a bound of the error of the extrapolation.
 
-    It is known to how far it changes without the finest step size, the coarsest or the two coarsest: the first
-    predicts what the finest adds.
+    The bound is the largest change if the finest step size, the coarsest or the two coarsest are left out: the first
+    estimates the effect of a further, finer one.
     """
-    # Of a dozen numbers: lists take a third of the time of arrays.
+    # With about a dozen numbers, lists take a third of the time of arrays.
     tables, blur = [values.tolist()], floors.tolist()
     for column in range(1, len(values)):
         ratio = 2.0 ** (step * column)
@@ -106,18 +107,65 @@ def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:
     return limit, max(abs(each - limit) for each in before) + blur[0]
 
 
-# An error is used where it is known to one digit, and held against a scheme where it is known to two: a local order
-# is then off by less than 0.03.
+# An error is used if it is known to one digit, and can refute a scheme if it is known to two: a local order then has
+# an error below 0.03.
 ABOVE_FLOOR, FAR_ABOVE = 10.0, 100.0
-# An error is taken for none where so much of the observable's size would have been seen at the finest step sizes.
+# Rounding hides the last digits of e(h)/h^p on fine steps, a remainder those on coarse ones: the steps count on which
+# errors are so many times larger than what is known of them.
+LEAST_SIGNALS = (10.0, 1e3, 1e5)
+
+
+def leading_error(h: Array, errors: Array, floors: Array, order: float) -> Coefficient | None:
+    """Return the leading term C h^p of an error, or None where C is not known to a tenth.
+
+    With p the multiple of 1/2 next to the order, e(h)/h^p is extrapolated to h = 0, in powers of h and in powers of
+    sqrt(h), which the errors of some schemes have. The better known limit counts, as well as both agree.
+
+    Parameters
+    ----------
+    h : ndarray, shape (H,)
+        Step sizes, each half of the one before.
+    errors, floors : ndarray, shape (H,)
+        Errors with their signs, and how far they can be off.
+    order : float
+        Of the error as h tends to 0; not finite where there is none.
+
+    Returns
+    -------
+    Coefficient or None
+    """
+    power = 0.5 * round(2.0 * order) if np.isfinite(order) else 0.0
+    if not power > 0.0:
+        return None
+    scaled, blur = errors / h**power, floors / h**power
+    rows = (_last_row(np.abs(errors) > least * floors) for least in LEAST_SIGNALS)
+    found = [_agreed(*(_limit(scaled[row], blur[row], step) for step in (1.0, 0.5))) for row in rows if row]
+    best = Coefficient(power, *min(found, key=lambda each: each[1], default=(0.0, 0.0)))
+    return best if best.clear else None
+
+
+def _agreed(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    """Return the better known of two limits, known no better than the other one agrees."""
+    (value, known), (again, _) = sorted((one, other), key=lambda each: each[1])
+    return value, max(known, abs(again - value))
+
+
+def _last_row(known: Array) -> slice | None:
+    """Return the finest step sizes in a row of which something is known, or None where they are too few."""
+    ends = np.concatenate([[-1], np.flatnonzero(~known), [len(known)]])
+    rows = [slice(first + 1, last) for first, last in pairwise(ends.tolist()) if last - first > FEWEST]
+    return rows[-1] if rows else None
+
+
+# Errors count as zero if this part of the observable's size would have been detected at the finest step sizes.
 EXACT = 1e-6
-# Local orders that differ by more are still on their way.
+# Local orders that differ by more have not settled.
 SETTLED = 0.3
 NEEDED = 3
-# Where a scheme finds the mean times exp(-K h^p), its local orders are p (1 - K h^p/2 + ...): right to a tenth where
-# its error is less than a tenth of the mean. Longer steps, which find nothing of the mean, show the order 0.
+# If a scheme gives the mean times exp(-K h^p), its local orders are p (1 - K h^p/2 + ...), which is right to a tenth
+# if its error is below a tenth of the mean. Longer steps, for which the scheme's mean is nearly 0, show the order 0.
 NEAR = 0.1
-# Coefficients are asked for of powers that are lower than the order by more.
+# Lower powers are tested if they are below the order by more than this.
 BETWEEN = 0.25
 WRONG = "wrong limit"
 # Rounding of one application of the operator, in units of EPS and of the size of the observable.
@@ -126,14 +174,14 @@ ROUNDING = 64.0
 
 
 class Fall(NamedTuple):
-    """The mean order of an error between two step sizes.
+    """Mean order of an error between two step sizes.
 
     Attributes
     ----------
     most : float
-        Upper bound of the order, the errors being known to their floors; infinite if there is none.
+        Upper bound of the order, given the uncertainty of the errors; infinite if there is none.
     coarse, fine : float
-        The step sizes.
+        The two step sizes.
     """
 
     most: float = inf
@@ -142,28 +190,29 @@ class Fall(NamedTuple):
 
 
 class FunctionalOrder(NamedTuple):
-    """What an observable says about the order.
+    """Order of the error of an observable's mean.
 
     Attributes
     ----------
     order : float
-        Local order at the finest usable step sizes, extrapolated to h = 0 where it has settled; infinite where no
-        error is seen, NaN where none can be told.
+        Local order at the finest usable step sizes, extrapolated to h = 0 if it has settled. Infinite if no error
+        is detected, NaN if no order can be estimated.
     low, high : float
-        What the order can be, the errors being known to `error_floors`; infinite where they are not known at all.
+        Interval of the order, given the uncertainty `error_floors`; infinite ends if errors are unknown.
     informative : bool
-        Whether a verdict may rest on it.
+        Whether a verdict may be based on it.
     resolved : bool
-        False where it is not informative for want of accuracy: it could be the one that misses its order.
+        False if it is not informative because of insufficient accuracy, so that this observable may have a lower
+        order.
     fixed : bool
-        True where it is not informative because a symmetry fixes the mean, or a step does not move.
+        True if it is not informative because a symmetry fixes the mean, or because a step does not change the state.
     coefficient : float
         c of e(h) = c h^order at the finest usable step size.
     h : float
-        The finest usable step size.
+        Finest usable step size.
     note : str
     fall : Fall
-        The slowest fall between two step sizes that the errors allow, also where too few are known for an order.
+        Slowest decrease between two step sizes, also if too few errors are known for an order.
     """
 
     order: float
@@ -179,7 +228,7 @@ class FunctionalOrder(NamedTuple):
 
 
 def why_not_evidence(record: TransitionErrors) -> str:
-    """Return that a scheme leaves the chart, so that the record is no evidence on it, or an empty string."""
+    """Return that a scheme leaves the chart, which makes the record invalid, or an empty string."""
     worst = int(np.argmax(record.departure))
     if record.departure[worst] > ON_CHART:
         return f"the scheme leaves the chart, by {record.departure[worst]:.1g} at h = {record.h[worst]:.3g}"
@@ -187,12 +236,12 @@ def why_not_evidence(record: TransitionErrors) -> str:
 
 
 def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
-    """Return what each observable says about the order.
+    """Return the order of each observable.
 
     Parameters
     ----------
     record : TransitionErrors
-        With step sizes from coarse to fine.
+        Step sizes are ordered from coarse to fine.
 
     Returns
     -------
@@ -211,14 +260,14 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
 def least_order(orders: Sequence[FunctionalOrder]) -> tuple[float, float]:
     """Return the interval of the least order of all observables whose leading coefficient does not vanish.
 
-    One that is not resolved leaves it open downwards; if there are none at all, nothing is known.
+    An unresolved observable removes the lower bound; without any observables the interval is unbounded.
     """
     counted = [found for found in orders if found.informative or not found.resolved]
     return min((found.low for found in counted), default=-inf), min((found.high for found in counted), default=inf)
 
 
 def widen(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalOrder, ...]:
-    """Return the orders without an upper bound where no step size that shows an error resolves the problem."""
+    """Return the orders, without upper bound if no step size with a detected error resolves the problem."""
     coarse = [why_not_resolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
     return tuple(
         found._replace(high=inf, note=_join_notes(found.note, why)) if why else found
@@ -227,11 +276,11 @@ def widen(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalO
 
 
 def error_floors(record: TransitionErrors) -> Array:
-    """Return how far the errors can be off, shape (H, O).
+    """Return bounds of the uncertainty of the errors, shape (H, O).
 
-    It is the difference of the two bases and what failed and truncated steps can change, their number times the size
-    of the observable; the most of it at this and the next two finer step sizes: at one, bases may agree by chance.
-    Rounding of all steps comes on top.
+    They are the difference of the two bases plus the effect of failed and truncated steps, their number times the
+    size of the observable. The maximum over this and the next two finer step sizes is taken, because at one of them
+    bases may agree by chance. Rounding errors of all steps are added.
     """
     disturbed = record.steps * (record.failed + record.truncated)
     floors = record.resolution + np.outer(disturbed, mean_sizes(record))
@@ -241,25 +290,25 @@ def error_floors(record: TransitionErrors) -> Array:
 
 
 def mean_sizes(record: TransitionErrors) -> Array:
-    """Return the sizes of the observables, shape (O,): the larger of exact mean and root mean square."""
+    """Return the sizes of the observables, shape (O,): the larger of |exact mean| and root mean square."""
     return np.asarray(np.maximum(record.spread, np.abs(record.exact)))
 
 
 def order_of(h: Array, errors: Array, floors: Array, size: float, exact: float = nan) -> FunctionalOrder:
-    """Return what the errors of one mean say about its order.
+    """Return the order of the errors of one mean.
 
-    An order without upper bound is returned where the mean of the scheme has not come near a limit.
+    It has no upper bound if the mean of the scheme is still far from its limit.
 
     Parameters
     ----------
     h : ndarray, shape (H,)
         Step sizes from coarse to fine.
     errors, floors : ndarray, shape (H,)
-        Errors with their signs, and how far they can be off.
+        Signed errors, and bounds of their uncertainty.
     size : float
-        Of what the mean is taken of.
+        Size of the observable.
     exact : float
-        The mean of the solution; NaN where the order counts however far the scheme's mean is from its limit.
+        Mean of the solution; NaN to skip the check that the scheme's mean is near its limit.
 
     Returns
     -------
@@ -274,16 +323,16 @@ def order_of(h: Array, errors: Array, floors: Array, size: float, exact: float =
 
 
 def slowest_fall(h: Array, errors: Array, floors: Array) -> Fall:
-    """Return the fall between two step sizes whose order has the least upper bound.
+    """Return the decrease between two step sizes whose order has the smallest upper bound.
 
-    Between h_i > h_j an error is at most of the order log((|e_i| + f_i)/(|e_j| - f_j)) / log(h_i/h_j). Pairs across a
-    change of sign are left out, and pairs between which the local order rises: steps as coarse as h_i show too low an
-    order then.
+    Between h_i > h_j an error has at most the order log((|e_i| + f_i)/(|e_j| - f_j)) / log(h_i/h_j). Pairs with a
+    change of sign between them are excluded, and pairs between which the local order increases: it is too low for
+    steps as coarse as h_i then.
 
     Parameters
     ----------
     h, errors, floors : ndarray, shape (H,)
-        Step sizes from coarse to fine, errors with their signs, and how far these can be off.
+        Step sizes from coarse to fine, signed errors, and bounds of their uncertainty.
     """
     sizes = np.abs(errors)
     known = sizes > floors
@@ -305,7 +354,7 @@ def slowest_fall(h: Array, errors: Array, floors: Array) -> Fall:
 
 
 def _is_far(exact: float, errors: Array, floors: Array, size: float) -> bool:
-    """Tell whether a mean of the scheme is off by much, and comes nearer by much of itself at the last step size."""
+    """Return whether a scheme's mean has a large error that still decreases much at the last step size."""
     if len(errors) < NEEDED or not abs(errors[-1]) > NEAR * size:
         return False
     nearer = abs(errors[-2]) - abs(errors[-1]) + floors[-2:].sum()
@@ -363,7 +412,8 @@ def _fit_order(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
         return FunctionalOrder(nan, -inf, inf, informative=False, h=float(h[-1]), note=note)
     order = float(local[-1] if moving else limit)
     low = min(order, float(limit))
-    # What falls after a change of sign rises again: no order that still moves is too low, nor are those before it.
+    # Local orders that decrease after a change of sign increase again: an order that has not settled is no upper
+    # bound, and neither are the previous ones.
     high = inf if moving or local[-1] > local[-2] + RISING else float(max(limit, *local[-2:]))
     spread = float(off[-1] + (off[-1] + off[-2]) / np.expm1(ratios[-1]))
     note = f"the order still changes, {local[-2]:.2f} to {local[-1]:.2f}" if moving else ""

@@ -1,12 +1,12 @@
-"""The exact law of a scheme whose increments take few values: its points, with their probabilities.
+"""Exact law of a scheme with discrete increments: its points and their probabilities.
 
-From points x_i of probability p_i a step leads, with atoms xi_k of weight w_k, to Phi_h(x_i; xi_k) of probability
-p_i w_k. Points that coincide are one. Where steps can be taken in any order, as with constant or linear coefficients,
-N steps of three atoms lead to (N + 1)(N + 2)/2 points in place of 3^N, and every expectation is a sum over them: that
-of a jump as well, about which neither smooth test functions nor a few thousand paths say anything.
+With atoms xi_k of weight w_k, a step maps a point x_i of probability p_i to points Phi_h(x_i; xi_k) of probability
+p_i w_k. Coinciding points are merged. If steps commute, as with constant or linear coefficients, N steps of three
+atoms lead to (N + 1)(N + 2)/2 points instead of 3^N, and every expectation is a sum over them. This includes
+expectations of jump functions, for which smooth test functions or a few thousand paths give no information.
 
-On such a lattice errors of functions that are not smooth jump about as h tends to 0, and change their sign: by where
-between two points a jump lies. What falls is the largest of them over numbers of steps between N and 2N,
+On such a lattice the errors of nonsmooth functions are irregular in h and change sign, depending on the position of a
+jump between two points. The quantity that decreases is their maximum over numbers of steps between N and 2N,
 
     E_N = max_{N <= n < 2N} |E q(X_n) - E q(x(T))| = O(N^-p).
 """
@@ -21,31 +21,31 @@ from ...contracts.scheme import Scheme, State, flatten
 from ...forms import Delayed, Problem
 from ..step.nodes import step_nodes
 
-# Points of a step at most; how often N is doubled, and how many numbers of steps there are from N to 2N.
+# Most points of a step; number of doublings of N, and of numbers of steps from N to 2N.
 # Size: points, and numbers of steps.
 MOST, DOUBLED, NUMBERS = 2**16, 4, 7
-# Points are one where they differ by less than rounding of many steps, in parts of their own size and, where they are
-# near 0, of a small part of the mean size. No atom is so small.
+# Points are merged if they differ by less than rounding errors of many steps, relative to their size or, near 0, to a
+# small part of the mean size. Distances between distinct atoms are larger.
 SAME, NEAR = 1e-9, 1e-3
-# Points of a smaller probability are left out: all together they are less than rounding.
+# Points of smaller probability are dropped: altogether their probability is below rounding.
 # Rounding: 2^16 of them are less than EPS.
 UNLIKELY = 1e-22
-# How many E_N an order needs.
+# Number of E_N that an order needs.
 FEWEST = 3
 
 
 class PointLaw(NamedTuple):
     """Expectations of O observables at the end, for numbers of steps from N to 2N, for H values of N.
 
-    NaN stands for those whose components are not known.
+    They are NaN for observables with unknown components.
 
     Attributes
     ----------
     h : ndarray, shape (H,)
-        Step sizes T/N, coarse to fine, as many as have few enough points.
+        Step sizes T/N, coarse to fine, as far as the number of points is small enough.
     means : ndarray, shape (H, 7, O)
     blur : ndarray, shape (H, 7, O)
-        By how much means change where all points are moved by as little as points that are one can differ.
+        Change of the means if all points are moved by the tolerance of merging.
     """
 
     h: Array
@@ -54,7 +54,7 @@ class PointLaw(NamedTuple):
 
 
 def why_not_point_law(scheme: Scheme, view: Problem) -> str:
-    """Return why a pair has no law on few points, or an empty string."""
+    """Return why a scheme has no law on few points, or an empty string."""
     if not scheme.law.bounded:
         return f"{scheme.law.name} increments take more than a few values"
     if view.capability(Delayed) is not None or view.records or not scheme.noise <= {"dW", "H"}:
@@ -68,9 +68,9 @@ def point_law(scheme: Scheme, view: Problem, coarsest: int) -> PointLaw:
     Parameters
     ----------
     scheme : Scheme
-        Of bounded increments, see `why_not_point_law`.
+        Scheme with discrete increments, see `why_not_point_law`.
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     coarsest : int
         Number of steps on the coarsest level.
     """
@@ -87,18 +87,18 @@ def point_law(scheme: Scheme, view: Problem, coarsest: int) -> PointLaw:
 
 
 def largest_errors_order(record: PointLaw, place: int, exact: float = nan) -> float:
-    """Return the order of the largest errors of an observable, or NaN where there are too few step sizes.
+    """Return the order of the largest errors of an observable, or NaN if there are too few step sizes.
 
-    Of the orders on all step sizes and without the coarsest the larger one counts, and what is not known of errors
-    makes it larger.
+    The larger of the orders on all step sizes and without the coarsest is returned, and the uncertainty of the errors
+    increases it.
 
     Parameters
     ----------
     record : PointLaw
     place : int
-        Of the observable.
+        Index of the observable.
     exact : float
-        Its expectation under the equation; where it is not known, the mean of the finest ones takes its place.
+        Its expectation for the equation; if NaN, the mean over the finest step sizes is used instead.
     """
     means, blur = record.means[..., place], record.blur[..., place]
     if len(means) < FEWEST or not np.isfinite(means).all():
@@ -112,9 +112,9 @@ def largest_errors_order(record: PointLaw, place: int, exact: float = nan) -> fl
 
 
 def _expectations(scheme: Scheme, view: Problem, steps: int) -> Array | None:
-    """Return the means of the observables and their blur, shape (2, O); None where there are too many points.
+    """Return the means of the observables and their blur, shape (2, O); None if there are too many points.
 
-    The blur is how much means change where all points are moved a little.
+    The blur is the change of the means if all points are moved by the tolerance of merging.
     """
     if (reached := _law_after(scheme, view, steps)) is None:
         return None
@@ -124,7 +124,7 @@ def _expectations(scheme: Scheme, view: Problem, steps: int) -> Array | None:
 
 
 def _law_after(scheme: Scheme, view: Problem, steps: int) -> tuple[State, Array] | None:
-    """Return the points after so many steps, and their probabilities; None where there are too many."""
+    """Return the points after some steps, and their probabilities; None if they are too many or a step fails."""
     nodes = step_nodes(view.noise_dim, 1, areas="H" in scheme.noise, law=scheme.law)
     h, atoms = view.horizon / steps, len(nodes.weights) if nodes.exact else MOST
     make = scheme.prepare(view, h)
@@ -142,7 +142,7 @@ def _law_after(scheme: Scheme, view: Problem, steps: int) -> tuple[State, Array]
 
 
 def _merge(state: State, probability: Array) -> tuple[State, Array]:
-    """Return the points that differ, each with the probability of all that coincide with it."""
+    """Return the distinct points, with the sums of the probabilities of coinciding points."""
     x = flatten(state)
     near = SAME * NEAR * (np.abs(x) @ probability)
     values = np.stack([_number_values(row, SAME * np.abs(row) + least) for row, least in zip(x, near, strict=True)])
@@ -155,7 +155,7 @@ def _merge(state: State, probability: Array) -> tuple[State, Array]:
 
 
 def _number_values(x: Array, same: Array) -> Array:
-    """Return the place of each value among those that differ by more than is the same."""
+    """Return for each value the index of its cluster; neighbours in a cluster differ by at most `same`."""
     order = np.argsort(x)
     places = np.empty(len(x), dtype=int)
     places[order] = np.concatenate([[0], np.cumsum(np.diff(x[order]) > same[order[1:]])])

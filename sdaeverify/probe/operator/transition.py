@@ -1,16 +1,17 @@
-"""The transition operator u -> E u(Phi(., xi)) of a scheme seen through a chart, as a matrix.
+"""Transition operator u -> E u(Phi(., xi)) of a scheme in the coordinates of a chart, as a matrix.
 
 In orthonormal functions phi_i of the coordinates z,
 
     T_ij = < phi_i, E phi_j(read(Phi(embed(.), h, xi))) >,
 
-with a quadrature over z and cubature nodes for the noise: one batched step for each step size. Powers of T give
-expectations at the final time, its left eigenvector of eigenvalue 1 gives the stationary law, both without sampling.
+with quadrature over z and cubature nodes for the noise: one batched step for each step size. Powers of T give
+expectations at the final time, its left eigenvector of eigenvalue 1 the stationary law, both without sampling.
 
-A step that is affine in several normals leads from each z to a normal law, whose mean and covariance are known from
-a few of their values, and whose nodes are those of as many normals as there are coordinates.
+A step that is affine in several normals maps each z to a normal law. Its mean and covariance follow from a few
+values, and it needs nodes for only as many normals as there are coordinates.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,42 +21,47 @@ from ...contracts.scheme import Scheme, Step, flatten
 from ...forms import Problem
 from ...forms.chart import Angle, Chart
 from ...numerics.statistics import EPS
-from ..step.nodes import Nodes, gauss_hermite, step_nodes, tensor_rule
+from ..local.smoothness import follow
+from ..step.nodes import SEED, Nodes, gauss_hermite, step_nodes, tensor_rule
 from ..step.one_step import OneStep
+from ..step.states import reached_states
 from ..step.step_noise import StepNoise
 from ..step.times import changing
 from .basis import Basis, chart_basis
 from .chart_equation import output_rows, require_chart
 
-# Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
+# Gauss-Hermite nodes per normal, by the number of normals of a step; for more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
-# Paths on which steps are made, and functions evaluated, at once: more do not stay near the processor.
+# Paths for which steps are made, and functions evaluated, in one call: more do not fit the processor's caches.
 # Size: paths of a call.
 AT_ONCE = 8_000
-# A coordinate that leaps further than so many scales has blown up.
+# A coordinate counts as blown up beyond this number of scales.
 BLOWN_UP = 1e6
-# Rounding of an entry of the matrix, in units of EPS and of the size of its function.
+# Rounding error of a matrix entry, in units of EPS and of the size of its function.
 # Rounding: EPS for each operation.
 ROUNDING = 64.0
-# A step is affine in its noise if it is so to rounding, relative to the largest coordinate: errors add up over a run.
+# Tolerance for a step affine in its noise, relative to the largest coordinate: errors add up over a run.
 AFFINE = 1e-13
-# Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
+# Rounding of embed and read plus a solver's tolerance, relative to the state.
 ON_CHART = 1e-9
+KINKS = "a step has a kink or a jump between states that runs reach, and the operator is blind between its nodes"
+# Lines between reached states on which a step is evaluated, intervals of each, and the step size in units of time.
+# Size: lines, intervals and a step.
+LINES, CUTS, SHORT = 16, 32, 2.0**-4
 
 
 class Transition(NamedTuple):
-    """The matrix of a step and what was noticed of the step.
+    """Matrix of a step, with diagnostics of the step.
 
     Attributes
     ----------
     matrix : ndarray, shape (n, n)
-        Takes the coefficients of u to those of E u(Phi(., xi)).
+        Maps the coefficients of u to those of E u(Phi(., xi)).
     departure : float
-        Largest |embed(read(x)) - x| of the states x reached, pure outputs left out, relative to |x| and its median.
+        Largest |embed(read(x)) - x| over the states x reached, without pure outputs, relative to |x| plus its median.
     failed, truncated : float
-        Probability of a step that found no root or blew up, and of one that was changed for stability, from a point
-        drawn from the law for which the basis is orthonormal. A state that is not finite is put back where the
-        step began.
+        Probability that a step finds no root or blows up, and that it is truncated, from a point drawn from the law
+        for which the basis is orthonormal. A state that is not finite is replaced by the state before the step.
     """
 
     matrix: Array
@@ -65,11 +71,11 @@ class Transition(NamedTuple):
 
     @property
     def noticed(self) -> tuple[float, float, float]:
-        """What is not the matrix."""
+        """Diagnostics: departure, failed and truncated."""
         return self.departure, self.failed, self.truncated
 
 
-# What a scheme is given in place of a step size h and of increments of variance h, in multiples of h.
+# Step size and variance of increments that a scheme receives, in multiples of h.
 Given = tuple[float, float]
 ASKED: Given = (1.0, 1.0)
 
@@ -85,7 +91,7 @@ def why_not_operator(scheme: Scheme, view: Problem) -> str:
         return "the scheme has memory beyond the problem's components"
     if not scheme.law.bounded and (normals := StepNoise.of(one_step).normals) not in NODES:
         return f"{normals} normals a step are too many for a tensor rule"
-    return _dependence(one_step) or changing(one_step)
+    return _dependence(one_step) or changing(one_step) or _kinks(one_step)
 
 
 def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given: Given = ASKED) -> Transition:
@@ -94,12 +100,13 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     Parameters
     ----------
     one_step : OneStep
-        Of a pair that `why_not_operator` has nothing against.
+        Scheme and problem for which `why_not_operator` is empty.
     basis : Basis
     h : float
     fewer : int
-        By how many the Gauss-Hermite nodes are fewer than usual.
+        Number of Gauss-Hermite nodes per normal to leave out.
     given : Given
+        Step size and variance of the increments that the scheme receives, in multiples of h.
 
     Returns
     -------
@@ -112,8 +119,8 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     return Transition(basis.project(_means(basis, weights, z)), *noticed)
 
 
-# Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, shape (k, Q, K), the weights of these,
-# and what was noticed in the order of `Transition`.
+# Coordinates z reached from Q quadrature nodes at K noise nodes, shape (k, Q, K), the weights of the latter, and the
+# diagnostics of `Transition`.
 _Reached = tuple[Array, Array, tuple[float, float, float]]
 
 
@@ -133,7 +140,7 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
 
 
 def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Reached | None:
-    """Return nodes of the normal laws that steps lead to, or None if they are not affine in several normals."""
+    """Return nodes of the normal laws after steps, or None if the steps are not affine in several normals."""
     noise = StepNoise.of(one_step)
     if noise.law.bounded or noise.normals == 1:
         return None
@@ -146,7 +153,8 @@ def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: 
     mean, slopes = at_vertices.mean(axis=2, keepdims=True), at_vertices @ vertices.T / vertices.shape[1]
     if any(noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(z).max():
         return None
-    # The transposed of the triangular factor has the covariance, and the first coordinate the first normal alone.
+    # The transposed triangular factor has the same covariance, and its first coordinate depends on the first normal
+    # only.
     factors = np.asarray(np.linalg.qr(slopes.transpose(1, 2, 0), mode="r")).transpose(2, 0, 1)
     factors[np.abs(factors) <= AFFINE * np.abs(factors).max()] = 0.0
     rule = tensor_rule([gauss_hermite(count)] * len(factors))
@@ -154,11 +162,11 @@ def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: 
 
 
 def stationary(matrix: Array) -> Array:
-    """Return pi with pi T = pi and pi(1) = 1, the means of all functions, shape (n,); NaN if there are several."""
+    """Return pi with pi T = pi and pi(1) = 1, the means of all functions, shape (n,); NaN if pi is not unique."""
     T, seen = matrix[1:, 1:], _find_seen(matrix)
     inner, right = np.empty(len(T)), np.where(seen, matrix[0, 1:], 0.0)
     try:
-        # The second part has means 0, or several laws.
+        # On the second part the means are 0, or there are several laws.
         for part in (seen, ~seen):
             block = T[np.ix_(part, part)]
             inner[part] = np.linalg.solve((np.eye(len(block)) - block).T, right[part])
@@ -168,11 +176,11 @@ def stationary(matrix: Array) -> Array:
 
 
 def _find_seen(matrix: Array) -> Mask:
-    """Return which functions beside 1 have means, however many steps are made from the law of the basis.
+    """Return which functions other than 1 have nonzero means after some number of steps from the law of the basis.
 
-    Where a reflection takes steps to steps, those that change their sign under it have none.
+    If the steps are symmetric under a reflection, functions that change sign under it have mean 0.
     """
-    # Functions are of size 1, what a step makes of them of the size of their columns.
+    # Functions have size 1, and their images the size of their columns.
     rounding = ROUNDING * EPS * np.maximum(1.0, np.linalg.norm(matrix, axis=0))
     mixed = ~(np.abs(matrix) <= rounding)
     seen = before = mixed[0]
@@ -183,7 +191,7 @@ def _find_seen(matrix: Array) -> Mask:
 
 
 def _means(basis: Basis, weights: Array, z: Array) -> Array:
-    """Return E phi_j over the noise from each node of the quadrature, shape (Q, n), z having shape (k, Q, K)."""
+    """Return E phi_j over the noise from each quadrature node, shape (Q, n), for z of shape (k, Q, K)."""
     firsts, places = zip(*map(_find_distinct, (z[0], z[-1])), strict=True)
     joint = np.zeros([len(first) for first in firsts])
     np.add.at(joint, places, weights)
@@ -198,9 +206,9 @@ def _means(basis: Basis, weights: Array, z: Array) -> Array:
 
 
 def _find_distinct(z: Array) -> tuple[Array, Array]:
-    """Return the nodes of the noise that lead to values of their own, shape (Q, K), and the place of each among them.
+    """Return the values at distinct noise nodes, shape (Q, K), and for each node its index among them.
 
-    Part of the noise may not move a coordinate, or none of it.
+    Part of the noise, or all of it, may not affect a coordinate.
     """
     _, first, place = np.unique(z[len(z) // 2], return_index=True, return_inverse=True)
     if len(first) < len(place) and np.array_equal(z[:, first[place]], z):
@@ -209,7 +217,7 @@ def _find_distinct(z: Array) -> tuple[Array, Array]:
 
 
 def _weigh(joint: Array, values: Array) -> Array:
-    """Return the weights of pairs of nodes, shape (I, J), times values of shape (..., J, n)."""
+    """Return weights of pairs of nodes, shape (I, J), times values of shape (..., J, n)."""
     weights = np.diagonal(joint)
     return values * weights[:, None] if np.array_equal(np.diag(weights), joint) else joint @ values
 
@@ -228,7 +236,7 @@ def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = AS
 
 
 def _step_in_parts(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given) -> tuple[Array, Mask, Mask]:
-    """Return where steps lead, which of them failed and which were truncated; few states at a time."""
+    """Return the states after steps, and masks of failed and truncated ones; made for a few states per call."""
     count = len(nodes.weights)
     some, found = -(-AT_ONCE // count) * count, []
     for start in range(0, x.shape[1], some):
@@ -248,12 +256,13 @@ def _is_bounded(chart: Chart, z: Array) -> Mask:
 def _departure(chart: Chart, x: Array, z: Array, core: Mask) -> Array:
     gap = np.linalg.norm((chart.embed(z) - x)[core], axis=0)
     size = np.linalg.norm(x[core], axis=0)
-    # States near 0 have no size of their own.
+    # The median of the sizes is added, since a state near 0 gives no scale.
     return np.asarray(gap / (size + np.nanmedian(size)))
 
 
 def _dependence(one_step: OneStep) -> str:
-    # What the coefficients and the steps must not depend on, tried at a few states.
+    # Return a dependence on time or pure outputs that excludes an operator, tested at a few states, or an empty
+    # string.
     (ito, chart), T = require_chart(one_step.view), one_step.view.horizon
     z = chart_basis(chart, 3, 3).nodes
     x = chart.embed(z)
@@ -268,3 +277,28 @@ def _dependence(one_step: OneStep) -> str:
         steps = [_step(one_step, x + shift * outputs[:, None], T / 64.0, nodes) for shift in (0.0, 1.0)]
         here, there = (chart.read(one_step.read(step.state)) for step in steps)
     return "" if np.array_equal(here, there, equal_nan=True) else "a step depends on the pure outputs"
+
+
+@lru_cache(maxsize=64)
+def _kinks(one_step: OneStep) -> str:
+    """Return that a step has a kink or a jump as a function of its state, or an empty string.
+
+    Quadrature over the chart misses a different step in a region of states between its nodes. So the step is
+    evaluated with fixed noise along lines between states that solutions reach.
+    """
+    _, chart = require_chart(one_step.view)
+    rng, h = np.random.Generator(np.random.Philox(key=SEED + 19)), SHORT * one_step.time_unit
+    states = chart.read(reached_states(one_step.view, one_step.equation).points)
+    ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
+    noise = one_step.scheme.law.increment(one_step.view.drawn(rng, h, LINES), h)
+    # Random weights, so that the kink of one component does not cancel that of another.
+    weights = rng.standard_normal((one_step.equation.dimension, 1))
+
+    def image(z: Array) -> Array:
+        points = z.shape[1] // LINES
+        H = None if noise.H is None else np.tile(noise.H, points)
+        step = one_step.make(chart.embed(z), 0.0, h, noise._replace(dW=np.tile(noise.dW, points), H=H))
+        return np.asarray((weights * one_step.read(step.state)).sum(axis=0))
+
+    with np.errstate(all="ignore"):
+        return KINKS if follow(ends, CUTS, image, 2)[0] else ""

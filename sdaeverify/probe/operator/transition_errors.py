@@ -1,12 +1,12 @@
-"""Errors of means without sampling: at the final time, and under the stationary law, from powers of the operator.
+"""Errors of means at the final time and under the stationary law, from powers of the transition operator.
 
-Every law is represented by the means of the functions of a basis under it: phi(z_0) T^N after N steps, pi with
-pi T = pi in the long run. The exact means are the problem's truths, or else those of phi(z_0) exp(t G) with the
-generator G in the same basis. All is done in two bases; their difference is the error bound.
+Every law is represented by the means of basis functions: phi(z_0) T^N after N steps, and pi with
+pi T = pi in the limit. Exact means are those declared by the problem, or else phi(z_0) exp(t G) with the
+generator G in the same basis. All means are computed in two bases, whose difference is the error bound.
 
-A basis of polynomials reaches some ten scales far. A step that is wild out there (blown up, without root, truncated,
-heating) or not smooth makes the two bases differ, at least at large step sizes, and such errors are not used. Where
-truncation weakens friction but not noise, the stationary law has tails |v|^-q with q ~ 1/h, and few moments.
+A polynomial basis reaches about ten scales far. If a step is irregular there (blown up, without root, truncated,
+heating) or not smooth, the two bases differ, at least at large step sizes, and such errors are not used. If
+truncation reduces friction but not noise, the stationary law has tails |v|^-q with q ~ 1/h, and few moments.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,15 +26,16 @@ from .basis import Basis, chart_basis
 from .chart_equation import generator, output_rows, require_chart
 from .transition import ASKED, Given, stationary, transition
 
-# Functions of an angle and of a coordinate on the line, by the number of coordinates: a single angle can have more.
+# Numbers of functions of an angle and of a coordinate on the line, by the number of coordinates: more for a single
+# angle.
 FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
 Sizes = Mapping[int, tuple[int, int]]
-# Noise nodes that are left out in the coarse basis.
+# Noise nodes per normal left out in the coarse basis.
 # Size: nodes of the coarse basis.
 FEWER = 2
-# An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
+# An observable that changes by more, for a full turn of an angle or another pure output, is no function of the chart.
 FUNCTION = 1e-9
-# What a scheme is given so that all means change but those that a symmetry fixes.
+# Step size and variance with which all means change, except those fixed by a symmetry.
 WRONG: Given = (1.1, 1.3)
 
 
@@ -47,22 +48,22 @@ class TransitionErrors(NamedTuple):
     Attributes
     ----------
     h, steps : ndarray, shape (H,)
-        Step sizes, and the number of steps over which an error can build up: to the final time, or in a relaxation
-        time (to the horizon, where that is not known).
+        Step sizes, and numbers of steps over which an error accumulates: to the final time, or in a relaxation
+        time (to the horizon if that is unknown).
     errors : ndarray, shape (H, O)
-        Of the scheme's mean, with its sign.
+        Signed errors of the scheme's means.
     exact : ndarray, shape (O,)
     spread : ndarray, shape (O,)
-        Root mean square of each observable under the law of the basis: the size of what is projected.
+        Root mean square of each observable under the law of the basis, the size of the projected function.
     resolution : ndarray, shape (H, O)
-        By how much the errors differ between the two bases.
+        Differences of the errors between the two bases.
     response : ndarray, shape (O,)
-        By how much the scheme's means change at the finest step size if it is given too much noise and too long
-        steps: a mean that does not change is fixed by a symmetry.
+        Changes of the scheme's means at the finest step size if it receives too much noise and too long steps: a mean
+        that does not change is fixed by a symmetry.
     departure, failed, truncated : ndarray, shape (H,)
         As in `Transition`.
     still : ndarray, shape ()
-        1 where a step of the finest size returns its state unchanged, else 0.
+        1 if a step of the finest size returns its state unchanged, else 0.
     """
 
     h: Array
@@ -78,18 +79,18 @@ class TransitionErrors(NamedTuple):
     still: Array = np.zeros(())
 
     def extend(self, finer: "TransitionErrors") -> "TransitionErrors":
-        """Return the same with step sizes that are all finer."""
+        """Return the record extended by a record of finer step sizes."""
         both = {name: np.concatenate([getattr(self, name), getattr(finer, name)]) for name in BY_STEP_SIZE}
         return self._replace(**both, response=finer.response)
 
 
-# Means of all functions under a law, and what was noticed of the steps that lead to it.
+# Means of all functions under a law, and the diagnostics of its steps.
 _Law = tuple[Array, tuple[float, float, float]]
 
 
 class _Question(NamedTuple):
-    # Whose means are asked for (O observables) and at which step sizes (H); the scheme's law and what was noticed of
-    # its steps as a function of (number of steps, arguments of `transition`), and the exact means as one of (basis,
+    # Means to compute, of O observables at H step sizes: the scheme's law and the diagnostics of its steps as a
+    # function of (number of steps, arguments of `transition`), and the exact means as a function of (basis,
     # coefficients of the observables).
     one_step: OneStep
     names: tuple[str, ...]
@@ -105,7 +106,7 @@ def chart_observables(view: Problem) -> tuple[str, ...]:
 
 
 def invariant_observables(view: Problem) -> tuple[str, ...]:
-    """Return the names of those whose invariant mean is known."""
+    """Return the names of the chart observables with a known invariant mean."""
     known = {truth.observable for truth in view.truths if isinstance(truth, InvariantMean)}
     return tuple(name for name in chart_observables(view) if name in known)
 
@@ -117,7 +118,7 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_operator` has nothing against.
+        Problem in the scheme's form; `why_not_operator` is empty for the pair.
     steps : sequence of int
         Numbers of steps to the final time.
 
@@ -155,7 +156,7 @@ def invariant_errors(
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_operator` has nothing against.
+        Problem in the scheme's form; `why_not_operator` is empty for the pair.
     step_sizes : sequence of float
     bases : tuple of mapping of int to tuple of int, optional
         Sizes of the fine and of the coarse basis, as in `FINE` and `COARSE`.
@@ -180,7 +181,7 @@ def invariant_errors(
 
 def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) -> TransitionErrors:
     _, chart = require_chart(question.one_step.view)
-    # What overflows is not finite in the record, where it is seen.
+    # Overflow gives non-finite values, which the record keeps.
     with np.errstate(all="ignore"):
         large, small = (chart_basis(chart, *sizes[len(chart.axes)]) for sizes in bases)
         errors, exact, spread, noticed = _means(question, large)
@@ -196,7 +197,7 @@ def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) ->
 def _means(
     question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED
 ) -> tuple[Array, Array, Array, Array]:
-    """Return errors (H, O), exact means and spreads (O,), and what was noticed of the steps (3, H), in one basis."""
+    """Return errors (H, O), exact means and spreads (O,), and the diagnostics of the steps (3, H), in one basis."""
     values = _evaluate_observables(question.one_step.view, question.names, basis.nodes)
     functions = basis.project(values.T)
     exact = question.exact(basis, functions)
@@ -209,13 +210,13 @@ def _means(
 
 @lru_cache(maxsize=32)
 def _stationary_law(one_step: OneStep, basis: Basis, h: float, fewer: int, given: Given) -> _Law:
-    # Remembered for the densities, which are those of the same steps.
+    # Cached, because densities need the same steps.
     step = transition(one_step, basis, h, fewer, given)
     return stationary(step.matrix), step.noticed
 
 
 def _evaluate_observables(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
-    # Observables at coordinates z, the rows that are pure outputs being given a value; shape (O, P).
+    # Return the observables at coordinates z, shape (O, P), with rows of pure outputs set to `outputs`.
     ito, chart = require_chart(view)
     moved = outputs * output_rows(ito, chart, z)[:, None] if outputs else 0.0
     parts = ito.parts(chart.embed(z) + moved)
@@ -233,16 +234,16 @@ def _is_function(view: Problem, name: str) -> bool:
     return bool(np.isfinite(values).all() and all(np.all(np.abs(other - values) <= bound) for other in others))
 
 
-# Densities of the stationary law, coordinate by coordinate. With the means m_j of the orthonormal functions phi_j of
-# a coordinate, w being the density for which they are orthonormal, the density is w sum_j m_j phi_j. Of two
-# coordinates, the means of the functions of one of them belong to its marginal law.
+# Densities of the stationary law for each coordinate. For means m_j of the orthonormal functions phi_j of a
+# coordinate, with w the density for which they are orthonormal, the density is w sum_j m_j phi_j. For two
+# coordinates, the means of functions of one of them give its marginal law.
 
 
 # Size: points of a line.
 POINTS = 41
-# On a line densities are told up to so many scales from the centre.
+# On a line, densities are evaluated up to this number of scales from the centre.
 REACH = 5.0
-# A density is not negative: where an expansion is by more of its largest value, it does not represent the law.
+# An expansion whose negative part exceeds this part of its maximum does not represent the density.
 NEGATIVE = 0.01
 
 
@@ -254,7 +255,7 @@ class Densities(NamedTuple):
     h : ndarray, shape ()
         Step size.
     at, scheme, exact : ndarray, shape (K, P)
-        Values of the coordinates, the densities of the scheme's stationary law and of the equation's.
+        Values of the coordinates, and the stationary densities of the scheme and of the equation.
     """
 
     h: Array
@@ -264,26 +265,26 @@ class Densities(NamedTuple):
 
     @property
     def resolved(self) -> bool:
-        """Whether the functions of the basis represent both laws."""
+        """Whether the basis represents both laws: densities are finite, and nonnegative up to `NEGATIVE`."""
         both = np.stack([self.scheme, self.exact])
         return bool(np.isfinite(both).all() and np.all(both.min(axis=-1) >= -NEGATIVE * both.max(axis=-1)))
 
 
 def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
-    """Return the densities under the stationary law of a scheme, and of the equation by its generator.
+    """Return the stationary densities of a scheme, and of the equation by its generator.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_operator` has nothing against.
+        Problem in the scheme's form; `why_not_operator` is empty for the pair.
     h : float
         Step size.
 
     Returns
     -------
     Densities
-        NaN where a law is not known.
+        NaN if a law is unknown.
     """
     _, chart = require_chart(view)
     basis = chart_basis(chart, *FINE[len(chart.axes)])
@@ -295,7 +296,7 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     return Densities(np.array(h), at, *found)
 
 
-# The same for all schemes of a form, and for all step sizes.
+# Cached, as it is the same for all schemes of a form and all step sizes.
 @lru_cache(maxsize=4)
 def _invariant(view: Problem, basis: Basis) -> Array:
     """Return pi with pi G = 0 and pi(1) = 1."""

@@ -1,1 +1,1 @@
-"""Mean-square stability: spectral radii of second-moment operators, and windows of step sizes."""
+"""Mean-square stability: spectral radii of second-moment operators, and windows of stable step sizes."""

@@ -1,7 +1,7 @@
-"""The spectral radius of a delayed step's second moments, at the cost of a sparse system of the delay's length.
+"""Spectral radius of the second moments of a delayed step, by sparse systems of the delay's length.
 
-The radius r is the least number that is above the squares of all eigenvalues without noise, counted by the argument
-principle, and at which the gain of the noise is at most 1. No matrix of the history's second moments is made.
+The radius r is the smallest number that exceeds the squared moduli of all eigenvalues without noise, counted by the
+argument principle, and at which the gain of the noise is at most 1. No matrix of all second moments is formed.
 """
 
 from collections.abc import Callable
@@ -19,12 +19,13 @@ from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from ..linear.second_moments import smat, triangle
 from .spectral import WIDTHS, SpectralRadius
 
-# How many eigenvalues of a recursion y_{n+1} = sum_i A_i y_{n-i} lie outside a circle: the argument principle.
+# Number of eigenvalues of a recursion y_{n+1} = sum_i A_i y_{n-i} outside a circle, by the argument principle.
 #
 # They are the z with det(Id - sum_i A_i z^-(i+1)) = 0, a polynomial D in 1/z with D = 1 at infinity, so their number
-# is that of the turns of D about 0 on the circle. On an arc of length a on which |D''| <= L, D is within L a^2/8 of
-# the chord between the values at its ends; if 0 is farther from the chord, D turns by the principal angle between
-# them. Arcs are halved until all are so short: the number is certain, rounding being added to the right side.
+# is the winding number of D about 0 on the circle. On an arc of length a with |D''| <= L, the distance of D from the
+# chord between its end values is at most L a^2/8. If 0 is farther from the chord, D turns by the principal angle
+# between them. Arcs are halved until this holds for all: the number is then certain, since rounding is added to the
+# bound.
 
 
 # Size: arcs of the circle.
@@ -43,7 +44,7 @@ def outside(recursion: Lagged, radius: float) -> int | None:
     Returns
     -------
     int or None
-        None if an eigenvalue is too close to the circle for the arithmetic to tell.
+        None if an eigenvalue is too close to the circle to be decided in floating point.
     """
     powers = recursion.lags + 1
     scaled = recursion.maps[0] * radius ** -powers[:, None, None].astype(float)
@@ -51,7 +52,7 @@ def outside(recursion: Lagged, radius: float) -> int | None:
         curvature, rounding = _bounds(powers, scaled)
     if not np.isfinite(curvature):
         return None
-    # D is conjugate at conjugate places: the lower half turns as much as the upper one.
+    # D is conjugate at conjugate points, so that only the upper half of the circle is needed.
     ends = np.linspace(0.0, np.pi, ARCS + 1)
     values = _determinant(powers, scaled, ends)
     a, b, at_a, at_b = ends[:-1], ends[1:], values[:-1], values[1:]
@@ -78,7 +79,7 @@ def _determinant(powers: Array, scaled: Array, angles: Array) -> Array:
 
 
 def _from_zero(first: Array, last: Array) -> Array:
-    # The distance of 0 from the segment between two complex numbers.
+    # Return the distance of 0 from the segment between two complex numbers.
     chord = last - first
     length = np.maximum(np.abs(chord) ** 2, np.finfo(float).tiny)
     part = np.clip(-(np.conj(chord) * first).real / length, 0.0, 1.0)
@@ -86,51 +87,53 @@ def _from_zero(first: Array, last: Array) -> Array:
 
 
 def _bounds(powers: Array, scaled: Array) -> tuple[float, float]:
-    # A determinant is linear in every column, and at most the product of their norms (Hadamard).
+    # Return bounds of |D''| and of rounding. A determinant is linear in each column, and at most the product of the
+    # column norms (Hadamard).
     norms = np.linalg.norm(scaled, axis=1)
     columns = 1.0 + norms.sum(axis=0)
     product = float(columns.prod())
     slope, bend = float((powers @ norms / columns).sum()), float((powers**2 @ norms / columns).sum())
-    # Values are off by their rounding, and by that of angles up to pi.
+    # Errors of values: their rounding, and that of angles up to pi.
     return product * (bend + slope**2), 2.0 * EPS * product * (16.0 + 2.0 * np.pi * slope)
 
 
-# Stationary covariances of a recursion y_{n+1} = sum_i A_i y_{n-i} + q_n with white q_n of covariance Q.
+# Stationary covariances of a recursion y_{n+1} = sum_i A_i y_{n-i} + q_n with white noise q_n of covariance Q.
 #
-# Gamma_j = E y_{n+j} y_n^T, Gamma_{-j} = Gamma_j^T, obey the equations of Yule and Walker
+# Gamma_j = E y_{n+j} y_n^T, Gamma_{-j} = Gamma_j^T, satisfy the Yule-Walker equations
 #
 #     Gamma_j = sum_i A_i Gamma_{j-1-i} + Q [j = 0],     j = 0, ..., m + 1,
 #
-# a sparse linear system of (m + 2) k^2 unknowns, m being the largest lag. With A_i / r^((i+1)/2) in place of A_i,
-# they are the sums of r^-n F^n Q F^n^T over n, F being the recursion's matrix.
+# a sparse linear system of (m + 2) k^2 unknowns, where m is the largest lag. With A_i / r^((i+1)/2) in place of A_i,
+# their solutions are the sums of r^-n F^n Q F^n^T over n, where F is the matrix of the recursion.
 #
-# From them comes the gain of noise: q_n = sum_j G_j xi_j acting on the past has a covariance that is linear in the
-# covariances of earlier ones, and Q -> sum_n r^-(n+1) sum_j S_jn Q S_jn^T, S_jn the response n steps after an
-# impulse, is a positive operator on matrices of k rows, however long the delay. The second moments of the recursion
-# with noise grow like r^n where its spectral radius, the gain at r, is 1; it decreases in r. For one noise of rank
-# one, G = w g^T, the gain is the sum of r^-(n+1) (g^T F^n w)^2.
+# They give the gain of the noise: q_n = sum_j G_j xi_j acting on past values has a covariance that is linear in
+# earlier covariances. Q -> sum_n r^-(n+1) sum_j S_jn Q S_jn^T, with S_jn the response n steps after an impulse, is a
+# positive operator on matrices of k rows, for any length of the delay. The second moments of the recursion with noise
+# grow like r^n if its spectral radius, the gain at r, is 1; the gain decreases in r. For one noise of rank one,
+# G = w g^T, the gain is the sum of r^-(n+1) (g^T F^n w)^2.
 
 
 EPS = float(np.finfo(float).eps)
 
 
 class Layout(NamedTuple):
-    """Where the equations of Yule and Walker have entries: the same for every r.
+    """Positions of the entries in the Yule-Walker system, the same for every r.
 
     Attributes
     ----------
     sources : ndarray, shape (E - N,)
-        Places of the coefficients A_i that the entries beside the diagonal have.
+        Indices of the coefficients A_i in the off-diagonal entries.
     order, starts : ndarray
-        Sorts entries by rows and columns, in the first order of unknowns; where each of these places begins.
+        Permutation that sorts entries by rows and columns, in the first order of unknowns; start of each matrix
+        entry.
     places : ndarray, shape (N,)
-        Of the unknowns, in an order that makes the matrix a banded one.
+        Permutation of the unknowns that makes the matrix banded.
     above, below : int
-        Number of its diagonals beside the main one.
+        Numbers of diagonals above and below the main one.
     cells : ndarray, shape (E,)
-        Place of every entry in LAPACK's flat array of diagonals.
+        Index of every entry in LAPACK's flat array of diagonals.
     empty : csr_array, shape (N, N)
-        The matrix in the first order, whose values are yet to be set.
+        The matrix in the first order, without values.
     """
 
     sources: Array
@@ -143,13 +146,13 @@ class Layout(NamedTuple):
     empty: "scipy.sparse.csr_array"
 
     def matrix(self, values: Array) -> "scipy.sparse.csr_array":
-        """Return the matrix with some values of its entries, equal places being added."""
+        """Return the matrix with given values of its entries; values at the same position are added."""
         matrix = copy(self.empty)
         matrix.data = np.add.reduceat(values[self.order], self.starts)
         return matrix
 
     def solver(self, values: Array) -> Callable[[Array], Array]:
-        """Return what solves with this matrix for right sides of shape (N, S)."""
+        """Return a function that solves systems with this matrix for right-hand sides of shape (N, S)."""
         places, above, below = self.places, self.above, self.below
         shape = 2 * below + above + 1, len(places)
         diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
@@ -167,16 +170,16 @@ class Layout(NamedTuple):
 
 
 def rescale(recursion: Lagged, r: float) -> Lagged:
-    """Return the recursion of r^(-n/2) y_n."""
+    """Return the recursion that r^(-n/2) y_n satisfies."""
     factors = float(r) ** (-0.5 * (recursion.lags + 1.0))
     return Lagged(recursion.lags, recursion.maps * factors[:, None, None])
 
 
 def noise_gain(recursion: Lagged, r: float) -> tuple[float, float]:
-    """Return the gain of noise at some r above the squares of all eigenvalues without noise, and its error.
+    """Return the gain of the noise at r, and its error; r must exceed the squared eigenvalues without noise.
 
-    The error is estimated to first order, by what rounding of every entry does to the eigenvalue. Rounding is taken
-    from the change in one step of iterative refinement.
+    The error is estimated to first order, from the effect of rounding of every entry on the eigenvalue. Rounding is
+    estimated from the change in one step of iterative refinement.
     """
     k = recursion.maps.shape[-1]
     gain, change = _gain_matrix(rescale(recursion, r))
@@ -184,13 +187,13 @@ def noise_gain(recursion: Lagged, r: float) -> tuple[float, float]:
     largest = np.abs(values).argmax()
     y, x = left[:, largest], right[:, largest]
     value = float(np.abs(values[largest]))
-    # At a multiple eigenvalue y is orthogonal to x, and rounding is at most what its square root would be.
+    # At a multiple eigenvalue y is orthogonal to x; the perturbation is then at most of the size of a square root.
     condition = np.abs(y) @ np.abs(gain) @ np.abs(x) / max(abs(np.vdot(y, x)), np.sqrt(EPS))
     return value, (change + 16.0 * EPS * k) * max(value, float(condition))
 
 
 def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float]:
-    # The gain at 1 on coordinates svec, and what refinement changes.
+    # Return the gain at r = 1 as a matrix in coordinates svec, and the relative change by refinement.
     i, j, scale = triangle(recursion.maps.shape[-1])
     gamma, change = covariances(recursion, _unit_covariances(recursion.maps.shape[-1]), refined=refined)
     return scale[:, None] * _noise(recursion, gamma)[:, i, j].T, change
@@ -201,22 +204,22 @@ def _unit_covariances(k: int) -> Array:
 
 
 def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[Array, float]:
-    """Return Gamma_0, ..., Gamma_{m+1} for some Q.
+    """Return Gamma_0, ..., Gamma_{m+1} for covariances Q.
 
     Parameters
     ----------
     recursion : Lagged
-        All of whose eigenvalues lie within the unit circle, the noise being left aside.
+        All its eigenvalues without noise lie within the unit circle.
     Q : ndarray, shape (k, k, S)
-        Symmetric in the first two.
+        Symmetric in the first two axes.
     refined : bool, optional
-        Whether a step of iterative refinement is made.
+        Whether to make a step of iterative refinement.
 
     Returns
     -------
     gamma : ndarray, shape (m + 2, k, k, S)
     change : float
-        Of the largest entries by that step, relative; NaN without it.
+        Relative change of the largest entries by refinement; NaN without it.
     """
     k, count, lags = Q.shape[0], Q.shape[2], int(recursion.lags[-1]) + 2
     maps = recursion.maps[0]
@@ -235,7 +238,7 @@ def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[A
 
 @lru_cache(maxsize=16)
 def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
-    # The entry (a, b) of Gamma_j has the place (j k + a) k + b, and that of its transpose (j k + b) k + a.
+    # The entry (a, b) of Gamma_j has the index (j k + a) k + b, and that of its transpose (j k + b) k + a.
     j, i, a, b, c = np.meshgrid(
         np.arange(count), np.arange(len(lags)), *3 * [np.arange(k)], indexing="ij", sparse=True
     )
@@ -259,14 +262,15 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
 
 
 def _fold_places(count: int, block: int) -> Array:
-    # The place of every unknown if Gamma_j stands beside Gamma_{m+1-j}: all that are coupled are neighbours.
+    # Return the index of every unknown if Gamma_j is placed next to Gamma_{m+1-j}: coupled unknowns are then
+    # neighbours.
     ends = np.stack([np.arange(count), np.arange(count)[::-1]], axis=-1).ravel()[:count]
     places = np.argsort(ends)
     return np.asarray((places[:, None] * block + np.arange(block)).ravel())
 
 
 def _noise(recursion: Lagged, gamma: Array) -> Array:
-    # sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (S, k, k).
+    # Return the sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (S, k, k).
     at = recursion.lags[None, :] - recursion.lags[:, None]
     there = gamma[np.abs(at)]
     blocks = np.where((at >= 0)[..., None, None, None], there, there.swapaxes(2, 3))
@@ -276,21 +280,21 @@ def _noise(recursion: Lagged, gamma: Array) -> Array:
     return np.asarray((G @ past @ G.swapaxes(1, 2)).sum(axis=1))
 
 
-# Gains are decided if they differ from 1 by so many times their error.
+# A gain is decided if it differs from 1 by more than this multiple of its error.
 ERRORS = 10.0
-# Powers of r that are used stay below this.
+# Bound of powers of r, to avoid overflow.
 # Rounding: a product with another number is finite.
 LARGEST_POWER = 1e200
 LARGEST_RADIUS = 1e30
-# Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is
-# enough, relative to the radius.
+# Largest companion matrix whose eigenvalues are computed, largest noise that counts as none, and required relative
+# width.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
-# Where the gain is tried first: that much above the square of the largest eigenvalue.
+# First guesses of r above the square of the largest eigenvalue, relative and absolute.
 ABOVE, BESIDE = 1.1, 1e-3
 
 
 def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
-    """Return the spectral radius of the second moments of the whole history.
+    """Return the spectral radius of the second moments of the state with its history.
 
     Parameters
     ----------
@@ -300,8 +304,8 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
     Returns
     -------
     SpectralRadius
-        Its width is a distance at which both sides are decided, as `is_stable` decides at 1. Radii so small that
-        their power m + 1 is below 1e-200 are only bounded.
+        Its width is a distance at which both sides are decided, as `side_of` decides. If the power m + 1 of a radius
+        is below 1e-200, only a bound is returned.
     """
     if not np.isfinite(step.maps).all():
         return SpectralRadius(np.inf, np.inf)
@@ -320,10 +324,10 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
 
 
 def _from_eigenvalues(recursion: Lagged, floor: float) -> SpectralRadius | None:
-    """Return the radius, if it is certain, of a recursion whose companion matrix is small.
+    """Return the radius of a recursion with a small companion matrix, or None if it is not certain.
 
-    Eigenvalues are counted on either side of the result alone: without noise, where bisection has no slope to go by,
-    fifty times less than by `_bracket`.
+    Eigenvalues are counted only on both sides of the result. Without noise, where bisection has no slope to use, this
+    takes a fiftieth of the counts of `_bracket`.
     """
     count, k = int(recursion.lags[-1]) + 1, recursion.maps.shape[-1]
     if count * k > DENSE:
@@ -339,9 +343,10 @@ def _from_eigenvalues(recursion: Lagged, floor: float) -> SpectralRadius | None:
 
 
 def _radius_of_noise(recursion: Lagged, least: float) -> float:
-    """Return the r at which the gain is 1, or the square of the largest eigenvalue if it is smaller above that.
+    """Return the r at which the gain is 1, or the square of the largest eigenvalue if the gain is below 1 above it.
 
-    1/gain is 0 there and nearly linear in r beyond. The gain falls at least like 1/r, which bounds r on both sides.
+    1/gain is 0 there and nearly linear in r beyond. The gain decreases at least like 1/r, which bounds r on both
+    sides.
     """
 
     def gain(r: float) -> float:
@@ -359,9 +364,9 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
 
 
 def _enclose(excess: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """Return ends between which an increasing function changes its sign, moved outwards by rounding or more.
+    """Return ends between which an increasing function changes sign, moved outwards by rounding errors or more.
 
-    A root at an end, as where the gain is exactly c/r, has a sign by rounding there.
+    At a root at an end, as for a gain of exactly c/r, rounding determines the sign.
     """
     part = 16.0 * EPS
     while low > 0.0 and excess(low) > 0.0:
@@ -372,12 +377,12 @@ def _enclose(excess: Callable[[float], float], low: float, high: float) -> tuple
 
 
 def _excess_of(recursion: Lagged) -> Callable[[float], float]:
-    """Return what is negative below the radius, positive above, and nearly linear where noise makes the radius."""
+    """Return a function that is negative below the radius, positive above, and nearly linear if noise sets it."""
     free = np.inf
 
     def excess(r: float) -> float:
         nonlocal free
-        # Where no eigenvalue is outside a circle, none is outside a larger one.
+        # If no eigenvalue is outside a circle, none is outside a larger one.
         if r < free and outside(recursion, float(np.sqrt(r))) != 0:
             return -1.0
         free = min(free, r)
@@ -388,7 +393,7 @@ def _excess_of(recursion: Lagged) -> Callable[[float], float]:
 
 
 def side_of(recursion: Lagged, r: float) -> int:
-    """Return 1 if r is above the spectral radius, -1 if it is below, 0 if that is not certain."""
+    """Return 1 if r is above the spectral radius, -1 if it is below, 0 if neither is certain."""
     count = outside(recursion, float(np.sqrt(r)))
     if count != 0:
         return 0 if count is None else -1
@@ -401,16 +406,16 @@ def _side_by_gain(recursion: Lagged, r: float) -> int:
 
 
 def _is_between(recursion: Lagged, low: float, high: float) -> bool:
-    """Tell whether the spectral radius is between two numbers for certain."""
+    """Return whether the spectral radius is certainly between two numbers."""
     count = outside(recursion, float(np.sqrt(low)))
     if count == 0:
-        # Nor is an eigenvalue outside the larger circle.
+        # No eigenvalue is outside the larger circle either.
         return _side_by_gain(recursion, low) < 0 and _side_by_gain(recursion, high) > 0
     return count is not None and side_of(recursion, high) > 0
 
 
 def _bracket(excess: Callable[[float], float], step: float, floor: float) -> tuple[float, float]:
-    # Steps that grow from the scale of one delay: far below the radius, many eigenvalues have to be counted.
+    # Increase steps from the scale of one delay: far below the radius, many eigenvalues would have to be counted.
     below = excess(1.0) <= 0.0
     low, high = 1.0, 1.0
     while (below and low == high) or (below and high < LARGEST_RADIUS and excess(high) <= 0.0):

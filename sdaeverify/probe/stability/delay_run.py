@@ -1,4 +1,4 @@
-"""Runs of a scheme that are linear on an equation with a delay: their exact moments, and how these grow."""
+"""Runs of a scheme on an equation with delay that are linear: their exact moments and growth rates."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,13 +16,13 @@ from .delay_radius import radius
 
 
 class LinearDelayRun(NamedTuple):
-    """A scheme with one step size on a linear equation with a delay.
+    """A scheme with a fixed step size on a linear equation with delay.
 
     Attributes
     ----------
     scheme : Scheme
     view : Problem
-        As the scheme sees the equation.
+        Problem in the scheme's form.
     h : float
     step : LinearDelayStep
     """
@@ -38,24 +38,24 @@ class LinearDelayRun(NamedTuple):
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
     def growth(self) -> tuple[float, float]:
-        """Return how second moments grow: by which factor in a step of the scheme, at which rate by the equation.
+        """Return the growth factor of second moments per step of the scheme, and the growth rate of the equation.
 
-        The rate is known of one x and one noise, else it is NaN.
+        The rate is NaN unless x and the noise are scalar.
         """
         rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
         return radius(self.step, self.view.mesh(self.h)).rho, rate
 
 
 def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRun | None:
-    """Return the run of a scheme with ``steps`` steps to the final time; None where it is not linear.
+    """Return the run of a scheme with ``steps`` steps to the final time; None if it is not linear.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form, with or without a delay.
+        Problem in the scheme's form, with or without a delay.
     steps : int
-        From 0 to the horizon.
+        Number of steps from 0 to the horizon.
     """
     delayed, h = view.capability(Delayed), view.horizon / steps
     if delayed is None or scheme.law.clip:
@@ -69,12 +69,12 @@ def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRu
 
 
 def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
-    """Tell whether a function is quadratic, to rounding.
+    """Return whether a function is quadratic, up to rounding.
 
     Parameters
     ----------
     function : callable
-        Of points of shape (dimension, P), returns shape (P,).
+        Maps points of shape (dimension, P) to values of shape (P,).
     dimension : int
     """
     return fit_quadratic(function, dimension) is not None

@@ -1,14 +1,14 @@
-"""The spectral radius of a positive operator T(P) = E A P A^T, with a certificate.
+"""Certified spectral radius of a positive operator T(P) = E A P A^T.
 
-For c > 0, rho(T) < c holds exactly if c P - T(P) = Id has a positive definite solution P, which is then the sum of
-T^n(Id)/c^(n+1). The residual E of a computed P tells whether the arithmetic can be trusted: with |E| < 1, Id + E is
-positive definite, too, and the statement is true of the computed P itself.
+For c > 0, rho(T) < c holds if and only if c P - T(P) = Id has a positive definite solution P, which is then the sum
+of T^n(Id)/c^(n+1). The residual E of a computed P shows whether the arithmetic is accurate enough: with |E| < 1,
+Id + E is positive definite as well, and the statement holds for the computed P.
 
-Operators too large for a matrix have the brackets of Collatz and Wielandt instead, from any positive definite P,
+For operators too large for a matrix, the brackets of Collatz and Wielandt hold for any positive definite P,
 
     lambda_min(P^-1 T(P)) <= rho <= lambda_max(P^-1 T(P)).
 
-They do not close where a system decouples or has algebraic components; the former do.
+They do not close if a system decouples or has algebraic components; the certificate above does.
 """
 
 from typing import NamedTuple
@@ -19,20 +19,20 @@ import scipy
 from ...arrays import Array
 from ..linear.second_moments import Operator, smat, svec
 
-# Up to this size the operator is a matrix; above, only its values are used.
+# Up to this size the operator is formed as a matrix; above, only its values are used.
 # Size: of a matrix.
 DENSE = 300
-# Vectors of Arnoldi's method. With scipy's 20, it settled on eigenvalues that are not the largest.
+# Number of Arnoldi vectors. With SciPy's default of 20, it converged to eigenvalues that are not the largest.
 # Size: of a Krylov space.
 VECTORS = 60
-# How often it starts again at most: what has not converged by then is not known.
+# Most restarts of Arnoldi's method; without convergence by then, the radius is unknown.
 # Size: of an iteration.
 RESTARTS = 200
 # Widths of brackets that are tried, absolute below rho = 1 and relative above.
 WIDTHS = tuple(10.0**power for power in range(-12, 0))
 RESIDUAL = 0.5
-# Of operators larger than this it pays to look whether all factors are one, as with additive noise; they are if they
-# differ by rounding, and what follows counts where it is certain to so much.
+# For operators larger than the first, it pays to test whether all factors are equal up to the second, relative, as
+# with additive noise; the radius of the mean factor is used if its width is at most the third.
 LARGE, ROUNDING, CERTAIN = 20, 1e-9, 1e-10
 
 
@@ -44,7 +44,7 @@ class SpectralRadius(NamedTuple):
     rho : float
         Infinite if the operator is not finite, NaN if no eigenvalue was found.
     width : float
-        |rho(T) - rho| <= width; infinite if nothing is certain.
+        |rho(T) - rho| <= width; infinite without a certificate.
     """
 
     rho: float
@@ -52,7 +52,7 @@ class SpectralRadius(NamedTuple):
 
 
 def spectral_radius(operator: Operator, *, certified: bool = True) -> SpectralRadius:
-    """Return the spectral radius of a positive operator; without a certificate its width may be infinite."""
+    """Return the spectral radius of a positive operator; the width may be infinite if not certified."""
     if operator.size > DENSE:
         return _by_values(operator) if np.isfinite(operator.factors).all() else SpectralRadius(np.inf, np.inf)
     matrix = operator.dense()
@@ -65,7 +65,7 @@ def spectral_radius(operator: Operator, *, certified: bool = True) -> SpectralRa
 
 
 def _of_one_factor(operator: Operator, matrix: Array) -> SpectralRadius | None:
-    """Return rho(A)^2 sum w where all factors are A, if it is certain: n rows in place of n (n + 1)/2."""
+    """Return rho(A)^2 sum w if all factors equal A and it is certain: A has n rows instead of n (n + 1)/2."""
     if operator.size <= LARGE:
         return None
     factors, weights = operator
@@ -78,13 +78,13 @@ def _of_one_factor(operator: Operator, matrix: Array) -> SpectralRadius | None:
 
 
 def are_below(operator: Operator, matrix: Array, *c: float) -> list[bool | None]:
-    """Tell whether the spectral radius is below each c > 0; None where the arithmetic does not tell.
+    """Return whether the spectral radius is below each c > 0; None if rounding errors are too large to decide.
 
     Parameters
     ----------
     operator : Operator
     matrix : ndarray
-        The same in coordinates.
+        Matrix of the operator in coordinates svec.
     *c : float
     """
     n, bounds = operator.dimension, np.array(c)[:, None, None]
@@ -93,9 +93,9 @@ def are_below(operator: Operator, matrix: Array, *c: float) -> list[bool | None]
         P = smat(np.linalg.solve(bounds * np.eye(len(matrix)) - matrix, svec(unit)[:, None])[..., 0], n)
     except np.linalg.LinAlgError:
         return [None] * len(c)
-    # Not by the matrix, whose own rounding would not show.
+    # Evaluated by the operator, not the matrix, whose rounding errors would not show.
     known = np.linalg.norm(bounds * P - operator(P) - unit, axis=(1, 2)) <= RESIDUAL
-    # If rho < c, P is at least (1 - RESIDUAL) Id/c: half of it is left to rounding.
+    # If rho < c, P is at least (1 - RESIDUAL) Id/c: half of this is allowed for rounding.
     below = np.linalg.eigvalsh(np.where(known[:, None, None], P, unit))[:, 0] > 0.5 * (1.0 - RESIDUAL) / np.array(c)
     return [bool(answer) if certain else None for answer, certain in zip(below, known, strict=True)]
 
@@ -121,7 +121,7 @@ def _by_values(operator: Operator) -> SpectralRadius:
     except scipy.sparse.linalg.ArpackNoConvergence:
         return SpectralRadius(np.nan, np.inf)
     rho = float(np.abs(found[0]))
-    # The eigenvalue rho has a semidefinite matrix; of another eigenvalue, the matrix is indefinite or complex.
+    # The eigenvalue rho has a semidefinite eigenmatrix; those of other eigenvalues are indefinite or complex.
     P = smat(vectors[:, 0].real, n)
     P *= np.sign(np.trace(P))
     try:

@@ -1,16 +1,16 @@
-"""Mean-square stability of a scheme on a linear problem: the spectral radius of its second-moment operator.
+"""Mean-square stability of a scheme on a linear problem: spectral radius of its second-moment operator.
 
-E |x_n|^2 tends to 0 (with additive noise: stays bounded) exactly if rho < 1; algebraic components only add zero
-eigenvalues. Sampling E |x_n|^2 instead gives wrong verdicts where it is carried by paths too rare to be drawn.
-Memory that does not act on the comparable components is left out of the operator, and so are states that violate a
+E |x_n|^2 tends to 0 (with additive noise: stays bounded) if and only if rho < 1; algebraic components add only zero
+eigenvalues. Sampling E |x_n|^2 instead gives wrong verdicts if paths too rare to be drawn dominate it.
+Memory without influence on the comparable components is removed from the operator, and so are states that violate the
 problem's constraints.
 
-What it costs is bounded by the memory's dimension k: a step size takes at most so many nodes that their matrices have
-`ENTRIES` entries in all, k rounds to find what is observed, and eigenvalues of a matrix of k (k + 1)/2 <= 300 rows or
-`RESTARTS` restarts of Arnoldi's method; the scan has at most four times the step sizes that it begins with.
+The cost is bounded in terms of the memory's dimension k: for each step size, nodes whose matrices have at most
+`ENTRIES` entries together, k rounds to find the observed part, and eigenvalues of a matrix of k (k + 1)/2 <= 300 rows
+or `RESTARTS` restarts of Arnoldi's method. The scan grows to at most four times its initial number of step sizes.
 
-With a delay the history is in the state, and the set of stable step sizes need not be an interval: on meshes that the
-delay is no multiple of, stability at one step size does not imply it at a smaller one. The scan takes several
+With a delay the state includes the history, and the set of stable step sizes need not be an interval: if the delay is
+no multiple of the step size, stability at one step size does not imply it at a smaller one. The scan includes several
 positions of the delay between mesh points.
 """
 
@@ -35,16 +35,16 @@ from .delay_radius import radius
 from .spectral import SpectralRadius, spectral_radius
 from .windows import Window, crossings, doubtful, signs, stable_windows
 
-# The scan is at least this wide, in the problem's unit of time and in its own time scale, with so many step sizes.
+# Smallest range of the scan, in the problem's unit of time and in its own time scale, with its number of step sizes.
 # Size: of the scan.
 LEAST, MOST, COUNT = 1e-3, 1e3, 60
-# So many times its step sizes a scan may have after it was refined.
+# Largest factor by which refinement increases the number of step sizes.
 # Size: of the scan.
 REFINED = 4
 
 Row = tuple[float, ...]
-# Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter; one for
-# each factor 2 where histories are longer than the one, and none where they are longer than the other.
+# Step sizes of the scan with a delay: from this part of the delay, or of the equation's own time scale if that is
+# shorter; one per factor 2 if the history is longer than the third, and none if it is longer than the fourth.
 # Size: of the scan.
 FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
 # Size: of the scan.
@@ -52,24 +52,24 @@ PER_DECADE, LONGER = 12, 16
 # Size: of the scan.
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
-# What is certain, as a number.
+# Decided and undecided answers as numbers.
 NUMBERS = {True: 1.0, False: 0.0, None: np.nan}
 
 
 class Radius(NamedTuple):
-    """The spectral radius at some step sizes, each field of shape (S,).
+    """Spectral radius at S step sizes; each field has shape (S,).
 
     Attributes
     ----------
     h, rho : ndarray
     error : ndarray
-        What quadrature and linear algebra leave open; infinite beside a pole.
+        Bound of the error by quadrature and linear algebra; infinite near a pole.
     defect : ndarray
-        Of linearity in the state, relative.
+        Relative deviation from linearity in the state.
     failed : ndarray
-        1 where the scheme found no root.
+        1 if the scheme found no root, else 0.
     pole : ndarray
-        Standard deviations from which on the second moment is infinite; infinite where it is finite.
+        Standard deviations from which the second moment is infinite; infinite if the moment is finite.
     """
 
     h: Array
@@ -86,22 +86,22 @@ class Radius(NamedTuple):
 
 
 class StabilityRecord(NamedTuple):
-    """What was found on a scheme and a linear problem.
+    """Stability of a scheme on a linear problem.
 
     Attributes
     ----------
     scanned : ndarray, shape (6, S)
-        `Radius` on the grid, ascending in h; empty where it was not looked at.
+        `Radius` on the grid, ascending in h; empty if the grid was not scanned.
     asked : ndarray, shape (6, L)
         `Radius` at the run's step sizes.
     boundaries : ndarray, shape (C,)
-        Where rho crosses 1 on the grid's range.
+        Step sizes in the range of the grid at which rho crosses 1.
     abscissa : float
-        Growth rate of the problem's second moments, its linear part alone.
+        Growth rate of the second moments of the problem's linear part.
     decays : float
-        1 if that is negative for certain, 0 if it is not, NaN if the arithmetic does not tell.
+        1 if the growth rate is certainly negative, 0 if it is not, NaN if rounding errors are too large to decide.
     at_rest : float
-        1 if zero is a solution of the problem.
+        1 if zero is a solution of the problem, else 0.
     """
 
     scanned: Array
@@ -113,62 +113,62 @@ class StabilityRecord(NamedTuple):
 
     @property
     def scan(self) -> Radius:
-        """The spectral radius on the grid."""
+        """Spectral radius on the grid, one field per row of `scanned`."""
         return Radius(*self.scanned)
 
     @property
     def run(self) -> Radius:
-        """The spectral radius at the run's step sizes."""
+        """Spectral radius at the run's step sizes."""
         return Radius(*self.asked)
 
     @property
     def most(self) -> float:
-        """The largest of the run's step sizes up to which the scheme is stable at all of them, 0 if there is none."""
+        """Largest of the run's step sizes such that the scheme is stable at it and at all smaller ones; 0 if none."""
         order = np.argsort(self.run.h)
         stable = np.cumprod(self.run.sign[order] < 0).astype(bool)
         return float(self.run.h[order].max(where=stable, initial=0.0))
 
     @property
     def windows(self) -> list[Window]:
-        """The intervals of step sizes on which the scheme is stable."""
+        """Intervals of step sizes on which the scheme is stable."""
         return stable_windows(self.scan.h, self.scan.sign, self.boundaries)
 
 
 def why_not_stability(scheme: Scheme, view: Problem) -> str:
-    """Return why mean-square stability cannot be asked for, or an empty string."""
+    """Return why mean-square stability cannot be determined, or an empty string."""
     one_step = OneStep(scheme, view)
     reason = why_not_linear_equation(view) or one_step.why_not_at_nodes() or one_step.why_not_comparable()
     if reason := reason or why_not_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
         return reason
-    # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
+    # On constrained problems the operator is restricted to states that `enter` creates from admissible ones.
     return one_step.why_not_entered(run=False) if view.has_constraints else ""
 
 
 def why_not_in_runs(scheme: Scheme, view: Problem) -> str:
-    """Return that steps of a run do not go on from admissible states as single steps do, or an empty string.
+    """Return that steps of a run do not continue from admissible states as single steps do, or an empty string.
 
-    It makes a run, and is asked where evidence is made.
+    It makes a run, so it is called only when evidence is computed.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_stability` has nothing against.
+        Problem in the scheme's form; `why_not_stability` is empty for the pair.
     """
     return OneStep(scheme, view).why_not_entered() if view.has_constraints else ""
 
 
 def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], *, scan: bool = True) -> StabilityRecord:
-    """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
+    """Return the spectral radius on a wide grid and at some step sizes, and the step sizes at which it crosses 1.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `why_not_stability` has nothing against.
+        Problem in the scheme's form; `why_not_stability` is empty for the pair.
     step_sizes : sequence of float
     scan : bool
-        Whether the grid is looked at; if not, `scanned` and `boundaries` are empty.
+        Whether to scan the grid; if not, `scanned` and `boundaries` are empty.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], *, sca
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
     h = np.geomspace(low, high, round(COUNT * np.log(high / low) / np.log(MOST / LEAST)) if scan else 0)
     with np.errstate(all="ignore"):
-        # Of the scan, signs count and six digits are told.
+        # The scan needs signs and six digits only, so that fewer points than all atoms suffice.
         found = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), found.h, found.sign)
@@ -190,11 +190,11 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], *, sca
 
 
 def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
-    """Return the radius on a grid, and amid neighbours between which it may cross 1 and come back.
+    """Return the radius on a grid, refined between neighbours where it may cross 1 and return.
 
     Parameters
     ----------
-    found : callable, h -> the fields of `Radius` at one step size
+    found : callable, h -> fields of `Radius` at one step size
     sizes : ndarray, shape (S,)
         Ascending.
 
@@ -213,12 +213,12 @@ def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
 
 
 def radii(rows: Sequence[Row]) -> Radius:
-    """Return what was found at some step sizes, field by field."""
+    """Return rows of values at some step sizes as arrays of each field."""
     return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)
 
 
 def step_radius(one_step: OneStep, h: float) -> float:
-    """Return the spectral radius of a step of size h, nothing being checked."""
+    """Return the spectral radius of a step of size h, without checks or certificate."""
     operator = step_moments(one_step, h, far=False, atoms=False).operator
     return spectral_radius(_essential(one_step, h, operator), certified=False).rho
 
@@ -226,7 +226,7 @@ def step_radius(one_step: OneStep, h: float) -> float:
 def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
     found = step_moments(one_step, h, atoms=atoms)
     finer, coarser = found.operator, found.coarser
-    # Without a second rule nothing is certain, whatever the arithmetic is.
+    # Without a second rule the error of quadrature is unknown.
     rho, error = UNKNOWN if coarser is None else spectral_radius(_essential(one_step, h, finer))
     if coarser is not None and coarser is not finer:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser), certified=False).rho)
@@ -238,7 +238,7 @@ def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
 
 
 def why_not_delay_stability(scheme: Scheme, view: Delayed) -> str:
-    """Return why mean-square stability cannot be asked for, or an empty string."""
+    """Return why mean-square stability cannot be determined, or an empty string."""
     if scheme.law.clip:
         return "its clipped increments have no simple variance"
     if not is_autonomous(view):
@@ -251,23 +251,23 @@ def why_not_delay_stability(scheme: Scheme, view: Delayed) -> str:
 def delay_stability(
     scheme: Scheme, view: Delayed, step_sizes: Sequence[float], scale: float, *, scan: bool = True
 ) -> StabilityRecord:
-    """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
+    """Return the spectral radius on a wide grid and at some step sizes, and the step sizes at which it crosses 1.
 
     Parameters
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `why_not_delay_stability` has nothing against.
+        Problem in the scheme's form; `why_not_delay_stability` is empty for the pair.
     step_sizes : sequence of float
     scale : float
-        Size of the states at which the step is taken for linear, see `limits`.
+        Size of the states at which the step is taken as linear, see `limits`.
     scan : bool
         As for `stability`.
 
     Returns
     -------
     StabilityRecord
-        Of an equation in more than one dimension, neither growth rate nor stability are known: NaN.
+        For an equation in several dimensions, growth rate and stability are unknown: NaN.
     """
 
     def row(h: float) -> Row:
@@ -301,7 +301,7 @@ def _scan(view: Delayed, scale: float) -> Array:
     count = round(PER_DECADE * np.log10(delay / low))
     shorter = np.geomspace(least, low, ceil(np.log2(low / least)) + 1)[:-1]
     between = np.array([delay / (m - part) for m in SMALLEST_M for part in POSITIONS if m - part >= 1.0])
-    # Beyond the delay, bounded terms of the unknown take part in the solve: at large states that is no linear step.
+    # Beyond the delay, bounded terms of the unknown take part in the solve: at large states the step is not linear.
     longer = np.geomspace(delay, MOST * delay, LONGER)[1:]
     parts = [shorter, np.geomspace(low, delay, count)[:-1], between, longer]
     return np.unique(np.concatenate(parts[: 3 if scale > UNIT else 4]))

@@ -1,9 +1,9 @@
-"""Windows of step sizes on which a scheme is stable: log rho on a grid, its sign changes by Brent's method.
+"""Windows of step sizes on which a scheme is stable: log rho on a grid, with sign changes by Brent's method.
 
-The set need not be an interval. Where two neighbours of the grid have one sign, a window or a gap may hide between
-them if |log rho| can reach 0 there at `STEEPER` times the steepest slope seen beside; such intervals are halved, as
-in Piyavskii's method of finding extrema, down to neighbours whose ratio is `NARROW`. What is narrower, or steeper, is
-not seen.
+The set need not be an interval. Between two neighbours of the grid with the same sign there may be an undetected
+window or gap if |log rho| can reach 0 there at `STEEPER` times the steepest adjacent slope. Such intervals are
+halved, as in Piyavskii's method of finding extrema, until the ratio of neighbours is `NARROW`. Narrower or steeper
+ones are not detected.
 """
 
 from collections.abc import Callable
@@ -14,10 +14,10 @@ import numpy as np
 from ...arrays import Array
 from ...numerics.roots import log_root
 
-# Least |rho - 1| that decides, and how many times its error it must be.
+# Smallest |rho - 1| that decides, absolute and as a multiple of its error.
 MARGIN, ERRORS = 1e-9, 10.0
 STEEPER, NARROW = 4.0, 1.001
-# log rho of what overflows, or is exactly 0.
+# log rho if rho overflows, or minus this if it is 0.
 # Rounding: e^709 is the largest number.
 LARGEST = 700.0
 
@@ -32,7 +32,7 @@ def signs(rho: Array, error: Array) -> Array:
 
 
 def brackets(sign: Array) -> list[tuple[int, int]]:
-    """Return the pairs of places between which the sign changes, at most one undecided place lying between them."""
+    """Return the pairs of indices between which the sign changes, with at most one undecided index between them."""
     decided = np.flatnonzero(sign)
     return [(int(i), int(j)) for i, j in pairwise(decided) if sign[i] != sign[j] and j - i <= 2]
 
@@ -46,7 +46,7 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
     h : ndarray, shape (S,)
         Grid, ascending.
     sign : ndarray, shape (S,)
-        Of rho - 1 on the grid, 0 where it is not decided.
+        Sign of rho - 1 on the grid, 0 where undecided.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
 
 
 def doubtful(h: Array, rho: Array, sign: Array) -> Array:
-    """Return the step sizes amid neighbours between which rho may cross 1 and come back.
+    """Return the midpoints of grid intervals in which rho may cross 1 and return.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def doubtful(h: Array, rho: Array, sign: Array) -> Array:
     width = np.diff(np.log(h))
     with np.errstate(invalid="ignore"):
         change = np.abs(np.diff(value))
-    # To 0, to infinity or to what is not known there is no slope.
+    # Differences to 0, infinity or NaN give no slope.
     slope = np.pad(np.where(np.isfinite(change), change, 0.0) / width, 1, mode="edge")
     steepest = np.maximum(np.maximum(slope[:-2], slope[1:-1]), slope[2:])
     within_reach = np.abs(value[1:]) + np.abs(value[:-1]) < STEEPER * steepest * width
@@ -88,7 +88,7 @@ def doubtful(h: Array, rho: Array, sign: Array) -> Array:
 
 
 def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:
-    """Return the intervals of step sizes on which rho < 1, as far as it is decided.
+    """Return the intervals of step sizes on which rho < 1, as far as decided.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:
     Returns
     -------
     list of (low, high)
-        A window that begins with the grid has low = 0, one that reaches its end has high = infinity. Beside places
-        that are not decided, a window ends with the last decided one.
+        A window that begins with the grid has low = 0, one that reaches its end has high = infinity. Next to
+        undecided grid points, a window ends with the last decided one.
     """
     ends = brackets(sign)
     after = {j: float(b) for (_, j), b in zip(ends, boundaries, strict=True)} | {0: 0.0}
@@ -114,19 +114,19 @@ def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:
 
 
 def find_undecided(sign: Array) -> Array:
-    """Return the places that are not decided and are no crossing, which one place between two signs is."""
+    """Return the undecided indices, except single ones between opposite signs, which are crossings."""
     padded = np.concatenate([[0], sign, [0]])
     crossing = padded[:-2] * padded[2:] < 0
     return np.flatnonzero((sign == 0) & ~crossing)
 
 
 def smallest_boundary(windows: list[Window]) -> float:
-    """Return the step size below which all are stable: infinite if the only window has no end, 0 if there is none."""
+    """Return the step size below which all are stable: infinite if the only window has no end, 0 if none."""
     return windows[0][1] if windows and windows[0][0] == 0.0 else 0.0
 
 
 def describe_windows(windows: list[Window]) -> str:
-    """Return windows in words: ``h < 0.5; 2 < h < 3``."""
+    """Describe windows in words: ``h < 0.5; 2 < h < 3``."""
     return "; ".join(_describe_window(low, high) for low, high in windows) or "none"
 
 

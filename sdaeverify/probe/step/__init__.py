@@ -1,1 +1,1 @@
-"""One step as a black box: its map, the nodes of its noise, the states and times it is probed at."""
+"""One step as a black box: its map, cubature nodes for its noise, and the states and times at which it is probed."""

@@ -1,4 +1,4 @@
-"""Units of components that are far smaller than the state: their errors are compared with their own size."""
+"""Units of components that are far smaller than the state, so that errors are compared with their own size."""
 
 import numpy as np
 
@@ -7,18 +7,18 @@ from ...numerics.statistics import EPS
 from .nodes import SEED
 from .one_step import OneStep
 
-# A component that is this much smaller than the state has errors that would pass for rounding of the state; below the
-# second it is made of the rounding errors of the others.
+# Errors of a component smaller than the state by this factor would pass for rounding of the state. Below the second
+# factor a component consists of rounding errors of the others.
 FAR, LEAST = 2.0**-12, 64.0 * EPS
-# Of the state, to see how a step carries relative errors of all components into each.
+# Relative perturbation of the state, to measure how a step carries relative errors of all components into each.
 NUDGE = 2.0**-20
 
 
 def component_units(step: OneStep, x: Array, h: float) -> Array:
-    """Return in which units the errors of components are compared with the size of the state, shape (C,).
+    """Return the units in which errors of components are compared with the size of the state, shape (C,).
 
-    A step rounds component i by EPS s_i, where s_i is the largest of |x_i|, |Phi_i| and sum_j |dPhi_i/dx_j| |x_j|, of
-    which two directions are tried. The unit is 1 but for components with s_i far below the largest s_j.
+    A step rounds component i by EPS s_i, where s_i is the largest of |x_i|, |Phi_i| and sum_j |dPhi_i/dx_j| |x_j|,
+    for which two directions are tried. The unit is 1, except for components with s_i far below the largest s_j.
 
     Parameters
     ----------

@@ -1,18 +1,18 @@
-"""Orders in h of what the memory of a run changes: up to these, single steps speak for runs.
+"""Orders in h of the effect of a run's memory: up to these orders, results for single steps hold for runs.
 
-A step is probed from states that `enter` makes, without a history. In a run, memory is what the steps before left.
+A step is probed from states that `enter` creates, without a history. In a run, memory is left by previous steps.
 Let X be a run, and Y the run on the same noise whose steps all begin with `enter` at the state of Y. Then
 
     ||X - x|| <= ||X - Y|| + ||Y - x||,    |E phi(X) - E phi(x)| <= |E phi(X) - E phi(Y)| + |E phi(Y) - E phi(x)|,
 
-and single steps tell the orders of Y. With ||X - Y|| = O(h^q) and E phi(X) - E phi(Y) = O(h^r) they verify no strong
-order above q and no weak or invariant one above r, and refute none where their own order is not below these: the
-difference may take back the error, as the older drift of a multistep method does.
+and single steps give the orders of Y. With ||X - Y|| = O(h^q) and E phi(X) - E phi(Y) = O(h^r) they verify no strong
+order above q and no weak or invariant order above r. They refute no order unless their own order is below q or r: the
+difference may cancel the error, as the older drift of a multistep method does.
 
-X - Y is the sum of the differences D of single steps, carried on by the flow. If D has the root mean square h^q2 and,
-given the state, the mean h^q1, then r = q1 - 1 unless D is correlated with the increment and changes variances, and
-q = min(q2 - 1/2, q1 - 1) if values of D a fixed number of steps apart are uncorrelated. Memory that lasts longer adds
-up faster, differences that telescope add up more slowly. Runs have all of that, so that X - Y itself is measured.
+X - Y is the sum of the differences D of single steps, transported by the flow. If D has a root mean square of order
+q2 and, given the state, a mean of order q1, then r = q1 - 1 unless D is correlated with the increment and changes
+variances, and q = min(q2 - 1/2, q1 - 1) if values of D a fixed number of steps apart are uncorrelated. Memory that
+lasts longer adds up faster, differences that telescope more slowly. Runs include all of this, so X - Y is measured.
 """
 
 from collections.abc import Sequence
@@ -28,31 +28,31 @@ from ...forms import Problem
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
 from .nodes import SEED
 
-# Steps of the coarsest run, and how often they are halved: three sizes, each a fourth of the one before. Runs go over
-# the horizon, where memory may set in late, and on steps that are 16 times shorter over a sixteenth of it: memory of
-# ceil(h^(-1/5)/2) steps is always of two on the first sizes.
+# Steps of the coarsest run, and its numbers of halvings: three sizes, each a fourth of the one before. Runs extend
+# over the horizon, where memory may become active late, and, with steps 16 times shorter, over a sixteenth of it: a
+# memory of ceil(h^(-1/5)/2) steps, for example, always has two steps at the first sizes.
 # Size: of the runs.
 COARSE, HALVINGS, SHORTER = 64, (0, 2, 4), 2.0**-4
-# Times at which runs are compared, in parts of the horizon: memory may set in late, or be forgotten at the end.
+# Number of equidistant times at which runs are compared: memory may become active late, or have decayed at the end.
 # Size: times that are compared.
 LOOKS = 4
-# Paths: they know a root mean square to 5 per cent, and its quotients on the same noise better. That memory changes
-# nothing beyond rounding is a property of each path, and is asked of a few first.
+# Number of paths, which gives a root mean square to 5 per cent, and its ratios on the same noise better. Whether
+# memory has no effect beyond rounding is tested first on the smaller number, because it is a property of each path.
 # Size: paths.
 PATHS, FIRST = 256, 16
-# Standard errors that are added to the size of a mean: what is not resolved falls as slowly as they do.
+# Standard errors that are added to the size of a mean: an unresolved mean decreases as slowly as these.
 ERRORS = 3.0
-# Differences below this part of what a run moves are rounding; below the other one, a solver's tolerance if they do
-# not fall: the bounds of `probe.local.orders`.
+# Differences relative to the movement of a run. Below the first they are rounding; below the second they are a
+# solver's tolerance if they decrease with a lower order than the third: the bounds of `probe.local.orders`.
 ROUNDING, TOLERANCE, FLAT = 1e-11, 1e-6, 0.35
 # Two orders of the effect of memory differ if they are half of 1/2 apart: orders of schemes are multiples of 1/2.
 NEAR = 0.25
-# The least order that a right scheme has is 1/2; strong orders are known to 0.1. What falls more slowly stays.
+# The lowest order of a convergent scheme is 1/2, and strong orders are known to 0.1. A lower order counts as none.
 LEAST_ORDER = 0.4
 
 
 class EnteredSteps(Protocol):
-    """What is asked of a one-step map, see `OneStep`."""
+    """Interface of a one-step map that `memory_orders` needs; see `OneStep`."""
 
     @property
     def scheme(self) -> Scheme:
@@ -64,7 +64,7 @@ class EnteredSteps(Protocol):
 
     @property
     def names(self) -> dict[str, slice]:
-        """Rows of each component."""
+        """Rows of each component in the state of the equation."""
 
     def enter(self, x: Array, t: float, h: float) -> State:
         """Return the scheme's state at x.
@@ -73,9 +73,9 @@ class EnteredSteps(Protocol):
         ----------
         x : ndarray, shape (d, P)
         t : float
-            When the scheme enters.
+            Time of the state.
         h : float
-            Size of the steps that follow.
+            Size of the following steps.
         """
 
     def read(self, state: State) -> Array:
@@ -83,14 +83,15 @@ class EnteredSteps(Protocol):
 
 
 class MemoryOrders(NamedTuple):
-    """Orders in h of what memory changes; infinite where that is rounding or a solver's tolerance.
+    """Orders in h of the effect of memory; infinite if the effect is rounding or a solver's tolerance.
 
     Attributes
     ----------
     strong : ndarray, shape (C,)
-        Of root mean squares, by component; NaN where runs are not finite.
+        Orders of root mean squares, by component; NaN if runs are not finite.
     weak : ndarray, shape ()
-        Least order of means of components and of their products, or of their standard errors where these are larger.
+        Lowest order of the means of components and of their products, or of their standard errors if these are
+        larger.
     """
 
     strong: Array
@@ -98,18 +99,18 @@ class MemoryOrders(NamedTuple):
 
     @property
     def vanish(self) -> bool:
-        """Whether the difference tends to 0, so that single steps follow the equation if and only if runs do."""
+        """Whether the effect tends to 0, so that single steps follow the equation if and only if runs do."""
         return bool(np.minimum(self.strong.min(), self.weak) > LEAST_ORDER)
 
 
 @lru_cache(maxsize=16)
 def memory_orders(step: EnteredSteps) -> MemoryOrders:
-    """Compare runs of a scheme with further memory with runs that are entered anew at each step.
+    """Return the orders of the difference between a run and a run with `enter` before each step.
 
     Parameters
     ----------
     step : EnteredSteps
-        Of a scheme whose memory `enter` sets.
+        Of a scheme whose memory can be set by `enter`.
     """
     with np.errstate(all="ignore"):
         found = _compare(step, step.view.horizon)
@@ -122,14 +123,14 @@ def memory_orders(step: EnteredSteps) -> MemoryOrders:
 def _compare(step: EnteredSteps, horizon: float) -> MemoryOrders:
     finest = _runs(step, horizon, HALVINGS[-1:], FIRST)
     if all(size.max() <= ROUNDING for size in _sizes(step, finest)):
-        # Whatever longer steps show: most memory is of components that each step solves for.
+        # Longer steps need no test: most memory is of components that each step solves for.
         return MemoryOrders(np.full(len(step.names), np.inf), np.array(np.inf))
     strong, weak = map(_falls, _sizes(step, _runs(step, horizon, HALVINGS, PATHS)))
     return MemoryOrders(strong, np.maximum(weak.min(), strong.min()))
 
 
 def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int], paths: int) -> list[Array]:
-    """Return both states at the start and each look, shape (1 + L, 2, d, P), of runs with so many halvings."""
+    """Return states at the start and each look, shape (1 + L, 2, d, P), for runs with each number of halvings."""
     runs = [_PairedRuns(step, horizon / COARSE, halvings, paths) for halvings in sizes]
     fields, source = step.view.noise & {*BROWNIAN} | USUAL, Source(SEED, "memory", 0, paths)
     drawn = brownian_steps(source, step.view.noise_dim, horizon / COARSE, HALVINGS[-1], fields, step.view.records)
@@ -142,7 +143,7 @@ def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int], paths: int) 
 
 
 class _PairedRuns:
-    """A run, and one on the same noise that is entered anew at each step: their paths make each step together."""
+    """A run, and a run on the same noise with `enter` before each step; each step is made for both in one call."""
 
     def __init__(self, step: EnteredSteps, coarsest: float, halvings: int, paths: int) -> None:
         self.step, self.halvings, self.h = step, halvings, coarsest / 2**halvings
@@ -162,22 +163,22 @@ class _PairedRuns:
 
 
 def _sizes(step: EnteredSteps, seen: list[Array]) -> tuple[Array, Array]:
-    """Return the largest differences of both states at a look, in the root mean square and in means.
+    """Return the largest difference of the two states over all looks, as root mean squares and in means.
 
     Parameters
     ----------
     step : EnteredSteps
     seen : list of H ndarrays
-        Of runs of each size, the finest last; see `_runs`.
+        Results of `_runs` for each step size, the finest last.
 
     Returns
     -------
     tuple of ndarray, shapes (H, C) and (H, F)
-        By component, and of functions: memory that acts periodically may not have acted at each look.
+        By component, and by function; the maximum over looks, as periodic memory may be inactive at some looks.
     """
     found: Array = np.array(seen)
     begin, own, anew = found[:1, :1, 0], found[:, 1:, 0], found[:, 1:, 1]
-    # In units of what the finest run moves: of a component that stays, of its size.
+    # In units of the movement of the finest run; for a component that does not move, of its size.
     moved = np.sqrt(np.nanmean((own[-1:] - begin) ** 2, axis=(1, 3), keepdims=True))
     unit = np.where(moved > 0.0, moved, 1.0 + np.abs(begin).max(axis=3, keepdims=True))
     own, anew = (own - begin) / unit, (anew - begin) / unit
@@ -189,16 +190,16 @@ def _sizes(step: EnteredSteps, seen: list[Array]) -> tuple[Array, Array]:
 
 
 def _functions(x: Array) -> Array:
-    """Return components and their products, for states in the last axes but one, shape (..., F, P)."""
+    """Return components and their products, for states of shape (..., d, P); shape (..., F, P)."""
     i, j = np.triu_indices(x.shape[-2])
     return np.concatenate([x, x[..., i, :] * x[..., j, :]], axis=-2)
 
 
 def _falls(sizes: Array) -> Array:
-    """Return the orders of differences of shape (H, ...), by which they fall over all sizes and over the last two."""
+    """Return the orders of differences of shape (H, ...), the lower of those over all sizes and over the last two."""
     floored = np.maximum(sizes, ROUNDING)
     last, overall = (np.log(floored[k] / floored[-1]) / np.log(2.0 ** (HALVINGS[-1] - HALVINGS[k])) for k in (-2, 0))
-    # Coarse steps may not be stable.
+    # Coarse steps may be unstable; their order is then ignored.
     order = np.where(np.isfinite(overall), np.minimum(last, overall), last)
     alike = (sizes[-1] <= ROUNDING) | ((sizes[-1] < TOLERANCE) & (order < FLAT))
     return np.where(alike, np.inf, order)

@@ -1,8 +1,8 @@
-"""Cubature nodes for the noise of one step, in units in which the step has length 1.
+"""Cubature nodes for the noise of one step, scaled to a step of length 1.
 
-An expectation over the noise is a weighted sum over nodes: exact for the atoms of a bounded variable, and for
-polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes. A step's terms of order h^{k/2} are
-polynomials of degree k, so that degree 5 in all normals together tells its means up to the order 2.
+An expectation over the noise is a weighted sum over nodes. It is exact for the atoms of a discrete variable, and for
+polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes. Terms of order h^{k/2} in a step are
+polynomials of degree k, so that degree 5 in all normals together gives the means of a step up to order 2.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,21 +21,22 @@ from ...noise.laws import GAUSSIAN, Law
 from ...noise.records import NoiseRecord
 from .two_rules import mixing_turn, turn
 
-# Nodes a variable, by the number of variables; of more variables, the fewest that tell the order 2.
+# Nodes per variable, by the number of variables; for more variables, the fewest that resolve order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST = 3
-# A tensor rule larger than this has fewer nodes a variable, down to three, which are exact up to degree 5.
+# A larger tensor rule has fewer nodes per variable, down to three, which are exact up to degree 5.
 # Size: of a rule.
 MOST_NODES = 2_000
-# Larger than this it may not be with three nodes a variable either: so many random points take its place.
+# If even the rule with three nodes per variable exceeds the first, this number of random points replaces it.
 # Size: of a rule.
 LARGEST, POINTS = 7_000, 2_000
 # Size: any seed.
 SEED = 20170601
-# Nodes a variable that tell mean and covariance of a step and reach beyond two standard deviations; of more
-# variables, up to how many all corners of a cube are taken; atoms and equally probable sizes at most.
+# Nodes per variable that give mean and covariance of a step and reach beyond two standard deviations; the largest
+# number of variables for which all corners of a cube are used; the most atoms and the most equally probable sizes.
 FEW_NODES, SMALL, FEW_ATOMS, MOST_SIZES = {1: (6, 7), 2: (4,)}, 4, 36, 12
-# Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
+# Most paths of one call: more do not fit the processor's caches, and a solver iterates until the last path has its
+# root.
 # Size: of a batch.
 BATCH = 16_384
 
@@ -49,10 +50,10 @@ class Rule(NamedTuple):
     weights : ndarray, shape (K,)
         Positive, of sum 1.
     exact : bool
-        False for random points: root mean squares are known to about 5 per cent, their ratios between step sizes
+        False for random points: root mean squares are then known to about 5 per cent, their ratios between step sizes
         much better, means not at all.
-    degree: int
-        Of a rule: up to which it is exact.
+    degree : int
+        Degree up to which the rule is exact for polynomials.
     """
 
     x: Array
@@ -70,14 +71,14 @@ class Nodes(NamedTuple):
     H : ndarray, shape (l, K), or None
     weights : ndarray, shape (K,)
     exact : bool
-        Whether it is a rule and not random points.
+        Whether the nodes are those of a rule and not random points.
     records : mapping of str to object
-        Noise beside Brownian motions, of a step of one length alone.
+        Noise other than Brownian motions, for a step of a fixed length.
     K : ndarray, shape (l, K), or None
     A : ndarray, shape (l (l - 1)/2, K), or None
-        Levy areas: variables of their own, of the right mean and covariance given dW and H.
+        Levy areas, from independent variables, with the right mean and covariance given dW and H.
     degree : int
-        Of a rule: up to which it is exact.
+        Degree up to which a rule is exact for polynomials.
     """
 
     dW: Array
@@ -90,7 +91,7 @@ class Nodes(NamedTuple):
     degree: int = 5
 
     def increment(self, h: float, states: int = 1) -> Increment:
-        """Return the noise of a step of length h, K nodes for each of a number of states: path = state K + node."""
+        """Return the noise of a step of length h, with K nodes for each of `states` states: path = state K + node."""
 
         def tiled(part: Array | None, scale: float) -> Array | None:
             return None if part is None else np.tile(scale * part, states)
@@ -101,7 +102,7 @@ class Nodes(NamedTuple):
         return Increment(np.tile(root * self.dW, states), H, records=records, K=K, A=A)
 
     def in_batches(self, states: int) -> "list[Nodes]":
-        """Return the nodes in parts that so many states at each make no long batch of; with records, as one."""
+        """Split the nodes so that calls on `states` states have at most `BATCH` paths; not split with records."""
         count = len(self.weights)
         parts = -(-states * count // BATCH)
         if parts <= 1 or self.records:
@@ -110,10 +111,10 @@ class Nodes(NamedTuple):
         return [self.select(slice(*pair)) for pair in pairwise(ends)]
 
     def find_distinct(self) -> "tuple[Nodes, Array]":
-        """Return the nodes whose noise is no other one's, and the place of each node among them.
+        """Return the nodes with distinct noise, and the index among them for each node.
 
-        What is asked at these alone holds at all: half the noise of a product rule has few values, each of them many
-        times. Nodes with records are taken as they are.
+        A function of the noise needs to be evaluated at these only: half the noise of a product rule has few values,
+        each repeated many times. Nodes with records, or random points, are returned unchanged.
         """
         x = np.concatenate([part for part in (self.dW, self.H, self.K, self.A) if part is not None])
         if self.records or not self.exact:
@@ -122,19 +123,19 @@ class Nodes(NamedTuple):
         return self.select(first), place
 
     def select(self, places: Array | slice) -> "Nodes":
-        """Return some of the nodes, without records."""
+        """Return the nodes at some indices, without records."""
         dW, H, K, A = (None if part is None else part[:, places] for part in (self.dW, self.H, self.K, self.A))
         assert dW is not None
         return Nodes(dW, H, self.weights[places], K=K, A=A, degree=self.degree)
 
     def mean(self, values: Array) -> Array:
-        """Return the expectation over the nodes of values of shape (..., K)."""
+        """Return the expectation of values of shape (..., K) over the nodes."""
         return np.asarray(np.einsum("...k,k->...", values, self.weights))
 
 
 @lru_cache(maxsize=8)
 def _distinct_columns(x: bytes, rows: int) -> tuple[Array, Array]:
-    # Where each column is found first, and which of these every column is.
+    # Return the index of the first occurrence of each distinct column, and for every column the index of its value.
     _, first, place = np.unique(np.frombuffer(x).reshape(rows, -1), axis=1, return_index=True, return_inverse=True)
     return first, place.ravel()
 
@@ -166,12 +167,12 @@ def normal_rule(dimension: int, count: int) -> Rule:
     dimension : int
         Number of variables.
     count : int
-        Nodes a variable at most.
+        Largest number of nodes per variable.
 
     Returns
     -------
     Rule
-        Of more variables than four, one of the fifth degree, or random points where these are too many.
+        For more than four variables a rule of degree 5, or random points if it would have too many nodes.
     """
     if dimension > len(COUNTS) and count >= FEWEST and FEWEST**dimension <= LARGEST:
         return fifth_degree_rule(dimension)
@@ -179,7 +180,7 @@ def normal_rule(dimension: int, count: int) -> Rule:
 
 
 def product_rule(dimension: int, count: int) -> Rule:
-    """Return the same as a product of rules of one variable: random points where three nodes each are too many."""
+    """Return a product of one-dimensional rules for standard normals, or random points if it would be too large."""
     for fewer in range(count, min(count, FEWEST) - 1, -1):
         if fewer**dimension <= (MOST_NODES if fewer > FEWEST else LARGEST):
             return tensor_rule([gauss_hermite(fewer)] * dimension)
@@ -191,9 +192,10 @@ def fifth_degree_rule(n: int) -> Rule:
     """Return a rule for n > 2 standard normals that is exact for polynomials of degree 5, in 2^n + 2n nodes.
 
     With a^2 = (n + 2)/2 and b^2 = (n + 2)/(n - 2), the points +-a e_i on the axes and the corners b (+-1, ..., +-1)
-    of a cube, of weights 1/a^4 and 2^{-n}/b^4 (Stroud 1971, E_n^{r^2} 5-3). Three nodes a variable are exact to the
-    same degree, in 3^n nodes. Some polynomials of degree 3 vanish at all nodes, as x_i (x_j^2 - x_k^2) does, but
-    not what an error of degree 3 in the noise of a step adds to the defect of one step against two halves.
+    of a cube, of weights 1/a^4 and 2^{-n}/b^4 (Stroud 1971, E_n^{r^2} 5-3). Three nodes per variable have the same
+    degree with 3^n nodes. Some polynomials of degree 3 vanish at all nodes, such as x_i (x_j^2 - x_k^2), but the
+    contribution of an error of degree 3 in the noise of a step to the defect of one step against two half steps does
+    not.
     """
     a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
     corners = tensor_rule([(np.array([-b, b]), np.full(2, 0.5))] * n)
@@ -203,12 +205,12 @@ def fifth_degree_rule(n: int) -> Rule:
 
 
 def orthogonal_rule(n: int) -> Rule:
-    """Return a rule for n > 2 standard normals of whatever number, in 4n + 2n nodes at most.
+    """Return a rule of degree 3 for any number n > 2 of standard normals, with at most 4n + 2n nodes.
 
-    The corners of `fifth_degree_rule` are those of an orthogonal array of strength 3: the rows of a Hadamard matrix
-    and their negatives. It is exact up to degree 3, and for all monomials of degree 4 and 5 but products of four
-    different variables. Such products in a system of many like parts might cancel at all nodes: the rule is turned
-    by an orthogonal matrix, the same for each n, which leaves the degree as it is.
+    The corners of `fifth_degree_rule` are replaced by an orthogonal array of strength 3: the rows of a Hadamard
+    matrix and their negatives. It is exact up to degree 3, and for all monomials of degree 4 and 5 except products of
+    four different variables. In a system of many equal parts such products might cancel at all nodes, so the rule is
+    rotated by an orthogonal matrix, the same for each n, which preserves the degree.
     """
     a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
     signs, axes = _signs(n), np.concatenate([np.eye(n), -np.eye(n)], axis=1)
@@ -218,27 +220,27 @@ def orthogonal_rule(n: int) -> Rule:
 
 
 def _signs(n: int) -> Array:
-    """Return an orthogonal array of strength 3: the rows of a Hadamard matrix of n variables and their negatives."""
+    """Return an orthogonal array of strength 3: n columns of a Hadamard matrix and their negatives."""
     half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
     return np.concatenate([half, -half], axis=1)
 
 
 def resolving_rule(dimension: int, count: int) -> Rule:
-    """Return `normal_rule` where that is exact, and of more variables one that still resolves means.
+    """Return `normal_rule` if it is exact, else `orthogonal_rule`, which also resolves means.
 
     Parameters
     ----------
     dimension : int
         Number of standard normals.
     count : int
-        Nodes a variable at most.
+        Largest number of nodes per variable.
     """
     rule = normal_rule(dimension, count)
     return rule if rule.exact else orthogonal_rule(dimension)
 
 
 def atom_rule(axes: list[tuple[Array, Array]]) -> Rule:
-    """Return all atoms of independent variables, given as (values, weights), or random ones of too many."""
+    """Return all atoms of independent variables, given as (values, weights), or random ones if there are too many."""
     if count_atoms(axes) <= LARGEST:
         return tensor_rule(axes)
     rng = np.random.Generator(np.random.Philox(key=SEED))
@@ -252,16 +254,16 @@ def count_atoms(axes: list[tuple[Array, Array]]) -> int:
 
 
 def other_rule(dimension: int, count: int) -> Rule:
-    """Return a rule that is exact to no lower degree than `normal_rule` and shares no node with it but 0.
+    """Return a rule of at least the degree of `normal_rule` that shares no node with it except 0.
 
-    The means of a polynomial are the same by both. Those of a function that jumps or bends differ.
+    Both give the same mean of a polynomial. Their means of a function with a jump or a kink differ.
 
     Parameters
     ----------
     dimension : int
         Number of variables.
     count : int
-        Nodes of `normal_rule` a variable at most: one less than those of a single variable here.
+        Largest number of nodes per variable of `normal_rule`; one more is used for a single variable.
     """
     if dimension == 1:
         return normal_rule(1, count + 1)
@@ -277,13 +279,13 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     dimension : int
         Number l of Brownian motions.
     count : int
-        Gauss-Hermite nodes a variable at most; a bounded law has its atoms instead.
+        Largest number of Gauss-Hermite nodes per variable; a discrete law uses its atoms instead.
     areas : bool
-        Whether H varies beside dW.
+        Whether nodes for H are included.
     law : Law
-        Of dW, and of H where it is bounded.
+        Law of dW and, if discrete, of H.
     other : bool
-        Whether they are those of `other_rule`; the atoms of a bounded law are the same.
+        Whether to use `other_rule`; has no effect for a discrete law.
 
     Returns
     -------
@@ -298,22 +300,22 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
 
 
 def law_nodes(dimension: int, noise: frozenset[str], law: Law = GAUSSIAN) -> tuple[Nodes, Nodes]:
-    """Return two sets of nodes for the noise of one step that are exact up to degree 3, whatever noise that is.
+    """Return two sets of nodes for the noise of one step that are exact up to degree 3, for all kinds of noise.
 
     Parameters
     ----------
     dimension : int
         Number l of Brownian motions.
     noise : frozenset of str
-        What a scheme uses of dW, H, K and A.
+        Kinds of noise that a scheme uses, of dW, H, K and A.
     law : Law
-        Of dW, and of H where it is bounded.
+        Law of dW and, if discrete, of H.
 
     Returns
     -------
     Nodes, Nodes
-        Few of them, which resolve mean and covariance of a step. Both are the same of a bounded law; else they have
-        no variable's values in common.
+        Few nodes, which resolve mean and covariance of a step. For a discrete law both sets are the same; else no
+        variable has a value in both.
     """
     l = dimension
     sizes = {"dW": l} | {name: l for name in ("H", "K") if name in noise}
@@ -327,7 +329,7 @@ def law_nodes(dimension: int, noise: frozenset[str], law: Law = GAUSSIAN) -> tup
 
 
 def _named_nodes(rule: Rule, sizes: dict[str, int]) -> Nodes:
-    """Return the variables of a rule as the noise of a step of length 1, so many of each kind."""
+    """Return the variables of a rule as the noise of a step of length 1; `sizes` has their number for each kind."""
     parts = dict(zip(sizes, np.split(rule.x, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     H, K = (parts[name] / np.sqrt(PARTS[name]) if name in parts else None for name in ("H", "K"))
     A = areas_at(parts["dW"], H, parts["A"], 1.0) if "A" in parts else None
@@ -346,17 +348,17 @@ def _two_rules(n: int) -> tuple[Rule, Rule]:
 
 
 def areas_at(dW: Array, H: Array | None, x: Array, h: float) -> Array:
-    """Return areas of a step of length h from standard variables x that are independent of all else.
+    """Return Levy areas of a step of length h from standard variables x independent of dW and H.
 
-    Given dW alone they have mean 0 and the variance h^2/4; given H, too, the mean H_i dW_j - H_j dW_i, around which
-    h^2/12 is left.
+    Given dW alone they have mean 0 and variance h^2/4. Given H as well, they have the mean H_i dW_j - H_j dW_i and
+    the variance h^2/12.
 
     Parameters
     ----------
     dW : ndarray, shape (l, K)
         Increments.
     H : ndarray, shape (l, K), or None
-        Their time integrals, where they are known.
+        Space-time Levy areas, if known.
     x : ndarray, shape (l (l - 1)/2, K)
         Standard variables.
     h : float
@@ -366,9 +368,9 @@ def areas_at(dW: Array, H: Array | None, x: Array, h: float) -> Array:
 
 
 def _signed_rule(n: int, l: int, law: Law) -> Rule:
-    """Return atoms of l variables of a law and n - l signs, exact up to degree 3: all, or signs crossed with sizes.
+    """Return a rule of degree 3 from atoms of l variables of a law and n - l signs: all atoms, or signs times sizes.
 
-    Of sizes, one after the other of equally probable ones are taken, a place further in each variable.
+    Equally probable sizes are used cyclically, with an offset of one more place in each variable.
     """
     axes = law.atoms(l, areas=n > l)
     if count_atoms(axes) <= FEW_ATOMS:
@@ -383,7 +385,7 @@ def _signed_rule(n: int, l: int, law: Law) -> Rule:
 
 
 def _equal_sizes(law: Law) -> Array | None:
-    """Return equally probable sizes that a symmetric law takes with a sign of its own; None for another law."""
+    """Return equally probable absolute values of a symmetric discrete law; None for other laws."""
     sizes, weights = np.abs(law.values), np.array(law.weights)
     if not np.allclose(weights @ (np.sign(law.values)), 0.0):
         return None
@@ -395,17 +397,17 @@ def _equal_sizes(law: Law) -> Array | None:
 
 
 def cross_with(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
-    """Return each node with each of R nodes of an independent record, whose probabilities are `weights`.
+    """Return the product of the nodes with R nodes of an independent record whose probabilities are `weights`.
 
     Parameters
     ----------
     nodes : Nodes
     name : str
-        What the record is called in an increment.
+        Name of the record in an increment.
     data : ndarray or record of ndarray, shape (..., R)
-        The record at its nodes.
+        Data of the record at its nodes.
     weights : ndarray, shape (R,)
-        Probabilities of its nodes.
+        Probabilities of the nodes of the record.
     """
 
     def spread(part: Array) -> Array:
@@ -418,12 +420,12 @@ def cross_with(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
 
 
 class HalfSteps(NamedTuple):
-    """Noise of a step of length 1 and of its two halves, at common nodes.
+    """Noise of a step of length 1 and of its two halves, at the same nodes.
 
     Attributes
     ----------
     whole, first, second : Nodes
-        The halves in the units of the whole step.
+        The halves are scaled like the whole step.
     """
 
     whole: Nodes
@@ -431,7 +433,7 @@ class HalfSteps(NamedTuple):
     second: Nodes
 
     def with_records(self, records: tuple[NoiseRecord, ...], h: float) -> "HalfSteps":
-        """Return the same with the noise beside Brownian motions of a step of size h."""
+        """Return nodes that include the noise other than Brownian motions of a step of size h."""
         found = self
         for record in records:
             (first, second), weights = _pairs(*record.rule(0.5 * h))
@@ -454,7 +456,7 @@ def half_steps(
     levy: bool = False,
     rule: Callable[[int, int], Rule] = resolving_rule,
 ) -> HalfSteps:
-    """Return nodes for the Gaussian noise of two half steps and of the step they make up.
+    """Return nodes for the Gaussian noise of two half steps and of the whole step.
 
     dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4,   A = A_1 + A_2 + (dW_1 x dW_2 - dW_2 x dW_1)/2.
 
@@ -463,11 +465,11 @@ def half_steps(
     dimension : int
         Number l of Brownian motions.
     count : int
-        Nodes of each normal.
+        Nodes per normal variable.
     areas : bool
-        Whether time integrals H go with dW.
+        Whether H is included.
     levy : bool
-        Whether Levy areas A between the motions do.
+        Whether Levy areas A are included.
     rule : callable, optional
         `resolving_rule`, or `product_rule` for means over some of the normals given the others.
     """
@@ -485,7 +487,7 @@ def half_steps(
 
 
 def _of_halves(x: Array, *, areas: bool) -> tuple[tuple[Array, Array], tuple[Array | None, Array | None]]:
-    """Return dW and H of two half steps from standard normals."""
+    """Return dW and H of two half steps from standard normals; H is None without areas."""
     W1, W2, *rest = np.split(x / np.sqrt(2.0), 4 if areas else 2)
     H1, H2 = (part / np.sqrt(12.0) for part in rest) if areas else (None, None)
     return (W1, W2), (H1, H2)

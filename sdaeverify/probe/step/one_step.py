@@ -1,4 +1,4 @@
-"""A scheme as a black-box one-step map between flat states."""
+"""A scheme as a black-box one-step map between states of the equation."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,13 +17,12 @@ from .nodes import SEED, Nodes, law_nodes, step_nodes
 from .states import WHEN, cloud, follows_coefficients, states_near_start, time_unit
 from .together import PathBatch, together
 
-# A fast component is resolved by steps that are so many times shorter than its time.
+# A fast component is resolved by steps that are shorter than its time scale by this factor.
 RESOLVED = 64.0
 # Steps after which the memory of a scheme is compared with that of `enter`, their size in units of time, and a bound
-# for round-off.
+# of round-off.
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
-# The nodes of a step are no farther out, in standard deviations: those of Gauss-Hermite rules of up to 9 points are
-# within 4.52.
+# Bound of the nodes of a step in standard deviations: those of Gauss-Hermite rules of up to 9 points are within 4.52.
 # Theorem: the largest root of the Hermite polynomial He_9 is 4.513.
 OUTERMOST = 4.52
 TRUNCATED = "steps are truncated at every state, however short they are: the order is never seen"
@@ -32,11 +31,11 @@ FAILED = "every step fails, at every state and however short it is: the order is
 
 
 def why_not_resolved(view: Problem, shortest: float) -> str:
-    """Return why steps say nothing of the order of a problem as h tends to 0, or an empty string.
+    """Return why steps do not show the order of a problem as h tends to 0, or an empty string.
 
-    They are longer than its fastest time, or its coefficients swing to and fro within a step. A scheme that is
-    uniformly accurate does not follow the equation step by step where steps are longer than its stiffness parameter,
-    and its errors go from one law to another across it, however accurate the scheme is.
+    The steps are longer than the fastest time scale, or the coefficients oscillate within a step. With steps longer
+    than its stiffness parameter, a uniformly accurate scheme does not follow the equation step by step. Its errors
+    then change from one asymptotic law to another, however accurate the scheme is.
     """
     if view.fastest_time < RESOLVED * shortest:
         return (
@@ -49,13 +48,13 @@ def why_not_resolved(view: Problem, shortest: float) -> str:
 
 @dataclass(frozen=True)
 class OneStep:
-    """The map x -> Phi(x, t, h, noise) between states of shape (d, P): the rows of the components of `equation`.
+    """Map x -> Phi(x, t, h, noise) between states of shape (d, P), whose rows are the components of `equation`.
 
     Attributes
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
 
     scheme: Scheme
@@ -63,7 +62,7 @@ class OneStep:
 
     @cached_property
     def equation(self) -> Equation:
-        """The equation of the comparable components."""
+        """Equation of the comparable components."""
         equation = self.view.equation()
         if equation is None:
             raise SchemeError(f"{article(type(self.view).__name__)} offers no Ito equation to compare one step with")
@@ -71,24 +70,25 @@ class OneStep:
 
     @property
     def time(self) -> float:
-        """When steps are looked at: a fifth of the horizon, as at 0 derivatives of the coefficients may vanish."""
+        """Time of probed steps: a fifth of the horizon, since derivatives of the coefficients may vanish at 0."""
         return WHEN * self.view.horizon
 
     @property
     def time_unit(self) -> float:
-        """The time in parts of which steps are probed; see `states.time_unit`."""
+        """Unit of the step sizes of probes; see `states.time_unit`."""
         return time_unit(self.view)
 
     @property
     def names(self) -> dict[str, slice]:
-        """Rows of each component."""
+        """Rows of each component in the state."""
         return dict(self.equation.names or {"x": slice(None)})
 
     @property
     def admissible_corners(self) -> Array:
-        """Admissible states near 0 and the unit vectors, shape (d, 1 + d), of a problem with constraints.
+        """Admissible states near 0 and the unit vectors, shape (d, 1 + d), for a problem with constraints.
 
-        Where one of these has no nearest admissible state, as the centre of a circle has none, all directions count.
+        If one of these has no nearest admissible state, as for the centre of a circle, the unprojected points are
+        returned.
         """
         points = np.eye(self.equation.dimension, 1 + self.equation.dimension, k=1)
         with np.errstate(all="ignore"):
@@ -101,11 +101,11 @@ class OneStep:
         Parameters
         ----------
         beside : bool
-            Whether the nodes of the probe are those of the noise beside Brownian motions, too.
+            Whether the probe has nodes for noise other than Brownian motions.
         run : bool
-            Whether a run is made to tell if memory counts, the only thing that takes long.
+            Whether to make a run, the only slow part, to determine whether memory has an effect.
         levy : bool
-            Whether the nodes of the probe are those of Levy areas, too.
+            Whether the probe has nodes for Levy areas.
         """
         if self.scheme.discontinuous_in_noise:
             return "a step jumps as a function of its noise: quadrature gives no expectations"
@@ -114,7 +114,7 @@ class OneStep:
         return self.why_not_at_nodes(levy=levy) or self.why_not_comparable() or self.why_not_entered(run=run)
 
     def why_not_at_nodes(self, *, levy: bool = False) -> str:
-        """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string.
+        """Return that a step uses Brownian noise for which there are no nodes, or an empty string.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class OneStep:
         return ""
 
     def why_not_entered(self, *, run: bool = True) -> str:
-        """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string.
+        """Return that `enter` does not set all memory, or the state lacks compared components, or an empty string.
 
         Parameters
         ----------
@@ -163,7 +163,7 @@ class OneStep:
             return "" if self._keeps_entered() else "steps depend on memory, and a random member has no history"
 
     def _keeps_entered(self) -> bool:
-        """Return whether the memory after each of a few steps is the one that `enter` sets at the same state."""
+        """Return whether after each of a few steps the memory equals that set by `enter` at the same state."""
         t, h = self.time, SHORT_STEP * self.time_unit
         x, rng = states_near_start(self.view, self.equation), np.random.Generator(np.random.Philox(key=SEED + 9))
         state = self.enter(x, t, h)
@@ -180,11 +180,11 @@ class OneStep:
 
     @property
     def memory(self) -> MemoryOrders | None:
-        """Orders of what memory changes in a run, of a map that can be probed; None without further memory."""
+        """Orders of the effect of memory in a run, for a map that can be probed; None without further memory."""
         return memory_orders(self) if self.remembers(self.scheme.start(self.view, 1, self.view.horizon)) else None
 
     def untold(self, state: State) -> str:
-        """Return that a state of the scheme lacks components that are compared, or an empty string."""
+        """Return that a state of the scheme lacks compared components, or an empty string."""
         lacking = [name for name in self.names if name not in self.scheme.parts(self.view, state)]
         if not lacking:
             return ""
@@ -201,40 +201,41 @@ class OneStep:
         ----------
         x : ndarray, shape (d, P)
         t : float
-            When the scheme enters.
+            Time of the state.
         h : float
-            Step size: what a scheme remembers may depend on it.
+            Step size, on which the memory of a scheme may depend.
         """
         return self.scheme.enter(self.view, self.view.state(x, t), t, h)
 
     def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
-        """Return the scheme's state after a step, all its memory included.
+        """Return the scheme's state after a step, including all memory.
 
         Parameters
         ----------
         state : State
-            The scheme's, on P paths.
+            State of the scheme, on P paths.
         t : float
             Start of the step.
         h : float
-            Its size.
+            Size of the step.
         noise : Increment
-            On the same paths.
+            Noise on the same paths.
         """
         return self.scheme.prepare(self.view, h)(state, t, noise).state
 
     def truncated(self, x: Array, h: Array, times: Sequence[float]) -> Mask:
-        """Tell at which states a step of each size is truncated by some noise of its size, shape (S, H).
+        """Return from which states a step of each size is truncated at some node of the noise, shape (S, H).
 
-        A truncated step is not yet what the scheme tends to: it has no order there. A step of Euler's method that
-        leaves the domain of the problem counts as one: there, schemes that stay in it make another step.
+        A truncated step differs from the asymptotic form of the step, so that it shows no order there. A step of
+        Euler's method that leaves the domain of the problem also counts as truncated, because schemes that stay in
+        the domain modify it.
 
         Parameters
         ----------
         x : ndarray, shape (d, S)
         h : ndarray, shape (H,)
         times : sequence of H floats
-            When the step of each size begins.
+            Start of the step of each size.
         """
         nodes = self.few_nodes()
         wide = np.repeat(x, len(nodes.weights), axis=1)
@@ -255,7 +256,7 @@ class OneStep:
         return found
 
     def leaves_domain(self, x: Array, t: float, h: float, noise: Increment) -> Mask:
-        """Return on which paths a step of Euler's method leaves the domain of the problem, shape (P,).
+        """Return the paths on which a step of Euler's method leaves the domain of the problem, shape (P,).
 
         Parameters
         ----------
@@ -263,37 +264,37 @@ class OneStep:
         t : float
             Start of the step.
         h : float
-            Its size.
+            Size of the step.
         noise : Increment
-            On the same paths.
+            Noise on the same paths.
         """
         if self.view.domain is None:
             return np.zeros(x.shape[1], dtype=bool)
         return outside(self.view, self.euler(x, t, h, noise))
 
     def few_nodes(self) -> Nodes:
-        """Return two nodes for each variable of the noise, or a few random ones where these are too many."""
+        """Return two nodes per variable of the noise, or a few nodes of another rule if these would be too many."""
         l, noise, law = self.view.noise_dim, self.scheme.noise, self.scheme.law
         nodes = step_nodes(l, 2, areas="H" in noise, law=law)
         return law_nodes(l, noise, law)[0] if "A" in noise or not nodes.exact else nodes
 
     def usable_states(self, h: float, x: Array | None = None) -> Array:
-        """Return the states, those of the cloud if left out, at which steps of this size are not truncated."""
+        """Return the states from which steps of this size are not truncated; by default of those of `cloud`."""
         x = cloud(self.view, self.equation) if x is None else x
         with np.errstate(all="ignore"):
             truncated = self.truncated(x, np.array([h]), [self.time])[:, 0]
         return x[:, ~truncated] if truncated.any() else x
 
     def why_not_sound(self, h: float, x: Array | None = None) -> str:
-        """Return that no step of this size has an order, or an empty string.
+        """Return that no step of this size shows an order, or an empty string.
 
-        Steps are truncated at every state, or each one fails.
+        Either steps are truncated at every state, or each step fails.
 
         Parameters
         ----------
         h : float
         x : ndarray, shape (d, S), optional
-            The states; those of the cloud if left out.
+            Probe states; by default those of `cloud`.
         """
         x = cloud(self.view, self.equation) if x is None else x
         if not self.usable_states(h, x).size:
@@ -304,14 +305,14 @@ class OneStep:
         return FAILED if made.failed is not None and made.failed.all() else ""
 
     def is_still(self, h: float) -> bool:
-        """Return whether a step of this size returns each state of the cloud unchanged, all its memory included."""
+        """Return whether a step of this size returns each state of `cloud` unchanged, including all memory."""
         if self.view.records:
             return False
         state, made = self._at_few_nodes(cloud(self.view, self.equation), h)
         return np.array_equal(flatten(state), flatten(made.state))
 
     def _at_few_nodes(self, x: Array, h: float) -> tuple[State, Step]:
-        """Return the scheme's states from which steps of this size begin, and the steps."""
+        """Return the scheme's states at the start of steps of this size, and the results of the steps."""
         nodes = self.few_nodes()
         with np.errstate(all="ignore"):
             state = self.enter(np.repeat(x, len(nodes.weights), axis=1), self.time, h)
@@ -326,29 +327,29 @@ class OneStep:
         return x
 
     def make(self, x: Array, t: float, h: float, noise: Increment) -> Step:
-        """Return the step from given states: all memory, flags and outputs.
+        """Return the result of a step from given states, with all memory, flags and outputs.
 
         Parameters
         ----------
         x : ndarray, shape (d, P)
         t, h : float
-            Start of the step, and its size.
+            Start and size of the step.
         noise : Increment
         """
         return self.scheme.prepare(self.view, h)(self.enter(x, t, h), t, noise)
 
     def together(self, batches: Iterable[PathBatch]) -> Iterator[Step]:
-        """Yield the steps of batches that differ in time and size, in few calls where that changes no bit.
+        """Yield the steps of batches that differ in time and size, in few calls if this does not change a bit.
 
         Parameters
         ----------
         batches : iterable of PathBatch
-            With x of shape (d, P).
+            Their x has shape (d, P).
         """
         return together(self.make, batches)
 
     def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
-        """Return Phi(x, t, h, noise), shape (d, P)."""
+        """Return Phi(x, t, h, noise), the components after a step from state x, shape (d, P)."""
         return self.read(self.advance(self.enter(x, t, h), t, h, noise))
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
@@ -360,8 +361,8 @@ class OneStep:
         t : float
             Start of the step.
         h : float
-            Its size.
+            Size of the step.
         noise : Increment
-            On the same paths.
+            Noise on the same paths.
         """
         return self.equation.euler(t, x, h, noise)

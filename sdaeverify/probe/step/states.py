@@ -1,4 +1,4 @@
-"""The cloud of states, and the time, at which a one-step map is probed; states as far out as it may be asked of."""
+"""States and times at which a one-step map is probed: near the start, reached by solutions, and far out."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -10,55 +10,56 @@ from ...forms import Domain, Equation, Problem, outside
 from ...numerics import all_finite, norm, solve
 from .nodes import BATCH, SEED
 
-# Points near the start of a random problem, whose coefficients have the size 1, and how far from it they are.
+# Number of points near the start of a random problem, whose coefficients have size 1, and their largest distance.
 # Size: states.
 POINTS_NEAR_START, NEAR_START = 2, 0.25
-# Points of the cloud beside the initial state, in each of its two parts.
+# Number of points of the cloud other than the initial state, in each of its two parts.
 # Size: states.
 PILOT, SCATTERED = 6, 6
 # Size: of a step of the pilot.
 PILOT_H = 2.0**-6
-# Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
-# that it makes in each of them, and the states that are probed there.
+# Paths of the pilot that covers the reachable states, parts of the horizon with one recorded time each, steps in each
+# part, and states probed at each time.
 # Size: paths, times and states.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
-# Reached states that orders are asked at beside the cloud: of one component, one in each interval of mass 1/47.
+# Number of reached states at which orders are probed in addition to the cloud: for one component, one state in each
+# interval of mass 1/47.
 # Size: states.
 SPREAD = 48
-# In no component are points of the cloud farther from the start than so many times its size, or the distance of one
-# of the nearest: where a law spreads over powers of ten, steps at its outer states are too coarse for schemes that
-# tame a drift by its size, however short.
+# Largest distance of points of the cloud from the start in each component, in multiples of its size or of the second
+# smallest distance. If a law extends over powers of ten, steps at its outer states are too coarse, at any size
+# probed, for schemes that tame a drift by its size.
 FARTHEST = 100.0
-# Of the states, to differentiate a stiff drift.
+# Relative size of differences for the derivative of a stiff drift.
 DIFFERENCE = 1e-7
 # Size: steps of the pilot.
 FEWEST_STEPS, MOST_STEPS = 64, 256
-# A point this close to the manifold, in parts of the terms that cancel there, is on it.
+# A point counts as on the manifold if its residual is below this part of the terms that cancel.
 CLOSE = 1e-10
 # Size: states.
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2
-# A slow equation changes by less than this in the unit of time; its horizon is so many units long.
+# A slow equation has a rate below the first per unit of time, and a horizon of at least the second in units of time.
 SLOW, LONG = 2.0**-6, 64.0
-# A step does not follow a coefficient of which the mean second difference within it is more than the first part of
-# all its changes in time, or of the second part of its size if these are less: a sine by more than a radian.
+# A step does not resolve a coefficient if the mean second difference within the step exceeds the first part of its
+# total variation in time, or of the second part of its size if that is larger: for a sine, more than a radian.
 BENT, SMALL_PART = 0.1, 0.1
-# Differences of states by which rates are taken, as part of how far states are from each other; a coefficient whose
-# values at two times differ by no more than the second, relative, does not depend on time.
+# Relative distance of states for difference quotients; a coefficient whose values at two times differ by less than
+# the second, relative, does not depend on time.
 NEARBY, SAME = 1e-4, 1e-12
 
 
 def time_unit(view: Problem) -> float:
-    """Return the time in parts of which steps are probed: the unit of time, or the horizon where that is shorter.
+    """Return the unit of the step sizes of probes: the problem's unit of time, or the horizon if that is shorter.
 
-    Where an equation hardly changes in the unit of time and its horizon is long, defects of steps in parts of the
-    unit would be rounding; it is then the largest power of two that is no longer than the equation's own time.
+    If an equation hardly changes in the unit of time and its horizon is long, defects of steps in this unit would be
+    rounding. The result is then the largest power of two below the equation's own time scale.
 
     Parameters
     ----------
     view : Problem
-        Of any form.
+        Problem in any form.
     """
     unit, equation = view.time_unit, view.equation()
     if equation is None or view.longest_unit < LONG * unit:
@@ -74,9 +75,9 @@ def time_unit(view: Problem) -> float:
 
 
 def _rate_in_state(equation: Equation, x: Array) -> float:
-    """Return a Lipschitz constant of f and the square of that of B, between states, shape (d, S), and near them.
+    """Return a Lipschitz constant of f plus the square of that of B, from differences between and near states (d, S).
 
-    Components are in units of how far they go: a position may be 1e8 where a velocity is 10.
+    Components are in units of their range: a position may be 1e8 while a velocity is 10.
     """
     spread = np.abs(x - x[:, :1]).max(axis=1, keepdims=True)
     unit = np.where(spread > 0.0, spread, 1.0)
@@ -92,7 +93,7 @@ def _rate_in_state(equation: Equation, x: Array) -> float:
 
 
 def _rate_in_time(equation: Equation, x: Array, unit: float) -> float:
-    """Return how much f and B change in the unit of time, in parts of what they change in all, per unit of time."""
+    """Return the largest relative change of f and B per unit of time, relative to their total variation."""
     times = _spread_times(equation.horizon - unit, SEED + 12)
     now, later = (_coefficients_at(equation, times + part, x) for part in (0.0, unit))
     change, span = np.abs(later - now).max(axis=0), np.ptp(now, axis=0)
@@ -103,16 +104,16 @@ def _rate_in_time(equation: Equation, x: Array, unit: float) -> float:
 
 @lru_cache(maxsize=64)
 def follows_coefficients(view: Problem, h: float) -> bool:
-    """Tell whether steps of a size follow the coefficients of an equation in time, at states that solutions reach.
+    """Return whether steps of size h resolve the time dependence of the coefficients, at states that solutions reach.
 
-    Where a coefficient swings to and fro within a step, its value in the middle is far from the mean of those at the
-    ends, at most times. At a jump it is, too, which few steps meet.
+    If a coefficient oscillates within a step, its value in the middle is, at most times, far from the mean of the
+    values at the ends. The same holds at a jump, which affects few steps only.
 
     Parameters
     ----------
     view : Problem
     h : float
-        Less than the horizon.
+        Below the horizon; for longer steps the result is True.
     """
     equation = view.equation()
     if equation is None or not h < equation.horizon:
@@ -131,18 +132,18 @@ def follows_coefficients(view: Problem, h: float) -> bool:
 
 
 def _spread_times(last: float, seed: int) -> Array:
-    """Return a random time in each part of those up to the last one."""
+    """Return a random time in each of `STRATA` equal parts of [0, last]."""
     rng = np.random.Generator(np.random.Philox(key=seed))
     return np.asarray(last * (np.arange(STRATA) + rng.uniform(size=STRATA)) / STRATA)
 
 
 def _coefficients_at(equation: Equation, times: Array, x: Array) -> Array:
-    """Return f and all entries of B, one below the other, at some times, shape (times, d + d l, S)."""
+    """Return f and all entries of B at each time, stacked, shape (times, d + d l, S)."""
     return np.stack([np.concatenate(_coefficients(equation, t, x)) for t in times.tolist()])
 
 
 def _coefficients(equation: Equation, t: float, x: Array) -> tuple[Array, Array]:
-    """Return f, shape (d, S), and B, all its entries one below the other, shape (d l, S)."""
+    """Return f, shape (d, S), and all entries of B, stacked, shape (d l, S)."""
     f, B = np.broadcast_to(equation.drift(t, x), x.shape), equation.diffusion(t, x)
     wide = np.broadcast_to(B, (*B.shape[:2], x.shape[1]))
     return f, wide.reshape(-1, x.shape[1])
@@ -150,23 +151,23 @@ def _coefficients(equation: Equation, t: float, x: Array) -> tuple[Array, Array]
 
 @lru_cache(maxsize=8)
 def cloud(view: Problem, ito: Equation) -> Array:
-    """Return the initial state, points of a pilot trajectory, and points scattered around them.
+    """Return the probe states: the initial state, points of pilot paths, and points scattered around them.
 
     The pilot is Euler-Maruyama with h = 2^-6 of the unit of time or, on a shorter horizon, 64 steps; it ends after
-    256 steps. It is kept at six times on six paths. The scattered points are the pilot's, moved at random by as much
-    as it has moved; on a constrained problem all are brought onto the manifold, with velocities projected onto the
-    tangent space. The initial state takes the place of a point where that fails, or where drift or diffusion are not
-    finite.
+    256 steps. Six paths are recorded at one of six times each. The scattered points are these, displaced at random by
+    as much as the pilot has moved. On a constrained problem all points are projected onto the manifold, and
+    velocities onto the tangent space. The initial state replaces a point where the projection fails, or where drift
+    or diffusion are not finite.
 
-    Where the drift of a step is larger than the state, the equation is stiff, and explicit steps would carry the
-    pilot to states that no solution has: the pilot is then linearly implicit, x+ = x + (1 - h Df)^{-1} (h f + B dW).
+    If the drift of a step is larger than the state, the equation is stiff, and explicit steps would reach states that
+    no solution has: the pilot is then linearly implicit, x+ = x + (1 - h Df)^{-1} (h f + B dW).
 
     Parameters
     ----------
     view : Problem
-        With its constraints, if it has some.
+        Problem with its constraints, if any.
     ito : Equation
-        The Ito equation of its comparable components.
+        Ito equation of its comparable components.
 
     Returns
     -------
@@ -175,7 +176,7 @@ def cloud(view: Problem, ito: Equation) -> Array:
     rng = np.random.Generator(np.random.Philox(key=SEED + 1))
     start = ito.initial(1)
     with np.errstate(all="ignore"):
-        # Of each path its own time.
+        # Each path is taken at another time.
         pilot = _not_too_far(start, np.einsum("kdk->dk", _pilot(ito, time_unit(view), rng, view.domain)))
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
@@ -183,36 +184,36 @@ def cloud(view: Problem, ito: Equation) -> Array:
         if view.has_constraints:
             points = view.admissible(points)
         found = np.concatenate([start, np.where(is_allowed(view, ito, points), points, start)], axis=1)
-    # All schemes on a problem are given the same array.
+    # All schemes on a problem share the array, so it is read-only.
     found.flags.writeable = False
     return found
 
 
 def _brought_back(view: Problem, points: Array) -> Array:
-    """Return points, shape (d, S), those outside the domain of a problem replaced by random states in it."""
+    """Return points (d, S) with random states of the domain in place of those outside."""
     if view.domain is None:
         return points
     return view.domain.keep(points, view.domain.draw(*points.shape))
 
 
 def _not_too_far(start: Array, points: Array) -> Array:
-    """Return points, shape (d, S), with those that are too far from the start on the way to where they were."""
+    """Return points (d, S) moved towards the start if they are farther from it than `FARTHEST` allows."""
     moved = points - start
-    # One point may be near the start by chance.
+    # The second smallest distance, because a single point may be near the start by chance.
     most = FARTHEST * np.maximum(np.abs(start), np.sort(np.abs(moved), axis=1)[:, 1:2])
     share = np.where(np.abs(moved) > most, most / np.abs(moved), 1.0).min(axis=0)
     return np.asarray(np.where(share < 1.0, start + share * moved, points))
 
 
 def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
-    """Tell which points of shape (d, S) are on the manifold and in the domain, with finite drift and diffusion.
+    """Return which points (d, S) are on the manifold and in the domain, with finite drift and diffusion.
 
     Parameters
     ----------
     view : Problem
-        What the scheme sees: its constraints say where the manifold is, and its domain where solutions stay.
+        Problem in the scheme's form; its constraints define the manifold, its domain the allowed states.
     ito : Equation
-        Whose coefficients have to be finite.
+        Equation whose coefficients have to be finite.
     points : ndarray, shape (d, S)
     """
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
@@ -224,14 +225,14 @@ def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
 
 
 class ReachedStates(NamedTuple):
-    """States that solutions reach, at a time in each of so many equal parts of the run.
+    """States that solutions reach, at one time in each of several equal parts of the run.
 
     Attributes
     ----------
     t : ndarray, shape (n,)
-        Ascending; neither 0 nor the end.
+        Times, ascending; neither 0 nor the end.
     x : ndarray, shape (n, d, S)
-        Those of a time; NaN where the equation is not finite or the manifold is missed.
+        States at each time; NaN where the equation is not finite or the projection onto the manifold fails.
     """
 
     t: Array
@@ -239,28 +240,28 @@ class ReachedStates(NamedTuple):
 
     @property
     def points(self) -> Array:
-        """All states that are finite, shape (d, N)."""
+        """All finite states of all times, shape (d, N)."""
         wide = np.moveaxis(self.x, 0, 1).reshape(self.x.shape[1], -1)
         return np.asarray(wide[:, all_finite(wide)])
 
 
 @lru_cache(maxsize=8)
 def reached_states(view: Problem, ito: Equation) -> ReachedStates:
-    """Return some states of pilot paths at a random time in each of 32 parts of the horizon, on the manifold.
+    """Return states of pilot paths at a random time in each of 32 parts of the horizon, projected onto the manifold.
 
-    Of 64 paths, those are taken at which a component is largest and smallest, one component after the other, and
-    others at random: a region that one path in 64 visits is seen, and each path is seen at some times.
+    Of 64 paths, those with the largest and the smallest value of a component, in turn for all components, and further
+    random ones are selected: a region that one path in 64 visits is found, and each path is selected at some times.
 
     Parameters
     ----------
     view : Problem
-        With its constraints, if it has some.
+        Problem with its constraints, if any.
     ito : Equation
-        The Ito equation of its comparable components.
+        Ito equation of its comparable components.
 
     Returns
     -------
-    Reached
+    ReachedStates
     """
     rng = np.random.Generator(np.random.Philox(key=SEED + 10))
     normals = rng.standard_normal((STRATA * A_STRATUM, ito.noise_dim, MANY))
@@ -278,33 +279,33 @@ def reached_states(view: Problem, ito: Equation) -> ReachedStates:
 
 
 def _extremes(x: Array, place: int, rng: np.random.Generator) -> Array:
-    """Return the paths of a largest and of a smallest component, by place, and further ones at random."""
+    """Return the indices of random paths, and of those with the largest and smallest value of one component."""
     row = np.nan_to_num(x[place % len(x)])
     return np.append(rng.choice(x.shape[1], PROBED - 2, replace=False), [row.argmax(), row.argmin()])
 
 
-# The same for all schemes of a form.
+# Cached, because it is the same for all schemes of a form.
 @lru_cache(maxsize=16)
 def spread_states(view: Problem, ito: Equation, most: int = SPREAD) -> Array:
-    """Return reached states at equal distances in rank, component after component, from the least to the largest.
+    """Return reached states at equidistant ranks of each component, from its smallest to its largest value.
 
-    The pilot's states are sorted by a component and every k-th one is taken, so that each interval of that component
-    which holds k of them, whatever its place, has a state in it. A region of another shape is missed with about the
+    The reached states are sorted by a component and every k-th one is selected, so that each interval of that
+    component with at least k of them contains a selected state. A region of another shape is missed with about the
     probability with which random states miss it.
 
     Parameters
     ----------
     view : Problem
-        With its constraints, if it has some.
+        Problem with its constraints, if any.
     ito : Equation
-        The Ito equation of its comparable components.
+        Ito equation of its comparable components.
     most : int
-        Number of states, divided among the components; of more components than half of it a random subset counts.
+        Number of states, divided among the components; of more than most/2 components, a random subset is used.
 
     Returns
     -------
     ndarray, shape (d, S)
-        S is at most `most`; states that are selected by several components are there once.
+        S is at most `most`; states selected for several components appear once.
     """
     x = reached_states(view, ito).points
     d, count = x.shape
@@ -317,18 +318,18 @@ def spread_states(view: Problem, ito: Equation, most: int = SPREAD) -> Array:
 
 
 def states_near_start(view: Problem, equation: Equation) -> Array:
-    """Return the initial state and points near it, on the manifold of a problem with constraints.
+    """Return the initial state and points near it, projected onto the manifold of a problem with constraints.
 
     Parameters
     ----------
     view : Problem
     equation : Equation
-        Of its comparable components.
+        Ito equation of its comparable components.
 
     Returns
     -------
     ndarray, shape (d, 3)
-        A point where the manifold is missed is replaced by the initial state.
+        A point at which the projection fails is replaced by the initial state.
     """
     start = equation.initial(1)
     rng = np.random.Generator(np.random.Philox(key=SEED + 18))
@@ -340,12 +341,12 @@ def states_near_start(view: Problem, equation: Equation) -> Array:
 
 
 def in_batches(x: Array, nodes: int) -> list[Array]:
-    """Return states, shape (d, S), in parts that so many nodes at each of them make no long batch of."""
+    """Split states, shape (d, S), so that a call with `nodes` nodes at each has at most `BATCH` paths."""
     return np.array_split(x, max(min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), 1), axis=1)
 
 
 def _pilot(ito: Equation, unit: float, rng: np.random.Generator, domain: Domain | None) -> Array:
-    """Return where the pilot's paths are at six times, shape (6, d, P)."""
+    """Return the states of the pilot's paths at six times, shape (6, d, P)."""
     longest = PILOT_H * max(unit, 1.0)
     steps = int(np.clip(np.ceil(ito.horizon / longest), FEWEST_STEPS, MOST_STEPS))
     h, normals = min(ito.horizon / steps, longest), rng.standard_normal((steps, ito.noise_dim, PILOT))
@@ -353,7 +354,7 @@ def _pilot(ito: Equation, unit: float, rng: np.random.Generator, domain: Domain 
 
 
 def _follow_pilot(ito: Equation, h: float, normals: Array, kept: Array, domain: Domain | None) -> Array:
-    """Return where the pilot's paths are after some numbers of steps, shape (K, d, P); the start if not finite.
+    """Return pilot states after some numbers of steps, shape (K, d, P); the start for paths that are not finite.
 
     A step that leaves the domain is not made.
     """
@@ -371,7 +372,7 @@ class _Pilot(NamedTuple):
     domain: Domain | None
 
     def simulate(self, kept: Array, *, implicit: bool) -> tuple[Array, bool]:
-        """Return where the paths are after some numbers of steps, and whether a drift was larger than the state."""
+        """Return the states after some numbers of steps, and whether the drift of a step exceeded the state."""
         ito, h, stiff = self.ito, self.h, False
         x = ito.initial(self.normals.shape[-1])
         points = np.empty((len(kept), *x.shape))
@@ -399,18 +400,18 @@ SIZES = 10.0 ** np.arange(0.0, 8.5, 0.5)
 
 
 def extreme_states(view: Problem, ito: Equation) -> Array:
-    """Return the cloud of states, and its scattered points blown up to the sizes 1, 10^(1/2), ..., 10^8.
+    """Return the cloud of states, and its scattered points scaled to the sizes 1, 10^(1/2), ..., 10^8.
 
-    Of constrained mechanics the velocities are blown up, which stay tangent; of an equation without constraints, the
-    whole state. An equation with another constraint has its cloud alone. States at which drift or diffusion are not
-    finite are left out.
+    In constrained mechanics only velocities are scaled, which remain tangent; in an equation without constraints, the
+    whole state. For other constraints only the cloud is returned. States at which drift or diffusion are not
+    finite are omitted.
 
     Parameters
     ----------
     view : Problem
-        With its constraints, if it has some.
+        Problem with its constraints, if any.
     ito : Equation
-        The Ito equation of its comparable components.
+        Ito equation of its comparable components.
 
     Returns
     -------

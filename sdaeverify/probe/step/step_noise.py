@@ -1,4 +1,4 @@
-"""The noise of one step as independent standard normals, all of them in one array."""
+"""The noise of one step as one array of independent standard normals."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -10,30 +10,30 @@ from ...noise.laws import Law
 from .nodes import SEED, Nodes, count_atoms, gauss_hermite, step_nodes, tensor_rule
 from .one_step import OneStep
 
-# Whether a function is affine in the noise is seen at these multiples of random signs, in standard deviations.
+# Multiples of random signs, in standard deviations, at which a function is tested for being affine in the noise.
 # Size: of the trial noises.
 REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
 # Size: trial noises.
 DIRECTIONS = 4
-# Nodes of a rule at most: the step is evaluated at as many noises for k + 1 states.
+# Most nodes of a rule: the step is evaluated at that many noises for k + 1 states.
 # Size: of a rule.
 LARGEST = 7_000
-# So many atoms are many; their moments are those of standard variables to this.
+# Number from which atoms are many, and the tolerance of their first two moments.
 MANY, STANDARD = 100, 1e-12
-# Where the density leaves 1e-21 of its mass outside.
+# Standard deviations outside which the normal law has a mass of 1e-21.
 # Rounding: 1e-21 is less than EPS.
 CUT = 9.5
 
 
 class StepNoise(NamedTuple):
-    """What a scheme's step is driven by.
+    """Variables that drive a scheme's step.
 
     Attributes
     ----------
     motions : int
         Number l of Brownian motions.
     areas : bool
-        Whether the scheme uses H beside dW.
+        Whether the scheme uses H as well as dW.
     law : Law
     """
 
@@ -48,17 +48,17 @@ class StepNoise(NamedTuple):
 
     @property
     def normals(self) -> int:
-        """Number n of variables."""
+        """Number n of variables: l, or 2 l with H."""
         return self.motions * (2 if self.areas else 1)
 
     @property
     def tractable(self) -> bool:
-        """Whether all atoms of a bounded law can be enumerated."""
+        """Whether all atoms of a discrete law can be enumerated; True for a normal law."""
         return not self.law.bounded or count_atoms(self.law.atoms(self.motions, areas=self.areas)) <= LARGEST
 
     @property
     def has_many_atoms(self) -> bool:
-        """Whether a bounded law has many atoms, of mean 0 and covariance Id: what is affine in them needs but few."""
+        """Whether the law has many atoms, of mean 0 and covariance Id: affine functions need fewer points."""
         atoms = self.rule(0) if self.law.bounded else None
         if atoms is None or len(atoms.weights) < MANY:
             return False
@@ -67,18 +67,18 @@ class StepNoise(NamedTuple):
         return bool(max(moments) <= STANDARD)
 
     def nodes(self, x: Array, weights: Array | None = None) -> Nodes:
-        """Return the noise of a step of length 1 where the normals are x, shape (n, K); weights are 1 if not told."""
+        """Return the noise of a step of length 1 for normals x, shape (n, K); weights are 1 by default."""
         H = x[self.motions :] / np.sqrt(12.0) if self.areas else None
         return Nodes(x[: self.motions], H, np.ones(x.shape[1]) if weights is None else weights)
 
     def rule(self, count: int) -> Nodes | None:
-        """Return the atoms, or the product of Gauss-Hermite rules with so many nodes; None if that is too large."""
+        """Return the atoms, or the product of Gauss-Hermite rules with `count` nodes; None if it is too large."""
         if not self.law.bounded and count**self.normals > LARGEST:
             return None
         return _nodes(self, count)
 
     def split_rule(self, count: int) -> Nodes | None:
-        """Return the product of Gauss-Legendre rules with so many nodes on either side of 0; None if too large."""
+        """Return the product of Gauss-Legendre rules with `count` nodes on both sides of 0; None if too large."""
         if self.law.bounded or (2 * count) ** self.normals > LARGEST:
             return None
         q, w = np.polynomial.legendre.leggauss(count)
@@ -91,7 +91,7 @@ class StepNoise(NamedTuple):
     def simplex(self) -> Array:
         """Return the vertices v_0, ..., v_n of a regular simplex with sum v_i = 0 and sum v_i v_i^T = (n + 1) Id.
 
-        With equal weights they are a rule of degree 2, the smallest there is.
+        With equal weights they are a rule of degree 2 with the fewest nodes.
         """
         # Helmert's orthogonal matrix without its constant row.
         n = self.normals
@@ -99,13 +99,13 @@ class StepNoise(NamedTuple):
         return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True) * np.sqrt(n + 1.0))
 
     def trials(self) -> Array:
-        """Return points that reach out to 60 standard deviations in every variable, shape (n, 12)."""
+        """Return points that reach 60 standard deviations in every variable, shape (n, 12)."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 3))
         signs = rng.choice([-1.0, 1.0], size=(self.normals, len(REACH)))
         return np.concatenate([signs * REACH, -signs * REACH], axis=1)
 
     def directions(self) -> Array:
-        """Return the axes and some random directions, unit vectors, shape (n, D)."""
+        """Return unit vectors along the axes and in some random directions, shape (n, D)."""
         if self.normals == 1:
             return np.ones((1, 1))
         rng = np.random.Generator(np.random.Philox(key=SEED + 4))

@@ -9,13 +9,13 @@ import numpy as np
 
 from ...arrays import Array
 
-# In more variables than this, monomials end at degree 2.
+# Largest number of variables for which monomials of degree 3 are included.
 # Size: number of test functions.
 FEW = 3
 
 
 def names(dimension: int) -> tuple[str, ...]:
-    """Return the test functions in words, in the order of `values`."""
+    """Return the test functions as text, in the order of `values`."""
     monomials = [" ".join(f"x{i + 1}" for i in powers) for powers in _powers(dimension)]
     return (*monomials, *(f"x{i + 1}^4" for i in range(dimension)), "sin(sum x)", "exp(-|x|^2/2)")
 
@@ -34,7 +34,7 @@ def values(x: Array) -> Array:
     d, places = len(x), {powers: place for place, powers in enumerate(_powers(len(x)))}
     found = np.empty((len(places) + d + 2, *x.shape[1:]), dtype=np.result_type(x, float))
     found[:d] = x
-    # Written in place: of many components, they are many megabytes.
+    # Written in place: for many components they take many megabytes.
     for powers, place in places.items():
         if len(powers) > 1:
             np.multiply(found[places[powers[:-1]]], x[powers[-1]], out=found[place])
@@ -46,14 +46,14 @@ def values(x: Array) -> Array:
 
 
 def coefficients(linear: Array, square: Array, units: Array) -> Array:
-    """Return with which coefficients the test functions of x/u make up l . x + x^T S x, shape (F,).
+    """Return the coefficients that express l . x + x^T S x in the test functions of x/u, shape (F,).
 
     Parameters
     ----------
     linear, square : ndarray, shape (d,) and (d, d)
         l and S.
     units : ndarray, shape (d,)
-        u, by which the components are divided.
+        Units u by which the components are divided.
     """
     d, scaled = len(units), square * np.outer(units, units)
     found = np.zeros(len(names(d)))

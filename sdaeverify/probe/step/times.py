@@ -1,13 +1,13 @@
-"""The times at which a one-step map is probed: one, and others at which it goes elsewhere.
+"""Times at which a one-step map is probed: a fixed one, and others at which its steps are different.
 
-Where neither equation nor scheme depend on time, one time is as good as any. A step that is wrong from some time on,
-or right at one time only, is not seen there; that it does not go to the same place at another time is. Steps are made
-at a random time in each of 32 parts of the horizon, so that none is left out, and those are taken that are least like
-the ones taken before: by where they go beside Euler's step, or by where they go at all. Nor is a step
-seen that is wrong at some of its indices n = t/h, wherever these lie: among so many steps in a row, that it is unlike
-its neighbours is seen.
+If neither equation nor scheme depend on time, one time suffices. It would not show a step that is wrong from some
+time on, or right at one time only, but such a step gives different results at different times. Steps are made at a
+random time in each of 32 parts of the horizon, from the states of `cloud` and from reached ones, since a step may be
+wrong in a region of states only. The times whose steps differ most from those already selected are probed: by their
+difference from Euler's step, or by the step itself. A step may also be wrong at some of its indices n = t/h only.
+Among many successive steps it is found by its difference from its neighbours.
 
-First and last steps of a run may differ from all others: a single error of a step's size is no loss of order.
+First and last steps of a run are not compared: a single error of the size of a step does not reduce an order.
 """
 
 from functools import lru_cache
@@ -20,39 +20,39 @@ from ...forms import Problem, components
 from ...noise.brownian import Increment
 from .nodes import SEED
 from .one_step import OneStep
-from .states import WHEN, cloud
+from .states import WHEN, cloud, spread_states
 from .together import PathBatch, together
 
-# Parts of the horizon with a time in each of them, and times that are taken beside the first.
+# Parts of the horizon with a time in each of them, and the number of times selected in addition to the first.
 # Size: times.
 STRATA, FURTHER = 32, 2
-# Of the unit of time: at whole numbers of it, fine steps of all sizes have indices of the same remainders.
+# In units of time: at multiples of it, the indices of fine steps of all sizes have the same remainders.
 WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
-# Of the unit of time.
+# In units of time.
 H = 2.0**-6
-# A step that depends on time moves by more than this part of the states.
+# A step depends on time if it changes by more than this part of the states.
 SAME = 1e-9
-# Steps in a row that are compared with their neighbours, from one in so many states.
+# Number of successive steps that are compared with their neighbours.
 # Size: steps in a row.
-ROW, EVERY = 128, 4
-# Steps of a larger system than this take long: a row is as short as this, and a rarer fault than that is not seen.
+ROW = 128
+# Steps of a system larger than the first take long: only this number of them is made, and rarer faults are missed.
 # Size: steps in a row of large systems.
 LARGE, SHORT_ROW = 32, 16
-# Second differences in time that are so many times those of the equation are none of its own.
+# Second differences in time of up to this multiple of those of the equation are attributed to the equation.
 UNLIKE = 8.0
 DIFFERENT = "its steps are not the same at all times"
 ALIKE = 0.9
 
 
 class ProbeTime(NamedTuple):
-    """When steps of every size are probed.
+    """Time at which steps of every size are probed.
 
     Attributes
     ----------
     t : float
-        The time; of a row of steps, where it begins.
+        The time; for successive steps, the time from which they are searched.
     place : int or None
-        In a row: 0 for the step, of any size, that is least like its neighbours, 1 for the one after it.
+        For successive steps: 0 for the step, of any size, that differs most from its neighbours, 1 for the next one.
     """
 
     t: float
@@ -67,9 +67,9 @@ class ProbeTime(NamedTuple):
 
 
 def first_time(horizon: float) -> float:
-    """Return the time nearest to a fifth of a horizon that is a whole number of fine steps of all sizes.
+    """Return the time nearest to a fifth of the horizon that is a multiple of fine steps of all sizes.
 
-    Steps of a run begin at such times, and a step may make its index of its time, as int(t/h).
+    Steps of a run begin at such times, and a step may compute its index from its time, as int(t/h).
 
     Parameters
     ----------
@@ -80,40 +80,41 @@ def first_time(horizon: float) -> float:
 
 
 class _Row(NamedTuple):
-    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation.
+    # Times of steps with two neighbours, their distances from the mean of these, and from Euler's step.
     t: Array
     bend: Array
     off: Array
 
     @property
     def odd(self) -> float:
-        # Of steps that are alike, one in two, say, the same kind is taken at all sizes.
+        # If every second step is different, for example, a step of the same kind is selected at all sizes.
         return float(self.t[np.where(self.bend >= ALIKE * self.bend.max(), self.off, -1.0).argmax()])
 
 
 def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
-    """Return when a step is probed.
+    """Return the times at which a step is probed.
 
     Parameters
     ----------
     step : OneStep
     x : ndarray, shape (d, S)
-        States of the cloud.
+        States of `cloud`.
 
     Returns
     -------
     tuple of ProbeTime
-        About 0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the
-        others; the step least like its neighbours and the next one, if one in a row is unlike them.
+        About 0.2 of the horizon; up to two of 32 times at which the same noise gives the most different results; and,
+        if one of many successive steps differs from its neighbours, the times of that step and of the next one.
     """
     fixed, odd = _fixed_times(step, np.asarray(x, dtype=float).tobytes()), odd_step(step)
     return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
 
 
-# Orders on paths and in law are asked of the same states.
+# Cached, because strong and weak orders are probed at the same states.
 @lru_cache(maxsize=8)
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
+    x = np.concatenate([x, spread_states(step.view, step.equation)], axis=1)
     h, t = H * step.time_unit, strata(step.view.horizon)
     batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
@@ -127,7 +128,7 @@ def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
 
 
 def strata(horizon: float) -> tuple[float, ...]:
-    """Return 0.2 of a horizon, and a random time in each of its parts, whole numbers of steps from begin and end."""
+    """Return 0.2 of the horizon, and a random multiple of `WHOLE` in each of its parts, away from both ends."""
     parts = np.arange(STRATA) + np.random.Generator(np.random.Philox(key=SEED + 8)).uniform(size=STRATA)
     step = WHOLE * min(1.0, horizon)
     found = step * np.clip(np.round(horizon * parts / (STRATA * step)), FEWEST, np.ceil(horizon / step) - 1.0)
@@ -135,33 +136,35 @@ def strata(horizon: float) -> tuple[float, ...]:
 
 
 def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:
-    """Add places, up to two beside the first, whose values are farthest from all chosen ones and beyond a size."""
+    """Append up to two indices of the values that differ most from all chosen ones, by more than `size`."""
     flat = np.nan_to_num(values.reshape(len(values), -1), posinf=0.0, neginf=0.0)
     while len(chosen) <= FURTHER:
         far = np.min([np.abs(flat - flat[place]).max(axis=1) for place in chosen], axis=0)
         if not far.max() > size:
             break
-        chosen = [*chosen, int(far.argmax())]
+        # The middle of the times with similar steps: shorter steps from the first of them may precede the difference.
+        alike = np.flatnonzero(far >= ALIKE * far.max())
+        chosen = [*chosen, int(alike[len(alike) // 2])]
     return chosen
 
 
 def in_a_row(view: Problem) -> int:
-    """Return how many steps in a row are made to find those that are unlike the others."""
+    """Return the number of successive steps that are made to find a step that differs from the others."""
     return ROW if components(view) <= LARGE else SHORT_ROW
 
 
 def changing(step: OneStep) -> str:
-    """Return that one step is not that of all times, on an equation whose coefficients are, or an empty string."""
+    """Return that steps depend on time, although the coefficients of the equation do not, or an empty string."""
     return DIFFERENT if len(times(step, cloud(step.view, step.equation))) > 1 else ""
 
 
 def odd_step(step: OneStep) -> float | None:
-    """Return when a step in a row is unlike its neighbours, and not because the equation is; None if no step is."""
+    """Return the time of a step that differs from its neighbours beyond the equation's own change, or None."""
     found = _first_row(step)
     return found.odd if (found.bend > 0.0).any() else None
 
 
-# The schemes of a problem are tried one after the other, and probed when all have been.
+# Cached: all schemes of a problem are checked one after the other before they are probed.
 @lru_cache(maxsize=64)
 def _first_row(step: OneStep) -> _Row:
     h = (1.0 - WHEN) / in_a_row(step.view)
@@ -169,12 +172,12 @@ def _first_row(step: OneStep) -> _Row:
 
 
 def _row(step: OneStep, h: float, begin: float) -> _Row:
-    """Return how far the steps of a row go from the mean of where their neighbours go, with the same noise.
+    """Return the distances of successive steps from the mean of their neighbours, with the same noise.
 
-    What rounding and the equation explain is nothing.
+    Distances that rounding and the equation explain are set to 0.
     """
-    x = cloud(step.view, step.equation)[:, ::EVERY]
-    # The row ends before the last step.
+    x = spread_states(step.view, step.equation)
+    # The last step of the run is left out.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
     noise = _noise(step, h, x.shape[1])
@@ -191,7 +194,7 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
 
 
 def _bend(values: Array) -> Array:
-    """Return the largest second differences along the first axis; those that are not finite are none."""
+    """Return the largest second differences along the first axis, shape (n - 2,); non-finite ones are ignored."""
     if len(values) < 3:
         return np.zeros(0)
     second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2]).reshape(len(values) - 2, -1)

@@ -1,10 +1,10 @@
-"""Steps from many times and of many sizes in a single call, where the map takes these path by path.
+"""Steps at many times and of many sizes in a single call, if the map accepts arrays over paths for these.
 
-A probe makes the same step at many times or of many sizes, on a few paths each, and most of the work is the call. A
-step that is written in arithmetic on arrays takes t and h as arrays over paths, shape (P,), too, and goes to the same
-place as with numbers, to the last bit. No scheme declares that it does: the first batch, the last one and one in
-between are made alone as well. Where one of these three differs in a bit, or the call with arrays raises, every batch
-is made alone.
+A probe makes a step at many times or of many sizes, on a few paths each, and most of the time is the overhead of the
+calls. A step written in array arithmetic also accepts t and h as arrays over paths, shape (P,), and gives the same
+result as with numbers, to the last bit. Schemes do not declare this: the first batch, the last one and one in
+between are also made separately. If one of these three differs in a bit, or the call with arrays raises, every batch
+is made separately.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -18,10 +18,10 @@ from ...arrays import Array, arrays, each, join_batches
 from ...errors import FAULTS
 from ...noise.brownian import Increment
 
-# Of fewer batches than this, three that are made alone and a call with arrays save nothing.
+# With fewer batches, a call with arrays saves no time over its three separate checks.
 # Size: batches.
 FEWEST = 5
-# Paths of a call: of more, the call is a small part of what a step takes, and arrays do not stay near the processor.
+# Most paths of a call: beyond, its overhead is small, and the arrays do not fit the processor's caches.
 # Size: of a batch.
 MOST = 2048
 # A map (x, t, h, noise) -> batch of paths, with numbers or arrays over paths for t and h.
@@ -34,9 +34,9 @@ class PathBatch(NamedTuple):
     Attributes
     ----------
     x : ndarray, shape (d, P), or NamedTuple of ndarray
-        Where they are: components of the equation, or a scheme's state.
+        States: components of the equation, or a scheme's state.
     t, h : float
-        Start of the step, and its size.
+        Start and size of the step.
     noise : Increment
     """
 
@@ -52,21 +52,21 @@ class PathBatch(NamedTuple):
 
 
 def together(step: Map, batches: Iterable[PathBatch]) -> Iterator[Any]:
-    """Yield what a map makes of every batch, as if each were made alone.
+    """Yield the result of a map for every batch, as if each were computed separately.
 
     Parameters
     ----------
     step : callable, (x, t, h, noise) -> batch of paths
         Stateless; paths come last in every array of its result.
     batches : iterable of PathBatch
-        All of the same kind of x and noise.
+        Their x and noise are of the same kind.
     """
     for group in _groups(batches):
         yield from _make(step, group)
 
 
 def _groups(batches: Iterable[PathBatch]) -> Iterator[list[PathBatch]]:
-    """Yield successive batches of `MOST` paths at most, one batch if it has more."""
+    """Yield successive batches with at most `MOST` paths together, or a single larger batch."""
     group: list[PathBatch] = []
     paths = 0
     for batch in batches:
@@ -90,7 +90,7 @@ def _make(step: Map, batches: Sequence[PathBatch]) -> Iterable[Any]:
 
 
 def _made_in_one_call(step: Map, batches: Sequence[PathBatch]) -> list[Any] | None:
-    """Return what a call with arrays over paths makes of the batches, or None where the map takes no arrays."""
+    """Return the results for all batches from a call with arrays over paths; None if the map rejects arrays."""
     x, t, h, noise = zip(*batches, strict=True)
     ends = [0, *accumulate(batch.paths for batch in batches)]
     try:
@@ -103,19 +103,19 @@ def _made_in_one_call(step: Map, batches: Sequence[PathBatch]) -> list[Any] | No
 
 
 def _part(made: Any, begin: int, end: int) -> Any:
-    # As a copy: sums over paths are taken in another order where these lie apart in memory.
+    # Copied, because sums over paths have another order if these are not contiguous in memory.
     return each(lambda part: np.ascontiguousarray(part[..., begin:end]), made)
 
 
 def _over_paths(batches: Sequence[PathBatch], values: Sequence[float]) -> Array | float:
-    """Return one number for all batches, or an array of one for each path."""
+    """Return the common value of all batches, or an array with the value of each path."""
     if len(set(values)) == 1:
         return values[0]
     return np.repeat(values, [batch.paths for batch in batches])
 
 
 def _in_between(batches: Sequence[PathBatch]) -> int:
-    """Return a place between the first and the last one, drawn by a hash: the same in every process."""
+    """Return an index between first and last, drawn by a hash, so that it is the same in every process."""
     drawn = crc32(np.array([(batch.t, batch.h) for batch in batches]).tobytes())
     return 1 + drawn % (len(batches) - 2)
 

@@ -1,7 +1,7 @@
-"""Two rules for the noise of a step: what a rule and the same one turned by an orthogonal matrix say of its means.
+"""Comparison of two cubature rules for the noise of a step, one of which is the other rotated.
 
-Both are exact for polynomials up to their degree. The means of a step that jumps or bends as a function of its noise
-differ, because the rules share no node but 0.
+Both are exact for polynomials up to their degree. For a step with a jump or kink as a function of its noise, the
+means differ, because the rules share no node except 0.
 """
 
 from functools import lru_cache
@@ -10,30 +10,31 @@ import numpy as np
 
 from ...arrays import Array
 
-# Two rules agree on an error if they give it to this part of it. On errors led by |N| they differ by 0.14, with few
-# nodes a variable by 0.33 (balanced-euler on fibre-linear). Where a right step shapes its noise, the error is that of
-# a rule, and they differ by 0.40 at least, in most cases by about all of it (tests/probe/own_noise.py).
+# Two rules agree on an error if their results differ by at most this part of it. On errors with leading term |N| they
+# differ by 0.14, with few nodes per variable by 0.33 (balanced-euler on fibre-linear). If a right step transforms its
+# noise, the error is that of the rule, and they differ by at least 0.40, mostly by almost all of it
+# (tests/probe/own_noise.py).
 # Measured by tests/probe/own_noise.py.
 AGREEMENT = 0.36
-# What the author of a scheme can do about a step whose means depend on the rule.
+# Remedy for the author of a scheme whose step has means that depend on the rule.
 SHAPED = (
     "a step is no polynomial of its noise; a scheme that shapes its own noise declares it as its law, or sets "
     "discontinuous_in_noise"
 )
-# Orthogonal matrices of which one turns a rule, and the key of the first.
+# Number of orthogonal matrices from which one is selected, and the key of the first.
 # Size: matrices; any seed.
 TURNS, KEY = 32, 20170701
 
 
 def turn(n: int, key: int) -> Array:
-    """Return an orthogonal matrix: a rule for independent normals is exact to the same degree when it is turned.
+    """Return a random orthogonal matrix: rotation of a rule for independent normals preserves its degree.
 
     Parameters
     ----------
     n : int
         Number of rows.
     key : int
-        Of the random numbers that it is made of.
+        Key of the random number generator.
     """
     Q, _ = np.linalg.qr(np.random.Generator(np.random.Philox(key=key)).standard_normal((n, n)))
     return np.asarray(Q)
@@ -41,10 +42,10 @@ def turn(n: int, key: int) -> Array:
 
 @lru_cache(maxsize=16)
 def mixing_turn(n: int) -> Array:
-    """Return the one of some orthogonal matrices that is farthest from a permutation of the axes.
+    """Return the orthogonal matrix, of several random ones, that is farthest from a permutation of the axes.
 
-    A random matrix of three rows may be as near to one as 0.95 is to 1. A step that jumps as a function of each
-    variable has the same means by a rule and by the rule that such a matrix turns.
+    A random matrix with three rows may have an entry of 0.95. With a rule rotated by such a matrix, a step with a
+    jump in each variable would have the same means as with the rule itself.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Runs compared: verdicts that changed; orders and errors that moved, on the noise that two runs share.
+"""Comparison of runs: changed verdicts, and changes of orders and errors on common noise.
 
 ::
 

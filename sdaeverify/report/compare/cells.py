@@ -1,4 +1,4 @@
-"""Two runs cell by cell: the factors of all quantities that both know, and why the others have none."""
+"""Cell-wise comparison of two runs: factors of common quantities, and reasons for missing ones."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -25,16 +25,16 @@ DRAWN = "paths of the block"
 
 
 class Comparison(NamedTuple):
-    """A quantity of two runs, or all those of a cell, or of a measure there, that have no factor for one reason.
+    """Factor of a quantity in two runs, or the reason why a quantity, measure or cell has none.
 
     Attributes
     ----------
     key : Key
-        Its names are empty where it is about all of them.
+        Names of a whole cell or measure are empty from the omitted level on.
     found : Factor
-        Unknown where they cannot be compared.
+        NaN with a reason if the runs cannot be compared.
     paths : int
-        Common ones; 0 where nothing is sampled.
+        Number of common paths; 0 without sampling.
     """
 
     key: Key
@@ -43,13 +43,13 @@ class Comparison(NamedTuple):
 
     @classmethod
     def without(cls, reason: str, *names: str) -> "Comparison":
-        """Return what cannot be compared, and why."""
+        """Return the comparison of names that cannot be compared, with the reason."""
         return cls(Key(*(*names, "", "", "", "")[:4]), no_factor(reason))
 
 
 @dataclass(frozen=True)
 class _Cell:
-    """A pair of runs of a scheme on a problem, by what is registered here."""
+    """A cell of two runs, with the scheme and problem that are registered here."""
 
     scheme: Scheme
     problem: Problem
@@ -59,7 +59,7 @@ class _Cell:
     key: tuple[str, str]
 
     def errors(self, measure: Measure, run: StoredRun, blocks: list[int]) -> Mapping[str, LevelErrors]:
-        """Return the errors of a run on some blocks."""
+        """Return the errors of a run on given blocks, by quantity."""
         lanes = [run.lanes[self.key][block] for block in blocks]
         records = [lane.measures[measure.name] for lane in lanes]
         sampled = reduce(Tally.merge, [record.sampled for record in records])
@@ -77,13 +77,12 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> list[Comparis
     ----------
     old, new : StoredRun
     registry : Registry
-        Tells how evidence is to be read: names of components, views and measures are those of the schemes that are
-        registered here.
+        Interprets the evidence: names of components, views and measures are those of the schemes registered here.
 
     Returns
     -------
     list of Comparison
-        One without names where the runs do not share noise and step sizes.
+        A single comparison without names if the runs do not share noise and step sizes.
     """
     if different := why_not_on_common_noise(old, new):
         return [Comparison.without(different)]
@@ -159,7 +158,7 @@ def _of_quantities(
 
 
 def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:
-    """Return the runs with the blocks that both have on all levels or, where they were enough, of guards."""
+    """Return the runs and the blocks that both have on all levels or, if those suffice, on guard levels."""
     whole, guards = (cell.old, cell.new), (cell.old.guarding, cell.new.guarding)
     for runs in (whole, guards) if guards[0].settings.levels == guards[1].settings.levels else (whole,):
         a, b = (run.lanes.get(cell.key, {}) for run in runs)

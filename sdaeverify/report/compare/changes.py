@@ -1,4 +1,4 @@
-"""What a factor says: errors are the same, worse, better, or it cannot be told; as records, table and words."""
+"""Changes between runs: classification of factors as same, worse, better or undecided; records and text."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -15,14 +15,15 @@ from ...study.holm import holm
 from ..cells import grouped
 from .cells import Comparison
 from .factors import Factor
+from .runs import ConstantChange
 
-# An order that changes by less has not moved.
+# Smallest change of an order that is reported.
 ORDER = 0.01
 MOST_TOLD = 20
 
 
 class Change(StrEnum):
-    """What became of the errors of a quantity."""
+    """Change of the errors of a quantity."""
 
     SAME = "same"
     WORSE = "worse"
@@ -31,12 +32,12 @@ class Change(StrEnum):
 
 
 class Changed(NamedTuple):
-    """A factor with its interval, and what it says.
+    """A factor with its interval and its classification.
 
     Attributes
     ----------
     factor, low, high : float
-        New error over old error, with an interval of level 1 - alpha, alike where nothing is sampled.
+        New error over old error, with an interval of level 1 - alpha; all three are equal without sampling.
     change : Change
     order_moved : bool
         Whether the order has changed by more than `ORDER`, and by more than chance explains.
@@ -50,16 +51,16 @@ class Changed(NamedTuple):
 
 
 def changes(factors: Sequence[Factor], margin: float = 1.1, alpha: float = 0.01) -> list[Changed]:
-    """Return what factors say, the errors of all tests together being bounded.
+    """Classify factors with a bound on the probability of error of all tests together.
 
-    Worse is what is significantly larger than the margin, better what is significantly smaller than its inverse: by
-    Holm's procedure, the probability that any of them is wrong is at most alpha for either. The same is what has all
-    of its interval between the two. Where nothing is sampled the factor itself is compared.
+    A factor is worse if it is significantly larger than the margin, and better if it is significantly smaller than
+    its inverse. By Holm's procedure, the probability of any wrong classification is at most alpha for either. It is
+    the same if its interval lies between the two. Without sampling, the factor itself is compared.
 
     Parameters
     ----------
     factors : sequence of Factor
-        Known ones.
+        Known factors.
     margin : float, optional
         Above 1.
     alpha : float, optional
@@ -86,7 +87,7 @@ def changes(factors: Sequence[Factor], margin: float = 1.1, alpha: float = 0.01)
 
 
 def _moved_orders(factors: Sequence[Factor], alpha: float) -> set[int]:
-    """Return the places of the factors whose order has moved, all tests together being wrong at most at alpha."""
+    """Return the indices of factors whose order has changed, at family-wise error rate alpha."""
     sides = {(i, 0): (each.order.p_above(ORDER), each.order.p_below(-ORDER)) for i, each in enumerate(factors)}
     return {i for i, _ in holm({place: min(1.0, 2.0 * min(pair)) for place, pair in sides.items()}, alpha)}
 
@@ -115,18 +116,20 @@ REFUTED = "refuted"
 
 
 class RunPair(NamedTuple):
-    """What changed from one run to the next.
+    """Changes from one run to the next.
 
     Attributes
     ----------
     old, new : Path
-        Their folders.
+        Folders of the runs.
     judged : list of mapping of str to str
-        The verdicts of what both runs judged.
+        Verdicts on quantities that both runs judged.
     rows : sequence of (Comparison, Changed)
-        Of each quantity whose errors both runs know.
+        Comparison of each quantity whose errors are known in both runs.
     omitted : list of Comparison
-        What could not be compared.
+        Quantities that could not be compared.
+    constants : list of ConstantChange
+        Leading weak errors that differ.
     """
 
     old: Path
@@ -134,10 +137,11 @@ class RunPair(NamedTuple):
     judged: list[dict[str, str]]
     rows: Rows
     omitted: list[Comparison]
+    constants: Sequence[ConstantChange] = ()
 
     @property
     def verdicts(self) -> list[dict[str, str]]:
-        """The verdicts that are other ones now."""
+        """Verdicts that changed."""
         return [each for each in self.judged if each["before"] != each["after"]]
 
     @property
@@ -147,22 +151,25 @@ class RunPair(NamedTuple):
 
     @property
     def refuted(self) -> int:
-        """Number of quantities of which a claim is newly refuted."""
+        """Number of quantities with a newly refuted claim."""
         return sum(verdict["after"] == REFUTED for verdict in self.verdicts)
 
     @property
     def on_other_noise(self) -> bool:
-        """Whether the runs have no noise in common, so that verdicts alone are compared."""
+        """Whether the runs have no noise in common, so that only verdicts are compared."""
         return any(not each.key.scheme for each in self.omitted)
 
 
 def records(pair: RunPair) -> dict[str, Any]:
-    """Return a pair for programs; a number that is not finite is none in JSON."""
+    """Return a pair of runs for JSON, in which numbers that are not finite are null."""
     return {
         "old": str(pair.old),
         "new": str(pair.new),
         "verdicts": pair.verdicts,
         "quantities": [_record(*row) for row in pair.rows],
+        "constants": [
+            {**each.key._asdict(), "before": str(each.before), "after": str(each.after)} for each in pair.constants
+        ],
         "omitted": [{**each.key._asdict(), "reason": each.found.reason} for each in pair.omitted],
     }
 
@@ -182,9 +189,11 @@ def _record(compared: Comparison, changed: Changed) -> dict[str, object]:
 
 
 def pair_in_words(pair: RunPair, *, every: bool) -> Iterator[str]:
-    """Yield what changed, a line each: verdicts, then errors, the worst and the largest factors first."""
+    """Yield the changes, one per line: verdicts, then errors, worst classification and largest factors first."""
     for change in pair.verdicts:
         yield "{} on {}, {} {}: {} -> {}".format(*change.values())
+    for each in pair.constants:
+        yield f"{each.key}: leading error without sampling {each.before} -> {each.after}"
     order = list(WORDS)
     for compared, changed in sorted(pair.rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
         if every or changed.change is not Change.SAME or changed.order_moved:
@@ -198,7 +207,7 @@ def _in_words(found: Factor, changed: Changed) -> str:
 
 
 def counts(pair: RunPair) -> str:
-    """Return in one sentence how many verdicts changed, and how many quantities became what."""
+    """Return a sentence with the number of changed verdicts and of quantities in each class."""
     found = Counter(changed.change for _, changed in pair.rows)
     parts = ", ".join(f"{found[change] or 'none'} {words}" for change, words in WORDS.items())
     moved = sum(changed.order_moved for _, changed in pair.rows)
@@ -208,13 +217,13 @@ def counts(pair: RunPair) -> str:
 
 
 def advice(pair: RunPair) -> Iterator[str]:
-    """Yield how to decide what is undecided."""
+    """Yield how to decide undecided quantities."""
     if any(changed.change is Change.UNDECIDED for _, changed in pair.rows):
         yield "undecided: more paths tell; run both with --paths N --max-looks 1, which uses all N"
 
 
 def list_omissions(omitted: Sequence[Comparison]) -> Iterator[str]:
-    """Yield what is not compared, a line for each reason."""
+    """Yield the quantities that are not compared, one line for each reason."""
     reasons = grouped(omitted, lambda each: each.found.reason)
     for reason, cells in list(reasons.items())[:MOST_TOLD]:
         more = f" and {len(cells) - 1} more" if len(cells) > 1 else ""

@@ -1,13 +1,14 @@
-"""By which factor the errors of a quantity have grown: a paired estimate on common noise.
+"""Factor by which the errors of a quantity have grown: a paired estimate on common noise.
 
-With the mean errors e_l of the old run and e'_l of the new one at the finest step sizes that both could tell,
+With the mean errors e_l of the old run and e'_l of the new one at the finest step sizes at which both are
+significant,
 
     log2 F = mean_l log2(e'_l/e_l),
 
 and the order has changed by the slope of log2(e'_l/e_l) against log2 h_l.
 
-Both runs leave the same groups of paths out of the jackknife. What their errors have in common, which is nearly all
-that is random in them where a scheme has changed little, cancels in the ratio.
+The jackknife leaves the same groups of paths out of both runs. The common random part of the errors, which is nearly
+all of it if a scheme has changed little, cancels in the ratio.
 """
 
 from math import inf, nan
@@ -23,26 +24,26 @@ from .level_errors import LevelErrors
 
 WAS_EXACT, IS_EXACT, ORDER_ALONE = "it was exact", "it is exact now", "its order alone is known"
 UNTOLD = "no step size at which both errors can be told"
-# Step sizes of two runs are the same up to rounding.
+# Relative tolerance for equal step sizes of two runs, for rounding.
 SAME = 1e-9
-# An error of less than 2 to this part of the other one is rounding.
+# log2 of the ratio of two errors below which the smaller one is rounding.
 ROUNDING = -20.0
 
 
 class Factor(NamedTuple):
-    """New error over old error.
+    """New error over old error, as a logarithm.
 
     Attributes
     ----------
     log2 : Estimate
-        Of its logarithm; without standard error where nothing is sampled, 0 where the order alone is known.
+        Estimate of log2 F; its standard error is 0 without sampling, and it is 0 if only the order is known.
     levels : int
-        Step sizes it is the mean of.
+        Number of step sizes in the mean.
     sampled : bool
     reason : str
-        Why there is none, or what is special about it.
+        Why there is no factor, or a remark on it.
     order : Estimate
-        New order minus old order; NaN where fewer than two step sizes are common.
+        New order minus old order; NaN with fewer than two common step sizes.
     """
 
     log2: Estimate
@@ -53,27 +54,27 @@ class Factor(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether there is one."""
+        """Whether the factor is known."""
         return not np.isnan(self.log2.value)
 
     @property
     def is_order_alone(self) -> bool:
-        """Whether no error is told in both runs, and only the order is known of each."""
+        """Whether no error is significant in both runs, and only the change of the order is known."""
         return not self.levels and not np.isnan(self.order.value)
 
 
 def factor(old: LevelErrors, new: LevelErrors) -> Factor:
-    """Return by which factor errors have grown from one run to another.
+    """Estimate the factor by which errors have grown from one run to another.
 
     Parameters
     ----------
     old, new : LevelErrors
-        Of one quantity, on the same noise.
+        Errors of one quantity, on the same noise.
 
     Returns
     -------
     Factor
-        Infinite where errors were rounding and are not now, 0 the other way round.
+        Infinite if errors were rounding and no longer are, 0 in the opposite case.
     """
     if obstacle := _obstacle(old, new):
         return no_factor(obstacle)
@@ -94,13 +95,13 @@ def _estimate(values: Array) -> Estimate:
 
 
 def _without_common_levels(old: LevelErrors, new: LevelErrors, moved: Array) -> Factor:
-    """Return what is known where no error is told in both runs: one of them may be rounding, or orders are known.
+    """Return the factor if no error is significant in both runs: 0, infinite, or only orders.
 
     Parameters
     ----------
     old, new : LevelErrors
     moved : ndarray
-        Logarithms of the ratios of errors of which one is told.
+        Logarithms of ratios of errors, at step sizes at which one of them is significant.
     """
     for sign, reason in ((1.0, WAS_EXACT), (-1.0, IS_EXACT)):
         if len(moved) and (sign * moved > -ROUNDING).all():
@@ -124,11 +125,11 @@ def _obstacle(old: LevelErrors, new: LevelErrors) -> str:
 
 
 def _common(old: LevelErrors, new: LevelErrors) -> tuple[Array, Array]:
-    """Return the places of the step sizes that both have, in either."""
+    """Return the indices of common step sizes in the old and in the new run."""
     mine, others = np.nonzero(np.isclose(old.h[:, np.newaxis], new.h, rtol=SAME, atol=0.0))
     return mine, others
 
 
 def no_factor(reason: str) -> Factor:
-    """Return that there is none, and why."""
+    """Return an unknown factor (NaN) with the reason."""
     return Factor(Estimate(nan, nan), reason=reason)

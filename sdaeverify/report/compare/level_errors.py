@@ -1,7 +1,7 @@
-"""Errors of the quantities of a cell at each step size, on all paths and without each group of them.
+"""Errors of the quantities of a cell at each step size, on all paths and on the paths without each group.
 
-They are what `Measure.judge` tells of levels: it is asked again without each group, so that the jackknife needs
-nothing of a measure.
+The errors are those in the levels of `Measure.judge`. The measure judges again without each group, so that it needs
+no support for the jackknife.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -20,7 +20,7 @@ from ...verdicts.fitted_levels import sound_levels_of
 from ...verdicts.path_tests import RESOLVED
 from ..cells import grouped
 
-# Columns of levels: whether a slope was fitted to it, what an error has to exceed, the size of what cancels in it.
+# Columns of levels: whether the level was fitted, the least significant error, the size of cancelling terms.
 FITTED, FLOOR, SCALE = "fitted", "error_floor", "scale"
 ROUNDING = 64.0 * EPS
 
@@ -35,13 +35,13 @@ class LevelErrors(NamedTuple):
     h : ndarray, shape (L,)
         Step sizes, coarsest first.
     log2 : ndarray, shape (1 + G, L) or (1, L)
-        Logarithms of the errors on all paths and without each group; of one row where nothing is sampled.
+        Logarithms to base 2 of the errors on all paths and without each group; a single row without sampling.
     told : ndarray of bool, shape (L,)
-        Where the error is told from rounding and from chance.
+        Whether the error exceeds rounding and sampling noise.
     counts : ndarray, shape (G,), or None
-        Paths of each group; None where nothing is sampled.
+        Number of paths of each group; None without sampling.
     order : float
-        That is known without sampling; NaN if there is none.
+        Order that is known without sampling; NaN if unknown.
     """
 
     h: Array
@@ -55,13 +55,13 @@ NO_LEVELS = LevelErrors(np.empty(0), np.empty((1, 0)), np.empty(0, dtype=bool))
 
 
 def level_errors(judge: Judge, evidence: Evidence) -> Mapping[str, LevelErrors]:
-    """Return the errors that a measure tells of its levels, by quantity.
+    """Return the errors at the levels of a measure, by quantity.
 
     Parameters
     ----------
     judge : callable, Evidence -> Judgement
     evidence : Evidence
-        With its parts, `sampled` and `probed`.
+        Evidence with its parts `sampled` and `probed`.
     """
     judgement = judge(evidence)
     orders = {each.quantity: each.estimate for each in judgement.findings if _is_known_order(each)}
@@ -78,7 +78,7 @@ def level_errors(judge: Judge, evidence: Evidence) -> Mapping[str, LevelErrors]:
 
 
 def _is_known_order(found: Finding) -> bool:
-    # What has an interval is an order along paths, whatever tier decided.
+    # An order with an interval comes from paths, even if a lower tier decided.
     without_sampling = found.tier < SAMPLED and not found.low < found.high
     return without_sampling and not found.value_of and isfinite(found.estimate)
 
@@ -101,7 +101,7 @@ def _size_and_floor(row: LevelFinding) -> tuple[float, float]:
 
 
 def _sampled_errors(evidence: Evidence, tables: list[list[LevelFinding]]) -> LevelErrors:
-    """Return the errors along paths, from the rows on all paths and those without each group."""
+    """Return the errors along paths, from the levels on all paths and without each group."""
     rows, sound = tables[0], set(sound_levels_of(evidence)[0].tolist())
     sizes = np.abs([[row.estimate for row in table] for table in tables])
     told = np.array([row.level in sound and _is_told(row, evidence) for row in rows])
@@ -116,7 +116,11 @@ def _is_told(row: LevelFinding, evidence: Evidence) -> bool:
 
 
 def _without(evidence: Evidence, group: int) -> Evidence:
-    """Return evidence with the mean of all others in the place of a group of paths: all means are without it."""
+    """Return evidence without a group of paths.
+
+    The sums of the group are replaced by the mean of all other groups, so that every mean becomes one without the
+    group.
+    """
 
     def others(sums: Array) -> Array:
         if sums.ndim == 0 or len(sums) != GROUPS:
@@ -127,5 +131,5 @@ def _without(evidence: Evidence, group: int) -> Evidence:
 
     paths = evidence.along_paths
     sampled = Tally({name: others(sums) for name, sums in paths.sums.items()}, paths.maxima, paths.largest)
-    # No claim is judged anew: levels are asked for.
+    # Claims are dropped, because only the levels are needed.
     return replace(evidence, tally=sampled.merge(evidence.without_paths), sampled=sampled, claims=())

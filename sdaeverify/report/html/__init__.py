@@ -1,4 +1,4 @@
-"""The page of a run: one file that needs no network, its pictures drawn from the numbers of the tables."""
+"""The HTML page of a run: one file without network access, with pictures drawn from the tables."""
 
 import base64
 import csv
@@ -34,20 +34,20 @@ __all__ = [
 
 
 PAGE = "report.html"
-# What is known of the verifier itself, from the reports beside a run.
+# Reports on the verifier itself, in sibling folders of the run.
 VERIFIER = {"kills": Path("selftest", "kill.csv"), "calibration": Path("calibration", "calibration.csv")}
 MEANING = "What the columns of the tables beside this page mean."
-# Of a number in a table that stands on a page; the file beside it has all of them.
+# Digits of a number in a table on the page; the CSV file has all digits.
 DIGITS = 5
-# Pictures that a page can hold.
+# Formats of pictures that a page can embed.
 EMBEDDED = {".svg": "image/svg+xml", ".png": "image/png"}
-# What a page without addresses of its own needs least: neither a base for them nor anywhere to send a form.
+# Content security policy: the page has no relative addresses and sends no forms.
 NOWHERE = "base-uri 'none'; form-action 'none'"
 SCRIPTS = ("plots.js", "data.js", "pages.js", "classes.js", "passports.js", "start.js")
 
 
 class TablePage(NamedTuple):
-    """A table with a page of its own: numbers where a cell is a number, texts elsewhere."""
+    """A table with its own page; cells are numbers or texts."""
 
     title: str
     head: Sequence[str]
@@ -59,7 +59,7 @@ class TablePage(NamedTuple):
     def of(
         cls, title: str, table: "pd.DataFrame", text: Sequence[str] = (), picture: Path | None = None
     ) -> "TablePage":
-        """Return the page of a table: what is missing is empty, numbers have as many digits as a reader uses.
+        """Convert a table: missing cells become empty, numbers are rounded to `DIGITS` digits.
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class TablePage(NamedTuple):
         text : sequence of str, optional
             Notes above the table, a paragraph each.
         picture : Path, optional
-            A file in SVG or PNG, which becomes a part of the page; one of another kind is left out.
+            Picture in SVG or PNG, which is embedded in the page; other formats are omitted.
         """
         rows = [[_readable(cell) for cell in row] for row in table.itertuples(index=False)]
         return cls(title, list(table.columns), rows, text, _embedded(picture))
@@ -86,12 +86,12 @@ def _embedded(picture: Path | None) -> str:
 
 
 def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:
-    """Write the page of the run in a folder, and return its path.
+    """Write the page of a run and return its path.
 
     Parameters
     ----------
     folder : Path
-        With the tables of the run.
+        Folder with the tables of the run.
     passports : mapping, optional
         See `payload`.
 
@@ -112,20 +112,20 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
 
 
 def write_tables(file: Path, sentence: str, tables: Sequence[TablePage]) -> None:
-    """Write a page of tables alone.
+    """Write a page that consists of tables only.
 
     Parameters
     ----------
     file : Path
     sentence : str
-        What stands at the top.
+        Sentence at the top of the page.
     tables : sequence of TablePage
-        A part of the page each.
+        Tables, each of which becomes a section of the page.
 
     Raises
     ------
     UsageError
-        If it cannot be written.
+        If the file cannot be written.
     """
     nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": {}}
     shown = [table._asdict() for table in tables]
@@ -138,7 +138,7 @@ def remove_page(folder: Path) -> None:
     Raises
     ------
     UsageError
-        If it cannot be removed.
+        If the page cannot be removed.
     """
     try:
         (folder / PAGE).unlink(missing_ok=True)
@@ -147,17 +147,17 @@ def remove_page(folder: Path) -> None:
 
 
 def page_text(data: Mapping[str, Any]) -> str:
-    """Return the page that shows some numbers.
+    """Return the HTML text of a page from its data.
 
     Parameters
     ----------
     data : mapping
-        As `payload` returns it.
+        Data as returned by `payload`.
     """
     script = "\n".join(_asset(name) for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:; {NOWHERE}"
-    # Within a script element, only this could end it.
+    # Only "<" could close the script element.
     numbers = json.dumps({**data, "pictures": description()}, separators=(",", ":"), allow_nan=False).replace(
         "<", "\\u003c"
     )
@@ -170,7 +170,7 @@ def page_text(data: Mapping[str, Any]) -> str:
     }
     frame = _asset("page.html")
     pieces = frame.split("%%")
-    # Parts stand at odd places; what a part holds is not looked at again.
+    # Parts are at odd indices; placeholders inside a part are not replaced.
     return "".join(parts[piece] if place % 2 else piece for place, piece in enumerate(pieces))
 
 
@@ -179,7 +179,7 @@ def _asset(name: str) -> str:
 
 
 def _read_csv(file: Path) -> list[list[str]]:
-    """Return the rows of a table, headings first; none where there is no such table."""
+    """Return the rows of a table, heading first; empty if there is no such table."""
     try:
         with file.open(newline="", encoding="utf-8") as opened:
             return list(csv.reader(opened))

@@ -1,14 +1,13 @@
 // Verdicts on claims about classes of equations, and the trees of conditions that fail.
 
 const CLASS_ROWS = records(DATA.classes || {});
-const classBadge = (row) => el("span", { class: `v ${row.look}` }, `${VERDICTS[row.look][0]} ${row.verdict}`);
 const LEAF = 34, STOREY = 40, RADIUS = 13;
 
 /** Return what order conditions say of a scheme: a table, and a drawing of each first condition that refutes a claim. */
 function classesOf(name) {
   const own = CLASS_ROWS.filter((row) => row.scheme === name);
   if (!own.length) return [];
-  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", classBadge(row), row.verdict === "refuted" && row.first ? conditionText(row) : row.premise]);
+  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", badge(row.verdict), row.verdict === "refuted" && row.first ? conditionText(row) : row.premise]);
   const failing = [...grouped(own.filter((row) => row.verdict === "refuted" && row.first), (row) => row.first).values()];
   return [heading(2, "Classes of equations"), el("p", { class: "soft" }, "Order conditions come from one step on an equation whose components are rooted trees, and hold for every smooth equation of a class with at most as many Brownian motions as given here. Classes named after a form are tested on random members."),
     table(["class", "motions", "measure", "claim", "order", "conditions or members held", "", "why"], rows),

@@ -5,7 +5,8 @@ const { verdicts: VERDICTS, attention: ATTENTION, axes: AXES, clear: CLEAR } = D
 const axisOf = (measure) => AXES[measure] || AXES[""];
 const LABELS_OF_COLUMNS = DATA.labels || [];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
-const column = (given) => (Array.isArray(given) ? given.map(value) : given.at.map((place) => given.words[place]));
+const word = (given, place) => (Array.isArray(place) ? place.map((each) => given.words[each]) : given.words[place]);
+const column = (given) => (Array.isArray(given) ? given.map(value) : given.at.map((place) => word(given, place)));
 
 /** Return columns as records. */
 function records(columns) {
@@ -14,7 +15,7 @@ function records(columns) {
 }
 
 const FINDINGS = records(DATA.findings).map((one, place) => ({ ...one, levels: DATA.levels[place], place }));
-const ABSENT = records(DATA.absent), COSTS = DATA.costs || [], DENSITIES = DATA.densities || [];
+const ABSENT = records(DATA.absent).map((one) => ({ ...one, problems: new Set(one.problems) })), COSTS = DATA.costs || [], DENSITIES = DATA.densities || [];
 const PASSPORTS = { schemes: {}, problems: {}, measures: {}, ...DATA.passports };
 
 function grouped(list, key) {
@@ -29,9 +30,12 @@ function grouped(list, key) {
 
 const unique = (list) => [...new Set(list)];
 const place = (one) => JSON.stringify([one.scheme, one.problem]);
-const CELLS = grouped(FINDINGS, place), MISSING = grouped(ABSENT, place);
+const CELLS = grouped(FINDINGS, place), MISSING = grouped(ABSENT, (one) => one.scheme);
 const SCHEMES = unique([...FINDINGS, ...ABSENT].map((one) => one.scheme)).sort();
-const PROBLEMS = unique([...FINDINGS, ...ABSENT].map((one) => one.problem)).sort();
+const PROBLEMS = unique([...FINDINGS.map((one) => one.problem), ...ABSENT.flatMap((one) => [...one.problems])]).sort();
+
+/** Return why measures do not apply to a cell: groups of measures with one reason each. */
+const missingOf = (scheme, problem) => (MISSING.get(scheme) || []).filter((one) => one.problems.has(problem));
 const MEASURES = unique(FINDINGS.map((one) => one.measure)).sort();
 const settings = DATA.run.settings || {};
 

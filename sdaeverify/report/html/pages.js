@@ -115,7 +115,7 @@ function matrixTable(chosen) {
 function matrixCell(scheme, problem, findings, first) {
   const verdict = worst(findings), counts = grouped(findings, (one) => one.verdict);
   const order = Object.keys(VERDICTS).filter((each) => counts.has(each)), told = order.map((each) => `${counts.get(each).length} ${VERDICTS[each][1]}`).join(", ");
-  const missing = MISSING.get(JSON.stringify([scheme, problem])) || [], why = missing.length ? missing[0].reason : "nothing here fits the filters";
+  const missing = findings.length ? [] : missingOf(scheme, problem), why = missing.length ? missing[0].reason : "nothing here fits the filters";
   const text = findings.length ? VERDICTS[verdict][0] + counts.get(verdict).length : "·";
   return el("a", { class: `cell ${verdict}`, href: link("cell", scheme, problem), tabindex: first ? "0" : "-1", title: `${scheme} on ${problem}: ${told || why}`, "aria-label": `${scheme} on ${problem}: ${told || why}` }, text);
 }
@@ -132,12 +132,12 @@ function moveFocus(event) {
 }
 
 function cellPage(_, scheme, problem) {
-  const key = JSON.stringify([scheme, problem]), findings = CELLS.get(key) || [], missing = MISSING.get(key) || [];
+  const key = JSON.stringify([scheme, problem]), findings = CELLS.get(key) || [], missing = missingOf(scheme, problem);
   const costs = COSTS.filter((one) => one.scheme === scheme && one.problem === problem).map((one) => `${one.kind} ${short(one.mean)}`);
   const first = findings[0] || {};
   const measured = findings.length ? facts([["view", first.view], ["paths", String(first.paths ?? "")], ["seconds", short(first.seconds)], ["per step, finest level", costs.join(", ")]]) : el("p", {}, "No measure applies here.");
   const sections = [...grouped(findings, (one) => one.measure)].map(([measure, list]) => [heading(2, measure), el("div", { class: "cards" }, list.map(card), measure === "invariant" ? densities(scheme, problem) : []), command(list[0])]);
-  const absent = missing.length ? [heading(2, "What does not apply, and why"), table(["measure", "why"], missing.map((one) => [one.measure, one.reason]))] : [];
+  const absent = missing.length ? [heading(2, "What does not apply, and why"), table(["measure", "why"], missing.map((one) => [[one.measures.join(", "), one.quantity].filter(Boolean).join(" "), one.reason]))] : [];
   return [`${scheme} on ${problem}`, el("h1", {}, schemeLink(scheme), " on ", problemLink(problem)), measured, ...sections.flat(), ...absent];
 }
 

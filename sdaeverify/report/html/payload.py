@@ -1,50 +1,54 @@
-"""The numbers of a page: columns of its tables for JSON, each text once, each number with six digits."""
+"""Data of the page: table columns for JSON, with each text stored once and numbers to six digits."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
-from ..class_words import LOOKS, hint
+from ..class_words import hint
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import counts_of
+from ..tables.absent import group_absent
 from ..tables.choice import ALONG_PATHS, choices, curves
 from ..tables.columns import CLASS_COLUMNS, MEAN
-from ..tables.command import CELL, commands_of, orders_command
+from ..tables.command import commands_of, orders_command
 from ..verdict_row import LABELLED, VERDICTS, Interval, VerdictRow
 
-# Of a level: what is always told, what is told where it is not 0 throughout, and what is a text.
+# Columns of a level: always present, present unless 0 throughout, and the column of texts.
 LEVEL = ("h", "estimate", "std_error", "fitted")
 MARKED = ("steps", "failed_paths", "failed", "truncated_share", "eps", "worst_eps")
 FUNCTIONAL = "functional"
 TRUTHS = {"True": 1, "False": 0}
-# Columns that begin in the same way and are no cost of a step.
+# Columns with the prefix of costs that are not costs of a step.
 NO_COST = {"mean_std_error"}
 SHOWN = [column for column in VERDICTS if column.on_page]
-# Texts and numbers of a finding, from the verdicts and from the details of its measure.
+# Texts and numbers of a finding, from the table of verdicts and from the details of its measure.
 TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
 NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
 MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L_half", "order_L2", "order_L4")
+# Columns of the cells that do not apply that are lists.
+LISTS = ("problems", "measures")
 RUN = ("versions", "platform", "arguments", "seed", "stream_fingerprint", "settings", "warnings", "plugins")
 
 
 def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return what the page of a run is drawn from.
+    """Return the data from which the page of a run is drawn.
 
     Parameters
     ----------
     tables : SavedTables
     passports : mapping, optional
-        Of schemes, problems and measures, as `report.passports.passports` returns them.
+        Passports of schemes, problems and measures, as returned by `report.passports.passports`.
 
     Returns
     -------
     dict
-        ``findings`` and ``absent``: columns of equal length, of numbers or of texts by their place in ``words``;
-        ``levels``: for each finding a mapping of columns; ``costs``, ``densities``: records.
+        ``findings`` and ``absent``: columns of equal length, of numbers or of indices into ``words``; ``levels``: for
+        each finding a mapping of columns; ``costs``, ``densities``: records.
     """
     rows, levels = [VerdictRow.from_row(row) for row in tables.verdicts], grouped(tables.levels, key_of)
     return {
@@ -55,7 +59,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "classes": _classes(tables),
         "costs": list(_costs(tables.levels)),
         "densities": list(_densities(tables.levels)),
-        "absent": _texts(tables.absent, (*CELL, "reason")),
+        "absent": _absent(tables.absent),
         "choices": list(_choices(rows, tables)),
         "passports": dict(passports or {}),
         "reach": reach(settings_of(tables.run).confidence),
@@ -64,17 +68,16 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
 
 
 def _choices(rows: Sequence[VerdictRow], tables: SavedTables) -> Iterator[dict[str, Any]]:
-    """Yield the work that each scheme needs on a problem, for each measure of errors, by its first quantity."""
-    found, noise = curves(rows, tables.levels, tables.details), tables.run.get("noise", {})
-    for problem, measure in dict.fromkeys(
-        (each.row.problem, each.row.measure) for each in found if each.points and each.row.measure in ALONG_PATHS
-    ):
-        told = choices(found, problem, (measure, ""), noise)
-        yield told.record
+    """Yield the work of each scheme on a problem, for the first quantity of each measure of errors."""
+    noise = tables.run.get("noise", {})
+    by_problem = grouped(curves(rows, tables.levels, tables.details), lambda each: each.row.problem)
+    for problem, found in by_problem.items():
+        shown = (each.row.measure for each in found if each.points and each.row.measure in ALONG_PATHS)
+        yield from (choices(found, problem, (measure, ""), noise).record for measure in dict.fromkeys(shown))
 
 
 def to_json(value: float) -> float | str | None:
-    """Return a number for JSON: six digits, infinities as texts, nothing for NaN."""
+    """Convert a number for JSON: six digits, infinities as texts, NaN as None."""
     if isnan(value):
         return None
     short = float(f"{value:.6g}")
@@ -102,19 +105,19 @@ def _hint(row: VerdictRow, tables: SavedTables) -> str:
 
 
 def _classes(tables: SavedTables) -> dict[str, Any]:
-    """Return what order conditions say, with the command that asks for it again and the look of the verdict."""
+    """Return the columns of the table of classes, with the command that reproduces a row and its style."""
     plugins, unnamed = tables.run.get("files", ()), {*tables.run.get("unnamed", ())}
     told = [
         {
             **row,
-            "look": LOOKS.get(row["verdict"], "error"),
+            "claim": row["claimed_order"],
             "reproduce": "" if row["scheme"] in unnamed else _command(row, plugins),
         }
         for row in tables.classes
     ]
     texts = [column.name for column in CLASS_COLUMNS if column.kind == TEXT]
     numbers = [column.name for column in CLASS_COLUMNS if column.kind != TEXT]
-    return {**_texts(told, [*texts, "look", "reproduce"]), **_numbers(told, numbers)}
+    return {**_texts(told, [*texts, "reproduce"]), **_numbers(told, numbers)}
 
 
 def _command(row: TextRow, plugins: Sequence[str]) -> str:
@@ -123,7 +126,7 @@ def _command(row: TextRow, plugins: Sequence[str]) -> str:
 
 
 def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
-    """Return the columns of what pictures show of rows."""
+    """Return the columns needed for pictures: accepted orders, and known orders with their intervals."""
     orders = [known_order(row) for row in rows]
     return {
         "least": [to_json(row.claimed_order - row.margin) for row in rows],
@@ -135,6 +138,18 @@ def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
 def _texts(rows: Iterable[Mapping[str, object]], names: Iterable[str]) -> dict[str, Any]:
     told = list(rows)
     return {name: _factorise([text(row, name) for row in told]) for name in names}
+
+
+def _absent(rows: Iterable[TextRow]) -> dict[str, Any]:
+    """Return the columns of the groups of cells that do not apply; a cell of problems or measures is a list."""
+    groups = group_absent(rows)
+    texts = _texts([group.row for group in groups], ("scheme", "quantity", "reason"))
+    return {**texts, **{name: _factorise_lists([getattr(group, name) for group in groups]) for name in LISTS}}
+
+
+def _factorise_lists(cells: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
+    places = {word: place for place, word in enumerate(dict.fromkeys(chain(*cells)))}
+    return {"words": list(places), "at": [[places[word] for word in cell] for cell in cells]}
 
 
 def _factorise(cells: Sequence[str]) -> dict[str, list[Any]]:
@@ -160,7 +175,7 @@ def _level_columns(rows: Sequence[TextRow]) -> dict[str, list[Any]]:
 
 
 def _densities(rows: Iterable[TextRow]) -> Iterator[dict[str, Any]]:
-    """Yield each density: its points, itself and the exact one there."""
+    """Yield each density: evaluation points, estimate and exact value."""
     found = grouped((row for row in rows if row.get("at")), key_of)
     for (scheme, problem, _, quantity), points in found.items():
         columns = _numbers(points, ("at", "estimate", "exact"))
@@ -169,7 +184,7 @@ def _densities(rows: Iterable[TextRow]) -> Iterator[dict[str, Any]]:
 
 
 def _costs(rows: Iterable[TextRow]) -> Iterator[dict[str, Any]]:
-    """Yield the mean of each kind of what steps took, at the finest step size."""
+    """Yield the mean of each cost of a step at the finest step size."""
     cells = grouped((row for row in rows if row.get("steps")), lambda row: (row["scheme"], row["problem"]))
     for (scheme, problem), found in cells.items():
         finest = max(reversed(found), key=lambda row: parse(row["steps"]))

@@ -1,4 +1,4 @@
-"""Axes of pictures: their size and style, marks that tell many lines apart, tick labels that do not overlap."""
+"""Axes of figures: size, style, distinguishable markers, and tick labels that do not overlap."""
 
 import shutil
 from collections.abc import Iterator, Sequence
@@ -22,9 +22,9 @@ COLOURS = (
     "#3f90da", "#ffa90e", "#bd1f01", "#94a4a2", "#832db6", "#a96b59", "#e76300", "#b9ac70", "#717581", "#92dadd",
 )  # fmt: skip
 SCREEN, PAPER = "screen", "paper"
-# Width of one column of a journal of two, 86 mm; and the height of the axes of a figure in it, in inches.
+# Column width of a two-column journal, 86 mm, and height of the axes of a figure, in inches.
 COLUMN_WIDTH, PAPER_HEIGHT = 3.386, 2.3
-# Sizes in points. The fonts come with matplotlib; fonts of type 42 are what journals accept.
+# Sizes in points. The fonts come with matplotlib; journals require fonts of type 42.
 PAPER_STYLE: dict[str, Any] = {
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7,
     "legend.fontsize": 7, "font.family": "STIXGeneral", "mathtext.fontset": "stix", "axes.linewidth": 0.5,
@@ -34,15 +34,15 @@ PAPER_STYLE: dict[str, Any] = {
     "pgf.rcfonts": False, "pgf.texsystem": "pdflatex",
 }  # fmt: skip
 STYLES: dict[str, dict[str, Any]] = {SCREEN: {}, PAPER: PAPER_STYLE}
-# Tick labels of step sizes that fit beside each other, by style.
+# Largest number of tick labels of step sizes that do not overlap, by style.
 MOST_TICKS = {SCREEN: 8, PAPER: 6}
-# Decades of a logarithmic axis up to which 2 and 5 times each are labelled, too.
+# Length in decades of a logarithmic axis up to which 2 and 5 times each power of 10 are labelled as well.
 MOST_DECADES = 2.0
 KINDS = (".pdf", ".pgf", ".svg", ".png")
 
 
 def axes_of(ax: Axes | None, size: tuple[float, float] | None = None) -> Axes:
-    """Return given axes, or those of a new figure.
+    """Return the given axes, or those of a new figure.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ def axes_of(ax: Axes | None, size: tuple[float, float] | None = None) -> Axes:
 
 @contextmanager
 def in_style(style: str) -> Iterator[None]:
-    """Draw in a style: ``screen``, as matplotlib is set, or ``paper``.
+    """Set the style of figures: ``screen``, matplotlib's settings, or ``paper``.
 
     Raises
     ------
     UsageError
-        If there is no such style, or no matplotlib.
+        If the style is unknown, or matplotlib is not installed.
     """
     if style not in STYLES:
         raise UsageError(f"style expects {' or '.join(map(repr, STYLES))}, got {style!r:.200}")
@@ -79,31 +79,31 @@ def in_style(style: str) -> Iterator[None]:
 
 
 def mark_of(number: int) -> dict[str, Any]:
-    """Return marker and colour of a line; no two of 70 lines have both in common."""
+    """Return marker and colour of a line; the combinations of 70 consecutive lines differ."""
     return {"marker": MARKERS[number % len(MARKERS)], "color": COLOURS[number % len(COLOURS)]}
 
 
 def label_steps(ax: Axes, sizes: Sequence[float], style: str = SCREEN) -> None:
-    """Put ticks of a logarithmic axis at step sizes, as powers of two where they are, and leave out what collides.
+    """Set the ticks of a logarithmic axis to step sizes, as powers of two where exact, without overlaps.
 
     Parameters
     ----------
     ax : Axes
-        Its x axis is labelled.
+        Axes whose x axis is labelled.
     sizes : sequence of float
         Step sizes of all curves; zeros and values that are not finite are left out.
     style : str
-        ``screen`` or ``paper``: how many labels fit beside each other.
+        ``screen`` or ``paper``, which determines the number of labels.
     """
     every = sorted({size for size in sizes if size > 0.0 and isfinite(size)})
-    # From the coarsest on: each tick is a factor of two or more from its neighbour unless problems are mixed.
+    # Starting from the coarsest; neighbouring ticks differ by a factor of two or more unless problems are mixed.
     shown = every[:: -max(1, ceil(len(every) / MOST_TICKS[style]))]
     ax.set_xticks(shown, [_size_in_words(size) for size in shown])
     ax.set_xticks([], minor=True)
 
 
 def label_decades(ax: Axes, which: str = "y") -> None:
-    """Label the decades of a logarithmic axis; on one shorter than two decades also 2 and 5 times each.
+    """Label the decades of a logarithmic axis, and 2 and 5 times each if it has fewer than two decades.
 
     Parameters
     ----------
@@ -118,24 +118,24 @@ def label_decades(ax: Axes, which: str = "y") -> None:
         return
     if log10(high / low) < MOST_DECADES:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        # Thresholds beyond any axis: each of these ticks has its label.
+        # Infinite thresholds, so that each of these ticks is labelled.
         axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(inf, inf)))
     axis.set_minor_formatter(NullFormatter())
 
 
 def save_figure(ax: Axes, files: Sequence[str | Path]) -> None:
-    """Write the figure of some axes to files; the suffix says which kind.
+    """Write the figure of some axes to files; the suffix determines the format.
 
     Parameters
     ----------
     ax : Axes
     files : sequence of str or Path
-        PDF, PGF, SVG or PNG. The same figure gives the same bytes: no date is written.
+        Files in PDF, PGF, SVG or PNG. The same figure gives the same bytes, because no date is written.
 
     Raises
     ------
     UsageError
-        If the suffix is another one, the file cannot be written, or LaTeX is missing where PGF needs it.
+        If the suffix is unknown, the file cannot be written, or PGF is requested without LaTeX.
     """
     for file in map(Path, files):
         kind = file.suffix.lower()
@@ -152,7 +152,7 @@ def save_figure(ax: Axes, files: Sequence[str | Path]) -> None:
 
 
 def as_label(text: str) -> str:
-    r"""Return a text for matplotlib, which would take what stands between two $ for a formula."""
+    r"""Escape a text for matplotlib, which would interpret text between two $ as a formula."""
     return text.replace("$", r"\$")
 
 

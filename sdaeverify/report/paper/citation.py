@@ -1,4 +1,4 @@
-"""A result in a paper: its table, a sentence on method and version, a BibTeX entry, sources of the claims."""
+"""Citation of a result: table, sentence on method and version, BibTeX entry, sources of the claims."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from ..tables.rows import Rows
 from ..verdict_row import VerdictRow
 from .table import PaperTable
 
-# As in CITATION.cff, which no wheel holds; tests compare them.
+# Copies of CITATION.cff, which is not in the wheel; tests compare them.
 TITLE = "sdaeverify: verification of numerical schemes for stochastic differential-algebraic equations"
 AUTHOR, YEAR = "The authors of sdaeverify", "2026"
 URL = "https://github.com/sdaeverify/sdaeverify"
@@ -25,7 +25,7 @@ TIERS = {
 
 
 def method_sentence(rows: Sequence[VerdictRow], settings: Settings, run: Mapping[str, Any]) -> str:
-    """Return how verdicts were found: program and version, counts, tiers, paths, steps, seed, error probability.
+    """Return how verdicts were found: version, counts, tiers, paths, steps, seed, error probability.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def method_sentence(rows: Sequence[VerdictRow], settings: Settings, run: Mapping
 
 
 def bibtex(run: Mapping[str, Any]) -> str:
-    """Return the entry of the program, of the version that made a run, for BibTeX."""
+    """Return the BibTeX entry of the program in the version that made a run."""
     fields = {
         "author": f"{{{AUTHOR}}}",
         "title": f"{{{TITLE}}}",
@@ -59,7 +59,7 @@ def bibtex(run: Mapping[str, Any]) -> str:
 
 
 def sources(details: Iterable[Row]) -> Iterator[str]:
-    """Yield the sources of the claims of each scheme in a line.
+    """Yield the sources of the claims, one line for each scheme.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def sources(details: Iterable[Row]) -> Iterator[str]:
 
 
 class ForPapers:
-    """What a paper takes from a result.
+    """Methods of a result for papers.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class ForPapers:
     run: dict[str, Any]
 
     def to_latex(self, schemes: str = "", problems: str = "", measures: str = "") -> str:
-        """Return the verdicts as a LaTeX table with booktabs; its caption says how they were found.
+        """Return the verdicts as a LaTeX table with booktabs; the caption describes the method.
 
         Parameters
         ----------
@@ -99,17 +99,17 @@ class ForPapers:
         Raises
         ------
         UsageError
-            If the result has no such row.
+            If no row of the result matches.
         """
         return self._table(schemes, problems, measures).to_latex()
 
     def to_markdown(self, schemes: str = "", problems: str = "", measures: str = "") -> str:
-        """Return the verdicts as a Markdown table, with a paragraph on how they were found.
+        """Return the verdicts as a Markdown table, with a paragraph on the method.
 
         Parameters
         ----------
         schemes, problems, measures : str, optional
-            As of `to_latex`, which raises the same.
+            See `to_latex`, which raises the same errors.
         """
         return self._table(schemes, problems, measures).to_markdown()
 

@@ -1,4 +1,4 @@
-"""Errors of several schemes in one picture, with the slopes that they claim as triangles."""
+"""Errors of several schemes in one figure, with slope triangles of their claimed orders."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 else:
     Axes = Any
 
-# A triangle lies below the lowest curve by this factor; the same again is left for the number beside it.
+# Factor between the lowest curve and a triangle; the same space is left for its label.
 GAP = 2.0
 LEGEND_COLUMNS, LEGEND_LINE = 2, 0.14
 
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Errors of a scheme.
+    """Errors of a scheme against the step size.
 
     Attributes
     ----------
     label : str
     claimed_order : float
-        NaN where none is claimed.
+        Claimed order; NaN without a claim.
     h, error, half_width : array, (level)
         Step sizes, absolute errors, and half the width of their intervals.
     """
@@ -42,13 +42,13 @@ class ErrorCurve:
 
 
 def draw_curves(curves: Sequence[ErrorCurve], labels: tuple[str, str], ax: Axes | None, style: str) -> Axes:
-    """Draw error curves with intervals, slope triangles of the claimed orders and a legend beside the data.
+    """Draw error curves with intervals, slope triangles of the claimed orders, and a legend.
 
     Parameters
     ----------
     curves : sequence of ErrorCurve
     labels : tuple of str
-        Of the axis of errors, and the title, which a paper has in its caption.
+        Label of the error axis, and the title, which is omitted for a paper because its caption has it.
     ax : Axes or None
     style : str
     """
@@ -56,7 +56,7 @@ def draw_curves(curves: Sequence[ErrorCurve], labels: tuple[str, str], ax: Axes 
     ax = axes_of(ax, _size(len(curves)) if style == PAPER else None)
     ax.set(xscale="log", yscale="log", xlabel="step size $h$", ylabel=labels[0])
     for number, curve in enumerate(curves):
-        # Where an interval contains 0, its lower end is off a logarithmic axis: the bar ends at the marker.
+        # If an interval contains 0, its lower end is off a logarithmic axis, and the bar ends at the marker.
         below = np.where(curve.half_width < curve.error, curve.half_width, 0.0)
         ends = np.array([below, curve.half_width])
         mark = mark_of(number)
@@ -67,7 +67,7 @@ def draw_curves(curves: Sequence[ErrorCurve], labels: tuple[str, str], ax: Axes 
     if style != PAPER:
         ax.set_title(as_label(labels[1]))
     _add_legend(ax, own=own, style=style)
-    # Ticks take their fonts from the style when they are made, at the first drawing.
+    # Ticks take their fonts from the style when they are created, at the first drawing.
     ax.figure.canvas.draw()
     return ax
 
@@ -86,7 +86,7 @@ def _add_legend(ax: Axes, *, own: bool, style: str) -> None:
 
 
 def _draw_triangles(ax: Axes, curves: Sequence[ErrorCurve]) -> None:
-    """Draw a triangle for each claimed order, one beside the other from the coarsest steps on, below all curves."""
+    """Draw a triangle for each claimed order below all curves, from the coarsest step sizes on."""
     orders = sorted({curve.claimed_order for curve in curves if not isnan(curve.claimed_order)}, reverse=True)
     sizes = sorted({float(size) for curve in curves for size in curve.h}, reverse=True)
     for order, (coarse, fine) in zip(orders, pairwise(sizes), strict=False):

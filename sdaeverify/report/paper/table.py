@@ -1,4 +1,4 @@
-"""Verdicts as a table for a paper: LaTeX with booktabs, or Markdown; escaped, with signs and a caption."""
+"""Verdicts as a table for a paper, in LaTeX with booktabs or in Markdown, with symbols and a caption."""
 
 from collections.abc import Callable, Iterable, Sequence
 from math import isfinite, isnan
@@ -21,9 +21,9 @@ LATEX = {
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
     "|": r"\textbar{}", '"': r"\textquotedbl{}", "≥": r"$\geq$", "≤": r"$\leq$",
 }  # fmt: skip
-# What the text font of LaTeX may lack is shown by its number: a table compiles with pdflatex.
+# Characters missing from the LaTeX font are shown by code point, so that a table compiles with pdflatex.
 PACKAGES = r"% needs \usepackage[T1]{fontenc}, \usepackage{amssymb}, \usepackage{booktabs}"
-# Rows that fit on a page; longer tables are of the package longtable, which breaks them.
+# Rows that fit on a page; longer tables use the package longtable, which breaks across pages.
 PAGE = 40
 
 
@@ -33,7 +33,7 @@ class PaperTable(NamedTuple):
     Attributes
     ----------
     cells : tuple of tuple of str
-        By row: texts in the order of `HEADINGS`, with the verdict in place of its sign.
+        Rows of texts in the order of `HEADINGS`; the first text is the verdict, which is replaced by its symbol.
     caption : str
     """
 
@@ -42,25 +42,25 @@ class PaperTable(NamedTuple):
 
     @classmethod
     def of(cls, rows: Sequence[VerdictRow], caption: str) -> "PaperTable":
-        """Return the table of rows.
+        """Create the table from rows of verdicts.
 
         Parameters
         ----------
         rows : sequence of VerdictRow
         caption : str
-            How the verdicts were found; the signs are explained behind it.
+            Description of the method; a legend of the symbols is appended.
 
         Raises
         ------
         UsageError
-            If there is no row.
+            If there are no rows.
         """
         if not rows:
             raise UsageError("no table: the result has no row of these names")
         return cls(tuple(tuple(_cells(row)) for row in rows), caption)
 
     def to_latex(self) -> str:
-        """Return a table with caption and label, which floats unless it is longer than a page."""
+        """Return a LaTeX table with caption and label, which floats unless it is longer than a page."""
         lines = [" & ".join([SIGNS[first], *map(latex, rest)]) + r" \\" for first, *rest in self._shown]
         columns = "c" + "l" * (len(self._headings) - 1)
         heading = [r"\toprule", " & ".join(map(latex, self._headings)) + r" \\", r"\midrule"]
@@ -74,7 +74,7 @@ class PaperTable(NamedTuple):
         return "\n".join([*start, *heading, *lines, *end])
 
     def to_markdown(self) -> str:
-        """Return a table with its caption as the paragraph below."""
+        """Return a Markdown table, followed by its caption."""
         lines = [[_sign(first), *map(escape, rest)] for first, *rest in self._shown]
         table = [self._headings, ["---"] * len(self._headings), *lines]
         rows = (f"| {' | '.join(line)} |" for line in table)
@@ -82,7 +82,7 @@ class PaperTable(NamedTuple):
 
     @property
     def _columns(self) -> list[int]:
-        """Columns that are not empty throughout."""
+        """Indices of columns that are not entirely empty."""
         return [place for place in range(len(HEADINGS)) if any(row[place] for row in self.cells)]
 
     @property
@@ -100,13 +100,13 @@ class PaperTable(NamedTuple):
 
 
 def latex(text: str) -> str:
-    """Return a text for LaTeX: what has a meaning there, or is not in the font, is escaped."""
+    """Escape a text for LaTeX, including characters missing from the font."""
     return "".join(LATEX.get(letter, letter) if letter in LATEX or letter.isascii() else _by_number(letter)
                    for letter in visible(text))  # fmt: skip
 
 
 def _by_number(letter: str) -> str:
-    # Letters of Latin-1, umlauts above all, are in T1 fonts.
+    # Letters of Latin-1, such as umlauts, are in T1 fonts.
     return letter if letter.isalpha() and ord(letter) < 0x100 else rf"\texttt{{U+{ord(letter):04X}}}"
 
 
@@ -136,7 +136,7 @@ def _interval(order: Interval) -> str:
 
 
 def _value(row: VerdictRow) -> str:
-    """Return what is estimated besides an order, with its meaning, which names the unit."""
+    """Return the estimate other than an order, with its meaning and unit; empty if there is none."""
     if not row.estimate.known or not isnan(row.local_order) or row.path.known:
         return ""
     return _interval(row.estimate) if ORDER in row.value_of else estimate_in_words(row)

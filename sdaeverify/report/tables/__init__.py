@@ -1,1 +1,1 @@
-"""The tables of a run: what their columns are, how findings become rows, and the command that makes one again."""
+"""Tables of a run: columns, conversion of findings to rows, and commands that reproduce a row."""

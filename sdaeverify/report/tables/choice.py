@@ -1,13 +1,13 @@
-"""Which scheme for a problem: the work that each needs for an accuracy, from the errors and times of a run.
+"""Choice of a scheme for a problem by the work for an accuracy, from the errors and times of a run.
 
-With errors e(n) at numbers of steps n, the steps for an accuracy are where the line through two neighbours, log e
-against log n, meets it; beyond the finest level the line goes on with the order along paths, for six levels. The work
-is the measured time of so many steps on a path. Errors count where they are clear of their noise.
+With errors e(n) at numbers of steps n, the number of steps for an accuracy is found by linear interpolation of log e
+against log n. Beyond the finest level the line is extrapolated with the order along paths, for up to six levels. The
+work is the measured time of these steps on a path. Only errors clear of their noise are used.
 
-Errors compare where they are errors to one reference, as `common_errors` gives them. The levels of a finished run
-hold errors to a scheme's own limit where no solution is known: there only those of verified schemes count, whose
-limit is the solution. Schemes with a refuted claim are left out, and so are negative controls of the problem that
-claim nothing.
+Errors of schemes are comparable if they refer to one reference, as in `common_errors`. The levels of a finished run
+hold errors with respect to a scheme's own limit if no solution is known; then only verified schemes are compared,
+whose limit is the solution. Schemes with a refuted claim, and negative controls of the problem without a claim, are
+left out.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,38 +30,40 @@ from ..pictures import AXES, CLEAR, known_order
 from ..verdict_row import VerdictRow
 from .common_errors import OF_MEANS, Show, common_errors
 
-# Measures whose levels are errors along paths, which more steps make smaller; and that of stationary means, whose
-# steps are counted in a unit of time.
+# Measures whose levels are errors along paths that decrease with more steps, and the measure of stationary means,
+# whose steps are counted per unit of time.
 ALONG_PATHS = tuple(measure for measure, axis in AXES.items() if axis.paid_by_steps)
 STATIONARY = "invariant"
 ERRORS = (*ALONG_PATHS, STATIONARY)
 VERIFIED, REFUTED = "verified", frozenset({"refuted", "diverged"})
-# How many times the steps of the finest level an order may tell of: six levels more.
+# Largest extrapolation, as a multiple of the steps of the finest level: six levels.
 FARTHEST = 64
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A scheme for a problem.
+    """Work of a scheme for an accuracy.
 
     Attributes
     ----------
     scheme, verdict, claim : str
-        Its label, and what was found of what it claims.
+        Label of the scheme, its verdict and its claim.
     order : float
-        Along paths, or of one step where paths tell none.
+        Order along paths, or of one step if paths give none.
     noise : str
-        What it needs to be drawn.
+        Random variables that the scheme needs.
     error : float
-        At the finest step size that counts.
+        Error at the finest step size that is used.
     at : float
-        The number of steps there: on a path, of stationary means a unit of time.
+        Number of steps there, on a path or, for stationary means, per unit of time.
     steps : float
-        For the accuracy; NaN where that is not known.
+        Number of steps for the accuracy; NaN if unknown.
     seconds : float
-        Of so many steps on a path, measured.
+        Measured time of these steps on a path.
     beyond : bool
-        Whether the finest step size is too coarse, so that the order says how many steps are needed.
+        Whether `steps` is extrapolated by the order, or taken from the leading error: no level is as accurate.
+    leading : str
+        The leading weak error in words, such as ``-0.184 h``; empty if it is not known without sampling.
     """
 
     scheme: str
@@ -74,25 +76,26 @@ class Choice:
     steps: float = nan
     seconds: float = nan
     beyond: bool = False
+    leading: str = ""
 
     @property
     def record(self) -> dict[str, Any]:
-        """The fields for JSON, which knows neither infinity nor NaN."""
+        """Fields for JSON, in which numbers that are not finite are null."""
         numbers = ((name, value) for name, value in asdict(self).items())
         return {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in numbers}
 
 
 class CommonBasis(NamedTuple):
-    """On what schemes are compared.
+    """Errors and times on which schemes are compared.
 
     Attributes
     ----------
     reference : str
-        As in `Choices`; empty where errors and times are those of the run.
+        As in `Choices`; empty if errors and times are those of the run.
     errors : mapping of str to sequence of (int, float, float)
-        Number of steps, error and standard error of the asked quantity by scheme, where there is a reference.
+        Number of steps, error and standard error of the requested quantity by scheme, if there is a reference.
     step_seconds : mapping of str to float
-        Time of a step by scheme, on the same arrays for all.
+        Time of a step by scheme, on arrays of the same size.
     negative : frozenset of str
         Negative controls of the problem for the measure.
     """
@@ -103,7 +106,7 @@ class CommonBasis(NamedTuple):
     negative: frozenset[str] = frozenset()
 
     def applied_to(self, curve: "Curve") -> "Curve":
-        """Return a curve with the errors and times that compare; without errors where they may not."""
+        """Return a curve with comparable errors and times, without errors if they are not comparable."""
         scheme = curve.row.scheme
         points = curve.points if curve.row.verdict == VERIFIED or curve.row.measure == STATIONARY else ()
         if self.reference:
@@ -115,18 +118,65 @@ class CommonBasis(NamedTuple):
 OF_THE_RUN = CommonBasis()
 
 
+class Leading(NamedTuple):
+    """The leading weak error C h^p, where it is known without sampling, and the run it is of.
+
+    Attributes
+    ----------
+    constant, power : float
+        C and p; NaN where they are not known.
+    horizon : float
+        T = n h.
+    coarsest : float
+        The least number n of steps of the run.
+    """
+
+    constant: float = nan
+    power: float = nan
+    horizon: float = nan
+    coarsest: float = nan
+
+    @classmethod
+    def of(cls, details: Row, horizon: float = nan, coarsest: float = nan) -> "Leading":
+        """Return the leading error in a row of details.
+
+        Parameters
+        ----------
+        details : mapping
+        horizon : float, optional
+            T.
+        coarsest : float, optional
+            The least number of steps.
+        """
+        return cls(number(details, "error_constant"), number(details, "error_power"), horizon, coarsest)
+
+    def __str__(self) -> str:
+        if not (isfinite(self.constant) and isfinite(self.power)):
+            return ""
+        return f"{self.constant:.3g} h" + ("" if self.power == 1.0 else f"^{self.power:g}")
+
+    def steps(self, accuracy: float) -> float:
+        """Return the number of steps, no fewer than the coarsest one, with which C h^p is an accuracy; or NaN."""
+        needed = self.horizon * (abs(self.constant) / accuracy) ** (1.0 / self.power) if str(self) else nan
+        return float(ceil(max(needed, self.coarsest))) if isfinite(needed) else nan
+
+
+UNKNOWN = Leading()
+
+
 @dataclass(frozen=True)
 class Curve:
-    """The errors of a scheme that count, coarsest first, and the time of one of its steps."""
+    """Comparable errors of a scheme, coarsest first, the time of one of its steps, and its leading error."""
 
     row: VerdictRow
     points: tuple[tuple[float, float], ...]
     step_seconds: float
+    leading: Leading = UNKNOWN
 
 
 @dataclass(frozen=True)
 class Choices:
-    """The schemes for a quantity of a problem, the least work first; those of which it is not known come last.
+    """Schemes for a quantity of a problem, least work first; those of unknown work come last.
 
     Attributes
     ----------
@@ -134,9 +184,9 @@ class Choices:
     accuracy : float
     found : tuple of Choice
     quantities : tuple of str
-        Of the measure on the problem.
+        Quantities of the measure on the problem.
     reference : str
-        What the errors are errors to; empty for a finished run.
+        Reference of the errors, in words; empty for a finished run.
     left_out : tuple of str
         Schemes with a refuted claim, and negative controls.
     """
@@ -152,7 +202,7 @@ class Choices:
 
     @property
     def table(self) -> pd.DataFrame:
-        """The schemes as a table, a row each, in their order."""
+        """Schemes as a table, one row each, in the same order."""
         return pd.DataFrame([asdict(one) for one in self.found], columns=[field.name for field in fields(Choice)])
 
     def _repr_html_(self) -> str:
@@ -163,7 +213,7 @@ class Choices:
 
     @property
     def record(self) -> dict[str, Any]:
-        """All of it for JSON."""
+        """All fields for JSON."""
         about = {name: getattr(self, name) for name in ("problem", "measure", "quantity")}
         accuracy = self.accuracy if isfinite(self.accuracy) else None
         also = {"reference": self.reference, "left_out": [*self.left_out]}
@@ -171,7 +221,7 @@ class Choices:
 
 
 def curves(rows: Iterable[VerdictRow], levels: Iterable[Row], details: Iterable[Row]) -> list[Curve]:
-    """Return the errors of all rows of measures of errors.
+    """Return the error curves of all rows of measures of errors.
 
     Parameters
     ----------
@@ -180,9 +230,15 @@ def curves(rows: Iterable[VerdictRow], levels: Iterable[Row], details: Iterable[
         Rows of the levels, and of the details of all measures.
     """
     of_levels = grouped(levels, key_of)
-    times = {key_of(row): number(row, "step_seconds") for row in details}
+    told = {key_of(row): row for row in details}
     wanted = (row for row in rows if row.measure in ERRORS)
-    return [Curve(row, tuple(_points(of_levels.get(row.key, ()))), times.get(row.key, nan)) for row in wanted]
+    return [_curve(row, of_levels.get(row.key, ()), told.get(row.key, {})) for row in wanted]
+
+
+def _curve(row: VerdictRow, levels: Sequence[Row], details: Row) -> Curve:
+    known = [(number(level, "steps"), number(level, "h")) for level in levels]
+    n, h = min(((n, h) for n, h in known if isfinite(n)), default=(nan, nan))
+    return Curve(row, tuple(_points(levels)), number(details, "step_seconds"), Leading.of(details, n * h, n))
 
 
 def _points(levels: Iterable[Row]) -> Iterator[tuple[float, float]]:
@@ -203,26 +259,26 @@ def choices(
     accuracy: float = nan,
     basis: CommonBasis = OF_THE_RUN,
 ) -> Choices:
-    """Return the schemes for a quantity of a problem, those that claim nothing behind the others.
+    """Rank the schemes for a quantity of a problem by their work; those without a claim come last.
 
     Parameters
     ----------
     found : sequence of Curve
     problem : str
-        Label.
+        Label of the problem.
     asked : tuple of str
-        Names of measure and quantity; the first quantity there is where that is empty.
+        Names of measure and quantity; the first quantity if that name is empty.
     noise : mapping of str to str
-        What schemes need, by label.
+        Random variables that the schemes need, by label.
     accuracy : float, optional
-        The error that is wanted; if left out, what half of the schemes with a claim reach in the run.
+        Required error; by default the median of the errors that schemes with a claim reach in the run.
     basis : CommonBasis, optional
-        On what they are compared; on what the run has found if left out.
+        Basis of the comparison; by default the errors and times of the run.
 
     Raises
     ------
     UsageError
-        If nothing was measured of it.
+        If no error of the quantity was measured.
     """
     measure, name = asked[0], first_quantity(found, problem, asked)
     here = _of_cells(found, problem, measure)
@@ -249,20 +305,20 @@ def _refuted(found: Sequence[Curve]) -> set[str]:
 
 
 def _quantities(found: Sequence[Curve]) -> list[str]:
-    """Return the quantities of curves, each once, in their order."""
+    """Return the distinct quantities of curves, in order."""
     return list(dict.fromkeys(each.row.quantity for each in found if each.row.quantity))
 
 
 def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
-    """Return the quantity that is asked for, or the first there is.
+    """Return the requested quantity, or the first one.
 
     Parameters
     ----------
     found : sequence of Curve
     problem : str
-        Label.
+        Label of the problem.
     asked : tuple of str
-        As in `choices`, which raises the same.
+        As in `choices`, which raises the same errors.
     """
     measure, quantity = asked
     quantities = _quantities(_of_cells(found, problem, measure))
@@ -279,17 +335,17 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
 
 
 def best_verified(found: Sequence[Curve], problem: str, asked: tuple[str, str]) -> str:
-    """Return the scheme that serves as the common reference: verified, of the highest order, with the least error.
+    """Return the scheme for the common reference: verified, of the highest order, with the least error.
 
-    It is empty where no scheme is verified in the quantity without being refuted in another one.
+    The result is empty if no scheme is verified in the quantity without a refutation in another one.
 
     Parameters
     ----------
     found : sequence of Curve
     problem : str
-        Label.
+        Label of the problem.
     asked : tuple of str
-        As in `choices`, which raises the same.
+        As in `choices`, which raises the same errors.
     """
     name, here = first_quantity(found, problem, asked), _of_cells(found, problem, asked[0])
     out = _refuted(here)
@@ -310,21 +366,21 @@ def common_basis(
     settings: Settings,
     show: Show,
 ) -> CommonBasis:
-    """Return errors to one reference, and times on the same arrays, of the schemes on a problem.
+    """Compute errors against one reference, and times on arrays of the same size, for the schemes of a problem.
 
     Parameters
     ----------
     results : iterable of CellResult
-        Of a run in this process; errors and times of the run count where there are none.
+        Results of a run in this process; without results, errors and times of the run are used.
     known : sequence of Curve
-        What the run has found.
+        Error curves of the run.
     problem : str
-        Label.
+        Label of the problem.
     asked : tuple of str
-        Names of measure and quantity, as `choices` takes them.
+        Names of measure and quantity, as in `choices`.
     settings : Settings
     show : callable, Compared -> None
-        For progress.
+        Callback for progress.
     """
     here = [one.cell for one in results if (one.cell.spec.label, one.cell.measure.name) == (problem, asked[0])]
     ready = {cell.scheme.label: cell for cell in here if cell.verdict is None and cell.seen is not None}
@@ -347,12 +403,15 @@ def _choice(curve: Curve, noise: str, accuracy: float) -> Choice:
     row, order = curve.row, known_order(curve.row)[0].value
     at, error = curve.points[-1] if curve.points else (nan, nan)
     steps, beyond = _steps(curve.points, accuracy, order)
-    seconds = steps * curve.step_seconds
-    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, at, steps, seconds, beyond)
+    if not isfinite(steps) and isfinite(accuracy):
+        steps = curve.leading.steps(accuracy)
+        beyond = isfinite(steps)
+    seconds, leading = steps * curve.step_seconds, str(curve.leading)
+    return Choice(row.scheme, row.verdict, row.claim, order, noise, error, at, steps, seconds, beyond, leading)
 
 
 def _steps(points: Sequence[tuple[float, float]], accuracy: float, order: float) -> tuple[float, bool]:
-    """Return the number of steps from which on errors are below an accuracy, and whether it is beyond the finest."""
+    """Return the number of steps from which errors stay below an accuracy, and whether it is extrapolated."""
     if not points or not isfinite(accuracy):
         return nan, False
     first = next((i for i in range(len(points)) if all(e <= accuracy for _, e in points[i:])), len(points))

@@ -1,4 +1,4 @@
-"""The columns of all tables of a run, what each means, and its unit; documentation and page have them from here."""
+"""Columns of all tables of a run with their meanings and units; documentation and page use them."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -15,6 +15,12 @@ MEAN = "mean_"
 TIME = "the problem's time"
 NAMES = VERDICTS[:4]
 NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"))
+ABSENT_GROUPS = (
+    NAMES[0],
+    Column("problems", "labels of all problems to which the measures do not apply for this reason"),
+    Column("measures", "names of these measures"),
+    *NOT_APPLICABLE[3:],
+)
 LEVELS = (
     *NAMES,
     number_column("h", "step size", TIME),
@@ -34,14 +40,11 @@ DETAILS = (
     Column("traceback", "the calls of what raised an error; empty where nothing did"),
     number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
-CLASS_COLUMNS = (
-    Column("scheme", "label of the scheme, with the parameters that are not the defaults"),
-    Column("class", "class of SDEs: what is said holds for every smooth one of it"),
+# Name of the table of details of verdicts on classes of equations.
+CLASSES = "classes"
+CLASS_FURTHER = (
     Column("motions", "largest number of Brownian motions that was looked at", WHOLE),
-    Column("measure", "strong or weak"),
     number_column("order", "largest order whose conditions hold, as far as they were looked at"),
-    number_column("claim", "least order that is claimed for the class; empty where none is"),
-    Column("verdict", "verified, refuted, premise fails, not claimed or error"),
     Column(
         "held",
         "order conditions or random members on which the claim holds; without a claim of all conditions",
@@ -55,11 +58,21 @@ CLASS_COLUMNS = (
         "premise", "what a refuted scheme did instead, if known, and premises of the conditions, or why one fails"
     ),
 )
+CLASS_DETAILS = (*NAMES, *CLASS_FURTHER)
+# Columns of the classes of a result, each row of which joins a row of verdicts and a row of details.
+CLASS_COLUMNS = (
+    NAMES[0],
+    Column("class", "class of equations: what is said holds for every smooth one of it"),
+    NAMES[2],
+    number_column("claim", "least order that is claimed for the class; empty where none is"),
+    VERDICTS[5],
+    *CLASS_FURTHER,
+)
 FILES = {
     folders.VERDICTS: VERDICTS,
-    folders.NOT_APPLICABLE: NOT_APPLICABLE,
+    folders.NOT_APPLICABLE: ABSENT_GROUPS,
     folders.LEVELS: LEVELS,
-    folders.CLASSES: CLASS_COLUMNS,
+    folders.CLASSES: CLASS_DETAILS,
 }
 
 
@@ -74,7 +87,7 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
     Parameters
     ----------
     measures : iterable of Measure
-        That the tables may be about.
+        Measures whose columns are included.
     """
     known = list(measures)
     further = {name: meaning for measure in known for name, meaning in measure.level_columns.items()}

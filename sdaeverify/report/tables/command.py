@@ -1,4 +1,4 @@
-"""The command that computes a cell again, to the last bit, from what ``run.json`` tells."""
+"""Commands that reproduce a cell bit for bit from the contents of ``run.json``."""
 
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,6 +6,7 @@ from typing import Any
 
 from ...contracts.settings import Settings
 from ..cells import Row, text
+from ..folders import class_in
 from ..saved import settings_of
 from ..verdict_row import VerdictRow
 
@@ -14,12 +15,12 @@ PYTHON = ("python", "-m", "sdaeverify")
 
 
 def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = ()) -> str:
-    """Return the command for a cell.
+    """Return the command that reproduces a cell.
 
     Parameters
     ----------
     cell : sequence of str
-        Labels of scheme and problem, name of the measure.
+        Labels of scheme and problem, and name of the measure.
     settings : Settings
     plugins : sequence of str
         Plugin files named by path.
@@ -43,14 +44,14 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
 
 
 def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[str] = ()) -> str:
-    """Return the command that asks a scheme for the order conditions of a class again.
+    """Return the command that tests the order conditions of a class for a scheme.
 
     Parameters
     ----------
     scheme, kind : str
-        Label of the scheme, name of the class.
+        Label of the scheme, and name of the class.
     motions : int
-        Number of Brownian motions; 0 for that of the command itself.
+        Number of Brownian motions; 0 for the default of the command.
     plugins : sequence of str
         Plugin files named by path.
     """
@@ -60,14 +61,14 @@ def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[s
 
 
 def examination_command(cell: Sequence[str], words: Sequence[str], plugins: Sequence[str] = ()) -> str:
-    """Return the command that finds a result of an examination again.
+    """Return the command that reproduces a result of an examination.
 
     Parameters
     ----------
     cell : sequence of str
         Labels of scheme and problem, name of the measure.
     words : sequence of str
-        As the examination gives them, with its own words for both labels.
+        Words of the examination, in which ``{scheme}``, ``{problem}`` and ``{measure}`` stand for the labels.
     plugins : sequence of str
         Plugin files named by path.
     """
@@ -80,24 +81,24 @@ def _joined(words: Sequence[str], plugins: Sequence[str]) -> str:
 
 
 def command_of(row: Row, run: Mapping[str, Any]) -> str:
-    """Return the command for the cell of a row; see `commands_of`."""
+    """Return the command that reproduces the cell of a row; see `commands_of`."""
     return commands_of([row], run)[0]
 
 
 def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
-    """Return the commands for the cells of some rows; empty where a name of one is not registered.
+    """Return the commands that reproduce the cells of rows; empty if a name is not registered.
 
     Parameters
     ----------
     rows : iterable of mapping
-        Of the verdicts.
+        Rows of the table of verdicts.
     run : mapping
         The contents of ``run.json``.
 
     Raises
     ------
     UsageError
-        If these are not as this program writes them.
+        If the contents are not in the format of this program.
     """
     settings, unnamed = settings_of(run), {*run.get("unnamed", ())}
     cells = ([text(row, name) for name in CELL] for row in rows)
@@ -106,11 +107,13 @@ def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
 
 def _command(cell: Sequence[str], settings: Settings, run: Mapping[str, Any]) -> str:
     plugins, words = run.get("files", ()), run.get("examined", {}).get(cell[2])
+    if (kind := class_in(cell[1])) is not None:
+        return orders_command(cell[0], kind, plugins=plugins)
     return reproduce(cell, settings, plugins) if words is None else examination_command(cell, words, plugins)
 
 
 def records_of(rows: Iterable[VerdictRow], run: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rows for JSON, each with the command for its cell; see `commands_of`."""
+    """Return rows for JSON, each with the command that reproduces its cell; see `commands_of`."""
     told = list(rows)
     commands = commands_of([row.cells for row in told], run)
     return [{**row.record, "reproduce": command or None} for row, command in zip(told, commands, strict=True)]

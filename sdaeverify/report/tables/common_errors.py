@@ -1,9 +1,9 @@
-"""Errors of several schemes against one reference, on the paths that all of them share.
+"""Errors of several schemes against one reference, on common paths.
 
-A measure compares a scheme, where no solution is known, with finer steps of the scheme itself: the error is that to
-the scheme's own limit, and errors of two schemes with different limits do not compare. Here all schemes are compared
-with the truth of the problem or, where there is none, with one scheme at finer steps. The time of a step is measured
-on the same blocks of paths, so that all times are those of arrays of the same sizes.
+If no solution is known, a measure compares a scheme with finer steps of itself. The error is then that with respect
+to the scheme's own limit, so that errors of schemes with different limits are not comparable. Here all schemes are
+compared with the truth of the problem or, if there is none, with one scheme at finer steps. The time of a step is
+measured on the same blocks of paths, so that all times refer to arrays of the same size.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,7 +26,7 @@ from ...simulate.tracks import Track, follow
 from ...study.plan import Cell
 from ...study.run import Compared
 
-# The measure whose errors are those of means of observables; of any other they are distances between components.
+# Measure whose errors are those of means of observables; all others use distances between components.
 OF_MEANS = "weak"
 
 
@@ -34,12 +34,12 @@ Show = Callable[[Compared], None]
 
 
 class CommonErrors(NamedTuple):
-    """The errors of schemes in one quantity.
+    """Errors of schemes in one quantity.
 
     Attributes
     ----------
     reference : str
-        What they are errors to, in words; empty where there is none.
+        Reference of the errors, in words; empty without a reference.
     errors : mapping of str to sequence of (int, float, float)
         Number of steps, error and standard error at each level, by label of the scheme.
     step_seconds : mapping of str to float
@@ -58,17 +58,17 @@ def common_errors(
     best: Cell | None = None,
     show: Show = lambda _: None,
 ) -> CommonErrors:
-    """Return the errors of the schemes of some cells in one quantity, against one reference.
+    """Compute the errors of schemes in one quantity against one reference.
 
     Parameters
     ----------
     cells : sequence of Cell
-        That can be run, of one problem.
+        Runnable cells of one problem.
     asked : tuple of str
-        Names of the measure and of the quantity; where the quantity is empty, only times are found.
+        Names of the measure and of the quantity; if the quantity is empty, only times are measured.
     settings : Settings
     best : Cell, optional
-        Of the scheme that is the reference where the problem has no pathwise truth.
+        Cell of the scheme that serves as reference if the problem has no pathwise truth.
     show : callable, Compared -> None, optional
         Called at the end of each coarsest step.
     """
@@ -84,7 +84,7 @@ def common_errors(
 
 
 def _tell(show: Show, settings: Settings, block: int, problem: str, step: int) -> None:
-    """Show that a block has made a number of coarsest steps."""
+    """Report progress: a block has completed `step` of its coarsest steps."""
     paths, ended = settings.paths_of(block), step == settings.coarsest
     done = settings.totals[block] - paths * (1.0 - step / settings.coarsest)
     show(Compared(done, settings.paths, problem, ended))
@@ -100,7 +100,7 @@ def _in_words(problem: Problem, best: Cell | None, settings: Settings) -> str:
 
 
 class _Runner:
-    """A scheme at all levels: its errors on the paths made so far, and the time of its finest steps."""
+    """A scheme at all levels, its errors on the simulated paths, and the time of its finest steps."""
 
     def __init__(self, cell: Cell, settings: Settings) -> None:
         self.cell, self.settings, self.broken = cell, settings, False
@@ -110,7 +110,7 @@ class _Runner:
         self.now = np.zeros(0)
 
     def begin(self, paths: int) -> None:
-        """Start at all levels of a block of paths."""
+        """Create tracks at all levels for a block of paths."""
         view, levels = self.cell.seen, self.settings.levels
         assert view is not None
         h = view.horizon / self.settings.coarsest
@@ -118,7 +118,7 @@ class _Runner:
         self.now = np.zeros((levels, paths))
 
     def advance(self, piece: Piece) -> None:
-        """Make the steps of a piece of noise; a scheme that raises takes no further part."""
+        """Make the steps of a piece of noise; a scheme that raises is excluded from then on."""
         if self.broken or piece.level >= len(self.tracks):
             return
         begun = perf_counter()
@@ -131,7 +131,10 @@ class _Runner:
             self.steps += len(piece.noise.dW) * self.now.shape[-1]
 
     def note(self, problem: Problem, truth: Parts, asked: tuple[str, str], t: float) -> None:
-        """Note the errors at a time: the largest norm so far, the norm, or the difference of an observable."""
+        """Record the errors at time `t`.
+
+        Errors are a running maximum of the norm, the norm at `t`, or the difference of an observable.
+        """
         if self.broken or not truth:
             return
         measure, quantity = asked
@@ -145,11 +148,11 @@ class _Runner:
                 self.now[level] = value
 
     def end(self) -> None:
-        """Keep the errors of a block."""
+        """Append the errors of the block."""
         self.sums.append(self.now)
 
     def estimates(self, measure: str) -> list[tuple[int, float, float]]:
-        """Return number of steps, error and standard error at each level; NaN where a path is lost."""
+        """Return number of steps, error and standard error at each level; NaN if a path is lost."""
         values = np.concatenate(self.sums, axis=1) if not self.broken else np.full((self.settings.levels, 2), np.nan)
         means, spread = values.mean(axis=1), values.std(axis=1, ddof=1) / np.sqrt(values.shape[1])
         sizes = np.abs(means) if measure == OF_MEANS else means
@@ -160,7 +163,7 @@ class _Runner:
 
 
 def _difference(problem: Problem, both: tuple[Parts, Parts], asked: tuple[str, str], t: float) -> Array | None:
-    """Return what a scheme is off by on each path, or None where the quantity is not known of both."""
+    """Return the error on each path, or None if the quantity is not known for both."""
     (parts, truth), (measure, quantity) = both, asked
     if measure == OF_MEANS:
         values = [problem.observe(quantity, t, known) for known in both]
@@ -172,7 +175,7 @@ def _difference(problem: Problem, both: tuple[Parts, Parts], asked: tuple[str, s
 
 
 class _Truth:
-    """What all are compared with on a block: the truth of the problem, or a scheme at finer steps; or nothing."""
+    """The reference on a block: the truth of the problem, a scheme at finer steps, or none."""
 
     def __init__(self, problem: Problem, best: Cell | None, settings: Settings, block: int) -> None:
         asked_for = problem.pathwise is not None or best is not None
@@ -191,7 +194,7 @@ class _Truth:
             self.fine.advance(piece.noise, ())
 
     def parts(self) -> Parts:
-        """Return the components that are known; none where there is nothing to compare with."""
+        """Return the known components; empty without a reference."""
         return self.fine.parts() if self.fine is not None else next(iter(self.reference.parts()), {})
 
 
@@ -203,10 +206,10 @@ def _run_block(
     asked: tuple[str, str],
     noted: Callable[[int], None],
 ) -> None:
-    """Make all steps on a block of paths, and note the errors at the end of each coarsest step, which is counted."""
+    """Simulate a block of paths, and record the errors and call `noted` after each coarsest step."""
     problem, truth = known[0], _Truth(*known, settings, block)
     drawn, paths, finest = truth.reference.drawn, truth.reference.paths, truth.reference.finest
-    # The stream of noise is that of the run, which schemes do not enter.
+    # The stream of noise is that of the run, which does not depend on schemes.
     source = Source(settings.seed, runners[0].cell.spec.label, block, drawn, paths)
     extra, h = source.stream("truth", truth.reference.level), problem.horizon / settings.coarsest
     for runner in runners:

@@ -1,4 +1,4 @@
-"""Results and paths as datasets of xarray, where that is installed."""
+"""Results and paths as xarray datasets."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -23,21 +23,21 @@ def dataset(
     about: Mapping[str, Any],
     rows: pd.MultiIndex | None = None,
 ) -> "xarray.Dataset":
-    """Return a dataset.
+    """Create a dataset.
 
     Parameters
     ----------
     variables, coordinates : mapping of str to tuple
-        By name, dimensions and values.
+        Dimensions and values by name.
     about : mapping of str to object
-        Its attributes.
+        Attributes of the dataset.
     rows : MultiIndex, optional
         Coordinates of the dimension ``row``.
 
     Raises
     ------
     UsageError
-        If there is no xarray.
+        If xarray is not installed.
     """
     try:
         import xarray  # noqa: PLC0415 - only datasets need it
@@ -48,7 +48,7 @@ def dataset(
 
 
 def dataset_of_levels(verdicts: pd.DataFrame, levels: pd.DataFrame) -> "xarray.Dataset":
-    """Return verdicts, by row, and levels, by row, step size and, where there are several, point.
+    """Return verdicts by row, and levels by row, step size and, if there are several, point.
 
     Parameters
     ----------

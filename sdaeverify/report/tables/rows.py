@@ -1,4 +1,4 @@
-"""Results as tables: one row a quantity, one a quantity and step size, and one for what does not apply."""
+"""Results as tables: a row for each quantity, each quantity and step size, and each inapplicable cell."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,81 +14,119 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
-from ...trees.class_row import ClassRow
+from ...study.class_results import is_of_class
 from .. import folders
 from ..cells import WHOLE, Column, names
 from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file, dictionary
+from .absent import in_order
+from .columns import (
+    CLASS_COLUMNS,
+    CLASS_DETAILS,
+    CLASSES,
+    COLUMNS,
+    DETAILS,
+    LEVELS,
+    MEAN,
+    NOT_APPLICABLE,
+    details_file,
+    dictionary,
+)
 
 Record = dict[str, object]
 
 
 class Rows(NamedTuple):
-    """The rows of a run but for its levels.
+    """Rows of a run except its levels.
 
     Attributes
     ----------
     verdicts : list of VerdictRow
-        What is claimed or measured.
+        Claimed or measured quantities on problems.
     absent : list of dict
-        What does not apply.
+        Cells that do not apply.
     details : dict of str to list of dict
-        By measure, further columns of the verdicts.
+        Further columns of the verdicts, by measure; ``classes`` for verdicts on classes.
+    classes : list of VerdictRow
+        Verdicts on classes of equations.
     """
 
     verdicts: list[VerdictRow]
     absent: list[Record]
     details: dict[str, list[Record]]
+    classes: list[VerdictRow]
+
+    @property
+    def every(self) -> list[VerdictRow]:
+        """All rows of ``verdicts.csv``, those on problems first."""
+        return [*self.verdicts, *self.classes]
+
+    @property
+    def of_classes(self) -> list[Record] | None:
+        """Rows of classes with their details; None if classes were not part of the run."""
+        if CLASSES not in self.details:
+            return None
+        return folders.joined_classes((row.cells for row in self.classes), self.details[CLASSES])
 
 
-def rows_of(results: Iterable[CellResult]) -> Rows:
-    """Return the rows of results."""
-    rows = Rows([], [], {})
+def rows_of(results: Iterable[CellResult], *, with_classes: bool = False) -> Rows:
+    """Convert results to rows; `with_classes` adds the table of classes even if it is empty."""
+    rows = Rows([], [], {CLASSES: []} if with_classes else {}, [])
     for result in results:
         for finding in result.findings:
             named = folders.key_in(result.cell, finding.quantity)._asdict()
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason)})
                 continue
+            if is_of_class(result.cell):
+                rows.classes.append(VerdictRow.from_finding(finding, result))
+                rows.details.setdefault(CLASSES, []).append({**named, **finding.details})
+                continue
             rows.verdicts.append(VerdictRow.from_finding(finding, result))
             rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
-    return rows
+    return rows._replace(absent=in_order(rows.absent))
 
 
 def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> dict[str, pd.DataFrame]:
-    """Return the tables of a run by the names of their files, with the dictionary of their columns.
+    """Return the tables of a run by file name, including the dictionary of columns.
 
     Parameters
     ----------
     rows : Rows
-        Of the results.
+        Rows of the results.
     results : sequence of CellResult
     settings : Settings
     """
     measures = dict.fromkeys(result.cell.measure for result in results)
+    known = {CLASSES: CLASS_DETAILS}
     levels = [row for result in results for row in _level_rows(result, settings)]
     return {
-        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
-        **{details_file(measure): table_of(details, DETAILS) for measure, details in rows.details.items()},
+        **{details_file(name): table_of(details, known.get(name, DETAILS)) for name, details in rows.details.items()},
         folders.LEVELS: table_of(levels, LEVELS),
         COLUMNS: table_of(list(dictionary(measures))),
     }
 
 
 def as_verdicts(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table of verdicts with these in their order, the worst first."""
+    """Return the table with the verdict as an ordered category, worst first."""
     return table.astype({"verdict": pd.CategoricalDtype([*SYMBOLS], ordered=True)})
 
 
-def classes_table(rows: Iterable[ClassRow]) -> pd.DataFrame:
-    """Return the table of what order conditions say."""
-    return table_of([row.cells for row in rows], CLASS_COLUMNS)
+def classes_table(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
+    """Return the table of classes, with the claimed order in place of the claim in words."""
+    named = ({**row, "claim": row["claimed_order"]} for row in rows)
+    return table_of([{name: row.get(name) for name in names(CLASS_COLUMNS)} for row in named], CLASS_COLUMNS)
+
+
+def records(table: pd.DataFrame) -> list[dict[str, object]]:
+    """Return the rows of a table as mappings."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
 def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> pd.DataFrame:
-    """Return rows as a table: the columns that are known first, then whatever else the rows have."""
+    """Convert rows to a table, with the given columns first, followed by all other keys of the rows."""
     known = names(columns)
     every = dict.fromkeys(chain(known, *rows))
     whole = {column.name for column in columns if column.kind == WHOLE} | (every.keys() - {*known})
@@ -100,9 +138,9 @@ def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = (
 
 
 def _column(values: list[Any], *, whole: bool) -> "pd.Series[Any]":
-    """Return a column; whole numbers and truth values have the same type whether or not some rows are empty."""
+    """Return a column; whole numbers and truth values have a nullable type even if no cell is empty."""
     kinds = {*map(type, values)} - {NoneType}
-    # Evidence from elsewhere may count to any number.
+    # Counts in evidence of other sources may exceed 64 bits.
     if whole and kinds == {int} and all(value is None or abs(value) < 2**63 for value in values):
         return pd.Series(values, dtype="Int64")
     if kinds == {bool}:
@@ -124,7 +162,7 @@ IN_VERDICTS = {"local_order"}
 
 
 def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, Any]]:
-    # Its quantities share what is told of the steps of a level.
+    # The quantities of a cell share the data on the steps of a level.
     levels = {row.level for row in result.levels if row.level is not None}
     steps = {level: _of_level(result, settings, level) for level in levels}
     for row in result.levels:
@@ -140,7 +178,7 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, An
 
 def _of_level(result: CellResult, settings: Settings, level: int) -> Record:
     health, made = result.health.sums, result.health.sums["steps"][level]
-    # Paths may have gone on beyond the levels of the run.
+    # Paths may have been simulated at further levels than those of the run.
     steps = settings.coarsest * 2**level
     return {
         "h": result.horizon / steps,
@@ -154,7 +192,7 @@ def _of_level(result: CellResult, settings: Settings, level: int) -> Record:
 
 
 def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
-    """Return each cost's mean over the steps that have it; NaN if none has."""
+    """Return the mean of each cost over the steps that report it; NaN if none does."""
     costs = [name.removeprefix(COST) for name in health if name.startswith(COST)]
     counts = {name: health[f"{COUNTED}{name}"][level] for name in costs}
     means = {n: float(health[f"{COST}{n}"][level] / counts[n]) if counts[n] else nan for n in costs}
@@ -162,5 +200,5 @@ def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
 
 
 def column_name(name: str) -> str:
-    """Return the name of a column that somebody else has named as an identifier, so that it is an attribute."""
+    """Convert a name to an identifier, so that the column is an attribute of a table row."""
     return re.sub(r"\W+|^(?=\d)", "_", name)

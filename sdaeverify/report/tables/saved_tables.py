@@ -1,4 +1,4 @@
-"""The tables of a folder as those of a result: texts become what they were when they were written."""
+"""The tables of a folder as tables of a result, with texts converted back to values."""
 
 from collections.abc import Iterable, Mapping
 from math import isfinite
@@ -13,33 +13,33 @@ from ..cells import NUMBER, TEXT, WHOLE, Column, parse
 from ..files import FORMULA
 from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import CLASS_COLUMNS, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
+from .columns import CLASS_DETAILS, CLASSES, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
 from .rows import Record, Rows, as_verdicts, table_of
 
 TRUTHS = {"True": True, "False": False}
 
 
 def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, Any]]:
-    """Return the rows and the tables of the run in a folder, and what ``run.json`` says.
+    """Return the rows and tables of the run in a folder, and the contents of ``run.json``.
 
     Raises
     ------
     UsageError
-        If the folder holds no run, or one that this program has not written.
+        If the folder holds no run, or one that was not written by this program.
     """
     found = folders.read_verdicts(folder)
-    rows = Rows([VerdictRow.from_row(row) for row in found.verdicts], _typed(found.absent, NOT_APPLICABLE), {})
-    if unknown := {row.verdict for row in rows.verdicts} - {*SYMBOLS}:
+    verdicts, classes = ([VerdictRow.from_row(row) for row in some] for some in (found.verdicts, found.classes))
+    rows = Rows(verdicts, _typed(found.absent, NOT_APPLICABLE), {}, classes)
+    if unknown := {row.verdict for row in rows.every} - {*SYMBOLS}:
         raise UsageError(f"{folder / folders.VERDICTS} has a verdict that is none: {min(unknown)!r:.200}")
     tables = {
-        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.verdicts], VERDICTS)),
+        folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
     }
-    if (folder / folders.CLASSES).is_file():
-        tables[folders.CLASSES] = table_of(_typed(found.classes, CLASS_COLUMNS), CLASS_COLUMNS)
     for file in sorted((folder / folders.DETAILS).glob("*.csv")):
-        rows.details[file.stem] = _typed(folders.read_table(file), DETAILS)
-        tables[details_file(file.stem)] = table_of(rows.details[file.stem], DETAILS)
+        columns = CLASS_DETAILS if file.stem == CLASSES else DETAILS
+        rows.details[file.stem] = _typed(folders.read_table(file), columns)
+        tables[details_file(file.stem)] = table_of(rows.details[file.stem], columns)
     tables[folders.LEVELS] = table_of(_typed(folders.read_table(folder / folders.LEVELS), LEVELS), LEVELS)
     tables[COLUMNS] = table_of(folders.read_table(folder / COLUMNS, names=()))
     return rows, tables, found.run
@@ -51,7 +51,7 @@ def _typed(rows: Iterable[Mapping[str, str]], columns: Iterable[Column]) -> list
 
 
 def _value(told: str, kind: str) -> Any:
-    """Return the value of a cell: a column that the program does not know holds whatever its texts look like."""
+    """Convert the text of a cell; the type of an unknown column is guessed from the text."""
     if kind == TEXT:
         return told[1:] if told.startswith("'") and told[1:].lstrip().startswith(FORMULA) else told
     if not told:

@@ -1,1 +1,1 @@
-"""Claims put to random members of a form: equations of a class that are drawn, not chosen."""
+"""Claims tested on random members of a form, that is on randomly drawn equations of a class."""

@@ -1,4 +1,4 @@
-"""The classes of equations of a form that a scheme's claims are put to, and their random members."""
+"""Classes of equations on which a scheme's claims are tested, and their random members."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from ...contracts.scheme import Claim, Scheme
 from ...errors import FAULTS
 from ...forms.generic import GenericClass
 
-# Largest number of features by which a class is narrowed, unless all are left out.
+# A class is narrowed by at most this number of features, unless all of them are omitted.
 FEATURES = 2
 
 
 @dataclass(frozen=True)
 class MemberClass:
-    """A class of equations of a form from which members are drawn.
+    """A class of equations of a form, from which members are drawn.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class MemberClass:
 
     @property
     def name(self) -> str:
-        """The name of the class, with the features that are left out."""
+        """The name of the widest class, followed by the omitted features."""
         left_out = [feature for feature in self.of.features if feature in self.without]
         return f"{self.of.name} without {' and '.join(left_out)}" if left_out else self.of.name
 
@@ -42,11 +42,11 @@ class MemberClass:
         return tuple(feature for feature in self.of.features if feature not in self.without)
 
     def narrowed(self, feature: str) -> "MemberClass":
-        """Return the class without one more feature."""
+        """Return the class with one more feature omitted."""
         return MemberClass(self.of, self.without | {feature})
 
 
-# All schemes of a run are asked about the same members, whose reference is computed once.
+# All schemes of a run are tested on the same members, so the reference of a member is computed once.
 @lru_cache(maxsize=64)
 def member_of(kind: MemberClass, seed: int, index: int) -> Any:
     """Return a member of a class, the same for the same seed and index.
@@ -62,9 +62,9 @@ def member_of(kind: MemberClass, seed: int, index: int) -> Any:
 
 
 def member_classes(scheme: Scheme, seed: int) -> dict[MemberClass, tuple[Claim, ...]]:
-    """Return the classes that a scheme's claims are put to, each with its claims.
+    """Return the classes on which a scheme's claims are tested, each with its claims.
 
-    A claim is put to the widest class whose members have the claim's traits and are not refused by the scheme.
+    A claim is tested on the widest class whose members have the claim's traits and are accepted by the scheme.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def member_classes(scheme: Scheme, seed: int) -> dict[MemberClass, tuple[Claim, 
 
 
 def _narrowings(generic: GenericClass) -> Iterator[MemberClass]:
-    """Yield the class and narrower ones, the widest first; features that are named last are left out first."""
+    """Yield the class and narrower ones, the widest first; the features named last are omitted first."""
     names = [*generic.features][::-1]
     for count in range(min(FEATURES, len(names)) + 1):
         for some in combinations(names, count):
@@ -109,5 +109,5 @@ def accepts(scheme: Scheme, kind: MemberClass, seed: int) -> bool:
         member = member_of(kind, seed, 0)
         return match(scheme, member).problem is member
     except FAULTS:
-        # A form or a scheme that raises here is in error wherever else it is asked.
+        # A form or a scheme that raises here is reported as an error by its own cells.
         return False

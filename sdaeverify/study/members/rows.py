@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a scheme about random members of its forms."""
+"""Verdicts on a scheme's claims about random members of its forms."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -11,23 +11,31 @@ from ...contracts.claimed import Order
 from ...contracts.finding import Finding, Verdict
 from ...contracts.measure import Measure
 from ...contracts.scheme import Claim, Scheme
-from ...trees.class_row import RANDOM_MEMBERS, ClassRow, ClassVerdict
+from ...errors import FAULTS
+from ...forms import Problem
+from ...probe.local.solved_instead import Given, Rates, measured_at, squares
+from ...probe.local.step_law import short_steps
+from ...probe.step.states import states_near_start
+from ...probe.step.times import first_time
+from ...trees.class_row import RANDOM_MEMBERS, ClassRow
 from .classes import MemberClass, accepts, member_classes, member_of
 
-# Members that each claim is put to: one shows every wrong coefficient with probability one, and a second one keeps
-# the defect away from rounding. A refutation needs as many, since one draw may be near a degenerate equation.
+# Members on which each claim is tested. One member shows every wrong coefficient with probability one; a second keeps
+# the defect away from rounding. A refutation also needs two, since one draw may be near a degenerate equation.
 MEMBERS = 2
-# Of orders, whose further digits depend on the member.
+# Exponent s of the noise of a step, of size h^s, that a consistent step has.
+WHITE = 0.5
+# Of orders; further digits depend on the member.
 DIGITS = 3
 
 
 class Answer(NamedTuple):
-    """The findings on the claims of one measure on some members.
+    """The findings of one measure on several members.
 
     Attributes
     ----------
     findings : tuple of tuple of Finding
-        Of each member, those with a claim.
+        For each member, its findings with a claim.
     """
 
     findings: tuple[tuple[Finding, ...], ...]
@@ -51,7 +59,7 @@ class Answer(NamedTuple):
 
     @property
     def order(self) -> float:
-        """The order that exceeds its claim by least; NaN if no claim is about an order."""
+        """The order that exceeds its claim by the smallest amount; NaN if no claim is about an order."""
         found = ((each, claim.value) for own in self.findings for each in own if (claim := each.claim))
         orders = ((float(str(each.details.get("local_order", each.estimate))), value) for each, value in found)
         excess = [(order - value.least, order) for order, value in orders if isinstance(value, Order)]
@@ -59,16 +67,16 @@ class Answer(NamedTuple):
 
 
 def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], seed: int) -> Iterator[ClassRow]:
-    """Yield the verdict on the claims of each measure about a class.
+    """Yield the verdict on each measure's claims about a class.
 
     Parameters
     ----------
     scheme : Scheme
     kind : MemberClass
     measures : iterable of Measure
-        Those without an answer to a claim about a member yield nothing.
+        Measures that cannot judge a member yield nothing.
     seed : int
-        Of the run; it decides which members are drawn.
+        Of the run; it determines the members.
     """
     claims = member_classes(scheme, seed).get(kind, ())
     for measure in measures:
@@ -77,13 +85,15 @@ def member_rows(scheme: Scheme, kind: MemberClass, measures: Iterable[Measure], 
             answer = _ask(scheme, kind, measure, seed, range(MEMBERS)) if own else Answer(())
             if any(answer.findings):
                 row = _row(scheme, kind, own, answer, _judge(scheme, kind, measure, seed, answer))
-                yield replace(row, motions=member_of(kind, seed, 0).noise_dim)
+                member = member_of(kind, seed, 0)
+                named = member_mistake(scheme, kind, member) if row.verdict is Verdict.REFUTED else ""
+                yield replace(row, motions=member.noise_dim, mistake=named)
 
 
 def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int) -> MemberClass:
-    """Return a class with as few features as refute a claim: without any one of them the claim is not refuted.
+    """Return a minimal class of features that refutes a claim: omitting any one of them, the claim is not refuted.
 
-    A feature stays where the scheme refuses members without it.
+    A feature is kept if the scheme refuses members without it.
 
     Parameters
     ----------
@@ -93,6 +103,7 @@ def refuting_class(scheme: Scheme, kind: MemberClass, measure: Measure, seed: in
     measure : Measure
         Of the claim.
     seed : int
+        Of the run.
     """
     with np.errstate(all="ignore"):
         for feature in kind.features:
@@ -108,26 +119,27 @@ def _ask(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, indices
     return Answer(tuple(tuple(each for each in own if each.claim is not None) for own in found))
 
 
-def _judge(
-    scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answer: Answer
-) -> tuple[ClassVerdict, str]:
-    """Return the verdict on the claims of a measure, and its reason."""
+def _judge(scheme: Scheme, kind: MemberClass, measure: Measure, seed: int, answer: Answer) -> tuple[Verdict, str]:
+    """Return the verdict on the claims of a measure, and its reason.
+
+    If some but fewer than `MEMBERS` members refute a claim, one more member is tested.
+    """
     refuting, asked = answer.refuting, len(answer.findings)
     if 0 < len(refuting) < MEMBERS:
         refuting, asked = (*refuting, *_ask(scheme, kind, measure, seed, [MEMBERS]).refuting), asked + 1
     if len(refuting) >= MEMBERS:
         needed = [kind.of.features[each] for each in refuting_class(scheme, kind, measure, seed).features]
         only = f"; only with {' and '.join(needed)}" if needed else ""
-        return ClassVerdict.REFUTED, f"{refuting[0].reason}{only}"
+        return Verdict.REFUTED, f"{refuting[0].reason}{only}"
     if refuting:
-        return ClassVerdict.PREMISE, f"1 of {asked} random members refutes it, which may be degenerate"
+        return Verdict.INCONCLUSIVE, f"1 of {asked} random members refutes it, which may be degenerate"
     if answer.open is not None:
-        return ClassVerdict.PREMISE, str(answer.open.reason)
-    return ClassVerdict.VERIFIED, f"{answer.held} of {asked} random members"
+        return Verdict.INCONCLUSIVE, str(answer.open.reason)
+    return Verdict.VERIFIED, f"{answer.held} of {asked} random members"
 
 
 def _row(
-    scheme: Scheme, kind: MemberClass, claims: Sequence[Claim], answer: Answer, judged: tuple[ClassVerdict, str]
+    scheme: Scheme, kind: MemberClass, claims: Sequence[Claim], answer: Answer, judged: tuple[Verdict, str]
 ) -> ClassRow:
     verdict, reason = judged
     orders = {claim: claim.value.least for claim in claims if isinstance(claim.value, Order)}
@@ -146,3 +158,33 @@ def _row(
         promise=promise,
         conditions=RANDOM_MEMBERS,
     )
+
+
+def member_mistake(scheme: Scheme, kind: MemberClass, member: Problem) -> str:
+    """Return in a sentence which mistake explains the rates of a scheme's steps on a member, or an empty text.
+
+    The rates of mean and square of short steps at states near the start are compared with those that each mistake of
+    the class makes of the member. Nothing is said where steps have the rates of the equation, where no mistake
+    explains them to the resolution, and where several do.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    kind : MemberClass
+    member : Problem
+        Of the class, in the scheme's form.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            step = short_steps(scheme, member) if kind.of.mistakes else None
+            if step is None:
+                return ""
+            t, x = first_time(member.horizon), states_near_start(step.view, step.equation)
+            measured = measured_at(step, [Given(step.equation, t, x)])
+            if measured is None or not measured.differs or measured.power != WHITE:
+                return ""
+            made = {each.sentence: each.coefficients(member, t, x) for each in kind.of.mistakes}
+    except FAULTS:
+        return ""
+    found = [sentence for sentence, (f, B) in made.items() if measured.explained_by([Rates(f, squares(B))])]
+    return found[0] if len(found) == 1 else ""

@@ -1,1 +1,1 @@
-"""The checks of the conformance kit, one concern a file."""
+"""Checks of the conformance kit, one topic per file."""

@@ -1,4 +1,4 @@
-"""Checks of what a scheme does on a problem: the contract of a step, which every run begins with, name by name."""
+"""Checks of a scheme's steps on a problem: the contract of a step, which every run tests first, check by check."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,17 +15,17 @@ from ...contracts.scheme import flatten
 from ..check import Inapplicable
 from ..subjects import LONG, CellSubject, SchemeSubject
 
-# Memory shows on few paths as on many.
+# A few paths show memory as well as many do.
 FEW_PATHS = 4
 
 
 def check_exactness(subject: SchemeSubject) -> str:
-    """Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h."""
+    """Expect exactness on dx = 0, dx = c dt and dx = S dW, except for a part that vanishes with h."""
     return exactness_violation(subject.scheme, followed=subject.registry.followed)
 
 
 def check_any_number(subject: CellSubject) -> str:
-    """Expect a step to take one path, and three, from the scheme's own start."""
+    """Expect a step to accept one path, and three, from the scheme's start."""
     for paths, steps in product((1, 3), (contract.FINE, LONG)):
         trial = subject.of_paths(paths, steps)
         start = subject.scheme.start(subject.problem, paths, trial.h)
@@ -37,9 +37,10 @@ def check_any_number(subject: CellSubject) -> str:
 
 
 def check_alone(subject: CellSubject) -> str:
-    """Expect a path to go the same way alone and in any batch: paths that see each other are not independent.
+    """Expect a path to be the same alone and in any batch, because coupled paths are not independent.
 
-    An iteration that ends when all paths have converged to a tolerance near rounding is remarked, and no failure.
+    An iteration that stops when all paths have converged to a tolerance near rounding is reported as a remark, not as
+    a failure.
     """
     if text := on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse):
         return text
@@ -51,19 +52,19 @@ def check_alone(subject: CellSubject) -> str:
 
 
 def check_any_count(subject: CellSubject) -> str:
-    """Expect steps of a run of 10 and of 50 steps to be like those of runs of 2^k steps, which all levels have."""
+    """Expect steps of runs of 10 and 50 steps to agree with those of runs of 2^k steps, used by all levels."""
     if reason := why_not_counted(subject.scheme, subject.problem):
         raise Inapplicable(reason)
     return depends_on_count(subject.scheme, subject.problem)
 
 
 def check_whole_state(subject: CellSubject) -> str:
-    """Expect all memory to be in the state: from a copy of it, a fresh copy of the scheme goes on alike."""
+    """Expect the state to hold all memory: a fresh copy of the scheme continues equally from a copy of it."""
     return contract.carries_its_memory(subject.of_paths(FEW_PATHS, contract.COARSE))
 
 
 def on_trials(check: Callable[[Trial], str]) -> Callable[[CellSubject], str]:
-    """Return the check of a cell that tells what a check finds first on its trials, with the step size."""
+    """Return the check of a cell that applies a check to its trials and reports the first fault."""
 
     @wraps(check)
     def of_cell(subject: CellSubject) -> str:

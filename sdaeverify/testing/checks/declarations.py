@@ -1,4 +1,4 @@
-"""Checks of what a scheme says of itself, and of its claims against what there is."""
+"""Checks of a scheme's declarations, and of its claims against the registry."""
 
 import dataclasses
 import pickle
@@ -20,19 +20,19 @@ from ...study import CellResult, Study, plan
 from ..check import Inapplicable, error_text
 from ..subjects import SchemeSubject
 
-# Names of quantities do not depend on the sample: the smallest there is.
+# The smallest sample, because names of quantities do not depend on it.
 SMALLEST = Settings(paths=40, levels=3, max_looks=1)
-# Problems on which the quantities of a claim are looked for.
+# Largest number of problems searched for the quantities of a claim.
 FEW = 3
 
 
 def check_usable(subject: SchemeSubject) -> str:
-    """Expect a frozen dataclass with a name, a form, claims, and parameters that a label can show."""
+    """Expect a frozen dataclass with a name, a form, claims, and parameters that a label can represent."""
     return error_text(check_scheme, subject.scheme)
 
 
 def check_label(subject: SchemeSubject) -> str:
-    """Expect the label to make the scheme again: the command that reproduces a result has nothing else."""
+    """Expect the label to recreate the scheme, because commands that reproduce results contain only the label."""
     scheme = subject.scheme
     parameters = dataclass_parameters(type(scheme))
     texts = parse_label(scheme.label).parameters or {}
@@ -42,7 +42,7 @@ def check_label(subject: SchemeSubject) -> str:
 
 
 def check_pickling(subject: SchemeSubject) -> str:
-    """Expect an equal value after pickling: that is how worker processes get it."""
+    """Expect an equal value after pickling, because worker processes receive a pickled copy."""
     scheme = subject.scheme
     copy = pickle.loads(pickle.dumps(scheme))
     if copy != scheme or hash(copy) != hash(scheme):
@@ -51,7 +51,7 @@ def check_pickling(subject: SchemeSubject) -> str:
 
 
 def check_frozen(subject: SchemeSubject) -> str:
-    """Expect a value that nobody can change: a step that changes its scheme depends on the order of calls."""
+    """Expect an immutable value: a step that changes its scheme depends on the order of calls."""
     scheme = subject.scheme
     for name in ("name", *(field.name for field in dataclasses.fields(scheme))):
         try:
@@ -63,15 +63,15 @@ def check_frozen(subject: SchemeSubject) -> str:
 
 
 def check_docstring(subject: SchemeSubject) -> str:
-    """Expect a docstring of the class: a list of schemes shows its first line."""
+    """Expect a docstring of the class, because lists of schemes show its first line."""
     kind = type(subject.scheme)
     text = vars(kind).get("__doc__") or ""
-    # A dataclass without docstring is given its signature.
+    # dataclasses replaces a missing docstring by the signature.
     return "" if is_text(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
 
 
 def check_source(subject: SchemeSubject) -> str:
-    """Expect a source, of the scheme or of its claims, which always have one: where it is from."""
+    """Expect a source of the scheme, or a claim, which always has one."""
     known = is_text(subject.scheme.source) or subject.scheme.promises
     return "" if known else "its class variable source is empty, and it claims nothing that would have one"
 
@@ -88,7 +88,7 @@ def check_claims(subject: SchemeSubject) -> str:
 
 
 def check_claims_tested(subject: SchemeSubject) -> str:
-    """Expect each claim to hold on a registered problem, and its quantities to be measured there."""
+    """Expect each claim to apply to a registered problem, and its quantities to be measured there."""
     known = [claim for claim in subject.scheme.promises if claim.measure in subject.registry.measures]
     if not known:
         raise Inapplicable("it claims nothing of a known measure")
@@ -115,7 +115,7 @@ def _why_not_tested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
 
 
 def _in_scope(subject: SchemeSubject, claim: Claim) -> list[ProblemSpec]:
-    """Return the problems where a claim holds, the smallest first; those on request if there are no others."""
+    """Return the problems to which a claim applies, smallest first; those run on request only as a fallback."""
     entries = subject.registry.problems.values()
     for on_request in (False, True):
         specs = [spec for entry in entries if entry.on_request is on_request for spec in entry.variants]
@@ -126,7 +126,7 @@ def _in_scope(subject: SchemeSubject, claim: Claim) -> list[ProblemSpec]:
 
 
 def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
-    """Return the number of components of a problem where a claim holds; 0 where it does not."""
+    """Return the number of components of a problem to which a claim applies; 0 if it does not."""
     measure = subject.registry.measures[claim.measure].thing
     try:
         with np.errstate(all="ignore"):
@@ -135,7 +135,7 @@ def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
             holds = view is not None and claim.when <= view.traits and not measure.refuses(subject.scheme, problem)
             return components(view) if view is not None and holds else 0
     except FAULTS:
-        # Somebody else's problem is broken: that is found out where it is checked itself.
+        # A broken problem is reported by its own checks.
         return 0
 
 
@@ -150,6 +150,6 @@ def _results(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> list[Ce
 
 
 def _quantities(claim: Claim, results: Sequence[CellResult]) -> set[str]:
-    # A scheme that fails as a whole fails other checks; of its quantities nothing is known.
+    # A scheme that fails as a whole fails other checks, and its quantities are unknown.
     whole = any(not finding.quantity for result in results for finding in result.findings)
     return set(claim.quantities) if whole else known_quantities(results)

@@ -1,4 +1,4 @@
-"""The check of controls: two schemes that show whether a problem tells one order from another."""
+"""Check of controls: two schemes that show whether a problem distinguishes orders."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,7 +12,7 @@ from ...study import CellResult, Plan, Study, plan
 from ..check import Inapplicable
 from ..subjects import ProblemSubject
 
-# Most orders are told by probing one step, and paths only have to agree; so few of them refute nothing alone.
+# One step decides most orders, and paths only have to agree; this number of paths refutes no claim alone.
 BUDGET = Settings(paths=256, max_looks=1)
 
 
@@ -35,13 +35,13 @@ def check_controls(subject: ProblemSubject) -> str:
 def _judge(
     subject: ProblemSubject, measure: str, controls: list[Control]
 ) -> Iterator[tuple[Control, tuple[CellResult, CellResult]]]:
-    """Yield each control with the results of its two schemes, of which its order is claimed."""
+    """Yield each control with the results of its two schemes, both of which claim its order."""
     (found,) = select_measures(subject.registry, [measure])
     schemes = [_claiming(subject, each, label) for each in controls for label in (each.positive, each.negative)]
-    # A default run may leave out schemes and measures on a problem: its controls are tried all the same.
+    # Schemes and measures excluded from a default run of the problem can still be its controls.
     spec = replace(subject.spec, schemes=(), measures=())
     made = plan(schemes, [spec], [found], followed=subject.registry.followed)
-    # The controls are what is judged here: they do not take part as controls.
+    # The control schemes are judged here as ordinary schemes, so the plan has no controls.
     study = Study(Plan(tuple(replace(problem, controls=()) for problem in made.problems)), BUDGET)
     for _ in study.run():
         pass

@@ -1,4 +1,4 @@
-"""Checks of expectations that a problem knows: at time 0, over the horizon, and as time passes."""
+"""Checks of the known expectations of a problem: at time 0, over the horizon, and for large times."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -16,22 +16,22 @@ from ..check import Inapplicable
 from ..subjects import ProblemSubject
 from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 
-# After so many relaxation times e^{-20} = 2e-9 is left of the start.
+# Relaxation times until e^{-20} = 2e-9 of the initial deviation is left.
 RELAXED, CLOSE = 20.0, 1e-6
-# A moment, or a drift, is known to so many roundings of its size.
+# Accuracy of a moment or a drift, in rounding errors of its size.
 ROUNDINGS = 16.0
-# An interpolation shows all of a function where its last coefficients are rounding, as is what it is off at time 0,
-# which is no point of it; the time is halved until they are.
+# An interpolation resolves a function if its last coefficients, and its error at time 0, which is not a node, are at
+# the level of rounding. The time interval is halved until they are.
 DEGREE, LAST, HALVINGS = 10, 3, 32
 
 
 def moments(subject: ProblemSubject) -> list[Moment]:
-    """Return the moments that a problem knows.
+    """Return the known moments of a problem.
 
     Raises
     ------
     Inapplicable
-        If it knows none.
+        If the problem has none.
     """
     known = [truth for truth in subject.problem.truths if isinstance(truth, Moment)]
     if not known:
@@ -40,7 +40,7 @@ def moments(subject: ProblemSubject) -> list[Moment]:
 
 
 def check_start(subject: ProblemSubject) -> str:
-    """Expect each moment to begin with its observable at the start, and to be a finite number at every time."""
+    """Expect each moment to equal its observable at the start, and to be a finite number at every time."""
     problem = subject.problem
     for moment in moments(subject):
         at_start = problem.observables[moment.observable](0.0, problem.parts(problem.initial(1)))[0]
@@ -55,9 +55,9 @@ def check_start(subject: ProblemSubject) -> str:
 
 
 def check_rate(subject: ProblemSubject) -> str:
-    """Expect each moment of an observable q to begin with the rate Dq f + (1/2) sum_j D^2 q(B_j, B_j).
+    """Expect the initial rate of each moment of an observable q to be Dq f + (1/2) sum_j D^2 q(B_j, B_j).
 
-    Both are compared as far as they are known: a stiff equation's terms are large, and may cancel.
+    Both are compared up to their errors, since the terms of a stiff equation are large and may cancel.
     """
     problem = subject.problem
     x = np.concatenate(list(problem.parts(problem.initial(1)).values()))
@@ -72,7 +72,7 @@ def check_rate(subject: ProblemSubject) -> str:
 
 
 def check_limit(subject: ProblemSubject) -> str:
-    """Expect moments to tend to the invariant means of the same observables."""
+    """Expect moments to converge to the invariant means of the same observables."""
     problem = subject.problem
     pairs = list(_pairs(subject))
     if not pairs:
@@ -93,15 +93,15 @@ def _pairs(subject: ProblemSubject) -> Iterator[tuple[Moment, InvariantMean]]:
                 yield moment, mean
 
 
-# A number, and how far it can be off.
+# A number and a bound on its error.
 _Known = tuple[float, float]
 
 
 def _rate_of_equation(q: Callable[[Array], Array], x: Array, drift: Array, diffusion: Array) -> _Known:
     """Return Dq f + (1/2) sum_j D^2 q(B_j, B_j) at x, with the rounding errors of the differences.
 
-    Derivatives are taken in directions of length 1, so that an error of them counts as often as the drift, or the
-    square of a column, is long. The drift itself is known to some roundings of its size.
+    Derivatives are taken in directions of length 1, so that their errors are multiplied by the length of the drift,
+    or the squared length of a column. The drift itself is accurate to `ROUNDINGS` rounding errors of its size.
     """
     f, columns = float(norm(drift)[0]), [column for column in np.moveaxis(diffusion, 1, 0) if np.any(column)]
     squares = [float(norm(column)[0]) ** 2 for column in columns]
@@ -113,11 +113,11 @@ def _rate_of_equation(q: Callable[[Array], Array], x: Array, drift: Array, diffu
 
 
 def _rate_at_the_start(value: Callable[[float], float], horizon: float) -> _Known:
-    """Return the derivative at time 0, from an interpolation in so short a time that it shows all of the function.
+    """Return the derivative at time 0, by interpolation on an interval short enough to resolve the function.
 
-    Expectations need not be analytic at time 0: what is singular at a distance r shows like e^{-r^2/(2t)}. With
-    values that are off by delta, coefficients are by at most 2 delta, and the derivative on an interval of length s
-    by (2/s) sum_k k^2 2 delta.
+    Expectations need not be analytic at time 0: a singularity at a distance r contributes like e^{-r^2/(2t)}. With
+    errors delta of the values, coefficients have errors of at most 2 delta, and the derivative on an interval of
+    length s has an error of at most (2/s) sum_k k^2 2 delta.
     """
     known: list[tuple[float, float, float]] = []
     for span in horizon / 32 * 0.5 ** np.arange(HALVINGS):
@@ -147,7 +147,7 @@ def _observable_of_array(subject: ProblemSubject, name: str) -> Callable[[Array]
 
 
 def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
-    """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
+    """Return drift and diffusion of all named components at time 0, including those of a multiplier."""
     if problem.capability(IndexOne):
         return _delay_flow(problem)
     view = problem.ito()
@@ -157,7 +157,7 @@ def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
 
 
 def _rate_beside_x(problem: Any, x: Array) -> Array:
-    """Return d/dt U(t, x, v(t)) at time 0 with x as it is there, shape (q, 1)."""
+    """Return d/dt U(t, x, v(t)) at time 0 for fixed x = x(0), shape (q, 1)."""
 
     def component(i: int) -> Callable[[float], float]:
         def value(t: float) -> float:
@@ -170,7 +170,7 @@ def _rate_beside_x(problem: Any, x: Array) -> Array:
 
 
 def _delay_flow(problem: Any) -> tuple[Array, Array]:
-    """Return drift and diffusion of x and y at time 0, y being U(t, x, v) and v moving along the history."""
+    """Return drift and diffusion of x and y = U(t, x, v) at time 0, where v moves along the history."""
     start, v = problem.initial(1), problem.past(-problem.delay)
     f = problem.drift(0.0, start.x, v, start.y)
     g = np.broadcast_to(problem.diffusion(0.0, start.x, v, start.y), (len(f), problem.noise_dim, 1))

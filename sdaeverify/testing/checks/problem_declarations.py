@@ -1,7 +1,7 @@
-"""Checks of what a problem says of itself.
+"""Checks of a problem's declarations.
 
-Claims rest on the traits that it declares of its noise, its constraints and its delay: the functions in `EVIDENCE`
-return what speaks against one in a line, or an empty string.
+Claims rest on the declared traits of a problem's noise, constraints and delay. The functions in `EVIDENCE` return the
+evidence against a trait in one line, or an empty string.
 """
 
 import pickle
@@ -25,40 +25,40 @@ from .differences import FIRST_ERROR, first
 from .problem_functions import delay_arguments
 
 TIMES = (0.0, 0.37, 0.91)
-# States that are drawn from a domain.
+# Number of states drawn from a domain.
 STATES = 64
 
 
 def check_usable(subject: ProblemSubject) -> str:
-    """Expect a function with a name, and with parameters whose defaults a label can show."""
+    """Expect a function with a name, and with parameters whose defaults a label can represent."""
     return error_text(check_problem_function, subject.spec.function)
 
 
 def check_builds(subject: ProblemSubject) -> str:
-    """Expect the function to return a problem that does not contradict itself."""
+    """Expect the function to return a consistent problem."""
     return error_text(subject.spec.build)
 
 
 def check_label(subject: ProblemSubject) -> str:
-    """Expect the label to make the problem again: the command that reproduces a result has nothing else."""
+    """Expect the label to recreate the problem, because commands that reproduce results contain only the label."""
     spec = subject.spec
     again = problem_spec(spec.function, parse_label(spec.label).parameters)
     return "" if again == spec else f"its label {spec.label} makes another problem, {again.label}"
 
 
 def check_pickling(subject: ProblemSubject) -> str:
-    """Expect the function to be pickled by its name: that is how worker processes get it."""
+    """Expect the function to be pickled by name, because worker processes receive it that way."""
     spec = subject.spec
     return "" if pickle.loads(pickle.dumps(spec)) == spec else "its pickled copy is another recipe"
 
 
 def check_docstring(subject: ProblemSubject) -> str:
-    """Expect a docstring: a list of problems shows its first line."""
+    """Expect a docstring, because lists of problems show its first line."""
     return "" if (subject.spec.function.__doc__ or "").strip() else "its function has no docstring"
 
 
 def check_sources(subject: ProblemSubject) -> str:
-    """Expect sources of the problem and of each truth, and units."""
+    """Expect units, and sources of the problem and of each truth."""
     problem = subject.problem
     if missing := [name for name in ("source", "units") if not getattr(problem, name).strip()]:
         return f"its {' and '.join(missing)} is empty"
@@ -67,7 +67,7 @@ def check_sources(subject: ProblemSubject) -> str:
 
 
 def check_in_matrix(subject: ProblemSubject) -> str:
-    """Expect a problem for each row that its function has in the matrix, and the schemes and measures named there."""
+    """Expect each matrix entry of the function to build, and its named schemes and measures to exist."""
     try:
         for spec in matrix_specs(subject.spec.function):
             spec.build()
@@ -79,7 +79,7 @@ def check_in_matrix(subject: ProblemSubject) -> str:
 
 
 def check_relaxation(subject: ProblemSubject) -> str:
-    """Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says."""
+    """Expect a relaxation time if and only if an invariant law is known, because it sets the length of chains."""
     problem = subject.problem
     known = any(isinstance(truth, InvariantMean | MomentEquation) for truth in problem.truths)
     if not problem.relaxation_time > 0.0:
@@ -92,8 +92,8 @@ def check_relaxation(subject: ProblemSubject) -> str:
 
 
 def check_traits(subject: ProblemSubject) -> str:
-    """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
-    # What another trait implies comes after it: the author stated the other one.
+    """Expect every declared trait to be true, because a false one leads to refutation of claims never made."""
+    # Implied traits come after the trait that implies them, because the author declared only the latter.
     for name in sorted(subject.problem.traits, key=lambda name: (name not in COMMUTING, name)):
         if text := _evidence_against(subject, name):
             return f"trait {name} is false: {text}"
@@ -166,7 +166,7 @@ def _normal_milstein_term(subject: ProblemSubject) -> str:
 
 
 def _gradient(subject: ProblemSubject) -> str:
-    """Compare the diffusion with a multiple of Id, and the derivative of the drift with its transpose."""
+    """Check that the diffusion is a multiple of Id and the derivative of the drift is symmetric."""
     x, B, f = subject.x, subject.B, subject.equation.drift
     unit = np.eye(len(x))[..., None]
     if B.shape[1] != len(x) or not np.array_equal(B, B[0, 0] * unit + 0.0 * B):
@@ -213,7 +213,7 @@ def _delayed_noise(subject: ProblemSubject) -> str:
 
 
 def _dissipative(subject: ProblemSubject) -> str:
-    """Try condition (4.1) at random arguments, far from rounding: as it is, and with y eliminated."""
+    """Check condition (4.1) at random arguments, as it stands and with y eliminated."""
     problem = subject.problem.capability(IndexOne)
     given = None if problem is None else problem.reduced_dissipation
     if problem is None or given is None or not given.C > 0.0:
@@ -223,7 +223,7 @@ def _dissipative(subject: ProblemSubject) -> str:
 
 
 def _find_overstated(problem: IndexOne, k: Dissipation) -> str:
-    """Return which of the constants is wrong, or an empty string."""
+    """Return which constant of condition (4.1) is wrong, or an empty string."""
     (x, v, y), slack = delay_arguments(problem), 1.0 + 64 * EPS
     change = 0.5 * y + 1.0
     alone = (x * problem.drift(0.0, x, 0.0 * v, 0.0 * y)).sum(axis=0)

@@ -1,7 +1,7 @@
-"""Checks of a problem's functions at its start, on one path and on many, of its chart, and of derivatives.
+"""Checks of a problem's functions at its start for one and many paths, of its chart, and of derivatives.
 
-Derivatives that an author gave, and complex steps, are compared with differences of the function itself. A problem is
-refused where it is made if they disagree at the start; here they are compared along a run and closer.
+Derivatives given by an author, and those by complex steps, are compared with finite differences. Construction already
+rejects a problem with a discrepancy at the start; these checks compare along a run and with a smaller tolerance.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,14 +20,14 @@ from ..check import Inapplicable
 from ..subjects import PATHS, WHEN, ProblemSubject, directions, excess
 from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 
-# Coefficients vary over lengths of 1, or over those of a fine mesh: a right derivative agrees at one of these.
+# Coefficients vary on the scale 1 or on that of a fine mesh; a correct derivative agrees on one of these scales.
 LENGTHS = (1.0, 2.0**-5)
-# Parts of the horizon after which coefficients have to be finite.
+# Times, as parts of the horizon, at which coefficients have to be finite.
 PARTS = (np.arange(64) + 0.5) / 64.0
 
 
 def check_start(subject: ProblemSubject) -> str:
-    """Expect all constraints to hold at the start, the hidden ones and 0 = u too: paths begin there."""
+    """Expect all constraints, hidden ones and 0 = u included, to hold at the start of paths."""
     problem = subject.problem
     residuals = problem.residuals(subject.start())
     if bool(residuals) != problem.has_constraints:
@@ -41,7 +41,7 @@ def check_start(subject: ProblemSubject) -> str:
 
 
 def check_observables(subject: ProblemSubject) -> str:
-    """Expect each observable to be one finite number a path, on one path and on three."""
+    """Expect each observable to be one finite number per path, on one path and on three."""
     problem = subject.problem
     if not problem.observables:
         raise Inapplicable("it has no observables: only paths can be compared on it")
@@ -57,7 +57,7 @@ def check_observables(subject: ProblemSubject) -> str:
 
 
 def check_path_by_path(subject: ProblemSubject) -> str:
-    """Expect drift and diffusion of a path not to depend on the paths beside it."""
+    """Expect drift and diffusion of a path not to depend on other paths of the batch."""
     x = subject.x
     for name in ("drift", "diffusion"):
         f = getattr(subject.equation, name)
@@ -70,7 +70,7 @@ def check_path_by_path(subject: ProblemSubject) -> str:
 
 
 def check_finite_in_time(subject: ProblemSubject) -> str:
-    """Expect drift and diffusion to be finite at the start's state at times over the horizon, its end left out."""
+    """Expect drift and diffusion to be finite at the initial state at times over the horizon, excluding its end."""
     equation = subject.equation
     x, times = equation.initial(1), (equation.horizon * PARTS).tolist()
     with np.errstate(all="ignore"):
@@ -84,7 +84,7 @@ def check_finite_in_time(subject: ProblemSubject) -> str:
 
 
 def check_diffusion_product(subject: ProblemSubject) -> str:
-    """Expect the given product of the diffusion with a vector to be that of the matrix, wherever a path goes."""
+    """Expect the given product of the diffusion with a vector to equal that of the matrix along a run."""
     equation, x = subject.equation, subject.x
     if equation.diffusion_product is None:
         raise Inapplicable("it gives no diffusion_product")
@@ -95,7 +95,7 @@ def check_diffusion_product(subject: ProblemSubject) -> str:
 
 
 def check_chart(subject: ProblemSubject) -> str:
-    """Expect a chart to read the coordinates it embeds, on the manifold, and to cover the start."""
+    """Expect a chart to invert its embedding, to satisfy the constraints, and to cover the start."""
     problem = subject.problem
     if problem.chart is None:
         raise Inapplicable("it has no chart")
@@ -114,7 +114,7 @@ def check_chart(subject: ProblemSubject) -> str:
 
 
 def check_diffusion_derivative(subject: ProblemSubject) -> str:
-    """Expect DB(x) y, given or by complex step, to be the derivative of the diffusion: Milstein's scheme needs it."""
+    """Expect DB(x) y, given or by complex step, to be the derivative of the diffusion, for Milstein's scheme."""
     equation, x = subject.equation, subject.x
     if reason := equation.why_not_derivative_of_diffusion():
         raise Inapplicable(reason)
@@ -132,7 +132,7 @@ def check_diffusion_derivative(subject: ProblemSubject) -> str:
 
 
 def check_jacobian(subject: ProblemSubject) -> str:
-    """Expect Dg, given or by complex step, to be the derivative of the constraint, on the manifold and beside it."""
+    """Expect Dg, given or by complex step, to be the derivative of the constraint, on and off the manifold."""
     problem, x = subject.offering(LevelSets), subject.x[: subject.problem.dimension]
     Dg, g = problem.dg(x), problem.constraint(x)
     if is_analytic(problem.constraint, x) and (text := excess(Dg - jacobian(problem.constraint, x), 16 * EPS, Dg)):
@@ -149,7 +149,7 @@ def check_curvature(subject: ProblemSubject) -> str:
     bend = problem.d2g(r, y, z)
     if text := excess(bend - problem.d2g(r, z, y), 16 * EPS, bend):
         return f"the curvature is not symmetric: {text}"
-    # Truncation and rounding balance at 1e-12 there, times fourth derivatives along y and z of size 3.
+    # Complex steps balance truncation and rounding at 1e-12, times fourth derivatives along y and z of size 3.
     exact = second_directional(problem.constraint, r, y, z) if is_analytic(problem.constraint, r) else bend
     if text := excess(bend - exact, 1e-9, bend):
         return f"the curvature differs from complex steps: {text}"
@@ -171,7 +171,7 @@ def check_second_derivatives(subject: ProblemSubject) -> str:
 
 
 def check_force_derivatives(subject: ProblemSubject) -> str:
-    """Expect the given derivatives of the force to be its own: implicit schemes solve with them."""
+    """Expect the given derivatives of the force to be correct, because implicit schemes solve with them."""
     problem = subject.offering(Multiplied)
     if problem.force_derivatives is None:
         raise Inapplicable("it gives no force_derivatives")
@@ -187,7 +187,7 @@ def check_force_derivatives(subject: ProblemSubject) -> str:
 
 
 def check_given_linearisation(subject: ProblemSubject) -> str:
-    """Expect the linearised constraint that was given to do what its matrix does, wherever a path goes."""
+    """Expect the given linearised constraint to act as its matrix does along a run."""
     problem = subject.offering(Multiplied)
     if problem.linearisation is None:
         raise Inapplicable("it gives no linearisation")
@@ -227,7 +227,7 @@ def check_delay_derivatives(subject: ProblemSubject) -> str:
 
 
 def check_algebraic_solution(subject: ProblemSubject) -> str:
-    """Expect the algebraic components, solved for or given by `solved`, to solve 0 = u wherever x and v are."""
+    """Expect the algebraic components, solved for or given by `solved`, to solve 0 = u along a run."""
     problem = subject.offering(IndexOne)
     if not problem.constraints:
         raise Inapplicable("it has no algebraic components")
@@ -243,14 +243,14 @@ def check_algebraic_solution(subject: ProblemSubject) -> str:
 
 
 def delay_arguments(problem: IndexOne) -> tuple[Array, Array, Array]:
-    """Return x, v and y with the solution's sizes, one of each on a path."""
+    """Return x, v and y of the solution's size, with one value per path."""
     rng, d = np.random.default_rng(8), problem.dimension
     x, v = problem.initial(PATHS).x + rng.standard_normal((2, d, PATHS))
     return x, v, rng.standard_normal((problem.constraints, PATHS))
 
 
 def _wrong(f: Callable[[Array], Array], derivative: Callable[[Array], Array], x: Array, size: Array) -> str:
-    """Return how far y -> Df(x) y is from differences of f, at that length where it is least, or an empty string."""
+    """Return the smallest error of y -> Df(x) y against differences over `LENGTHS` in words, or an empty string."""
     for y in directions(x):
         given = derivative(y)
         off = (length * given - first(f, x, length * y) for length in LENGTHS)

@@ -1,7 +1,7 @@
 """Checks of truths against each other and against simulations of the equation, on a fixed sample of paths.
 
-Intervals of means have a level of 1e-6 for the check as a whole: it is divided by the number of means that are
-compared (Bonferroni). Noise is drawn by the problem's name, so that the same problem always gets the same answer.
+Intervals of means have a level of 1e-6 for the whole check, divided by the number of compared means (Bonferroni). The
+noise depends on the problem's label, so that a problem always gives the same result.
 """
 
 from collections import defaultdict
@@ -24,16 +24,16 @@ from .solutions import solution
 
 # Simulations for the comparison of truths: Euler's scheme and known solutions, on the same Brownian paths.
 #
-# They share nothing with the ensemble that judges schemes but the noise.
+# Simulations use the noise generator of the ensemble that judges schemes, and none of its other code.
 
 
-# Steps of the coarsest grid: simulations are compared at its last time and half way.
+# Steps of the coarsest grid: simulations are compared at T/2 and at T.
 COARSEST = 8
 SEED = 1
 
 
 class Walker:
-    """A state that steps of one length advance.
+    """A state that is advanced by steps of one length.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Walker:
     advance : callable, (state, t, noise) -> state
     parts : callable, (t, state) -> mapping of str to ndarray
     level : int
-        Its steps are 2^-level coarsest ones.
+        Level of refinement: the step size is 2^-level times the coarsest.
     """
 
     def __init__(
@@ -54,30 +54,30 @@ class Walker:
         self.state, self.advance, self.of, self.level, self.step = state, advance, parts, level, 0
 
     def walk(self, noise: LevelNoise, h: float) -> None:
-        """Make the steps of one coarsest step, each of length h."""
+        """Make the steps of size h within one coarsest step."""
         for index in range(len(noise.dW)):
             self.state = self.advance(self.state, self.step * h, noise.increment(index))
             self.step += 1
 
     def parts(self, t: float) -> Parts:
-        """Return the named components at a time that it has reached."""
+        """Return the named components at the present time t."""
         return self.of(t, self.state)
 
 
 def euler_walker(problem: Any, level: int, paths: int) -> Walker:
-    """Return Euler-Maruyama on the Ito equation of a problem, or on its equation with delay.
+    """Return Euler-Maruyama for the Ito equation of a problem, or for its delay equation.
 
     Parameters
     ----------
     problem : Problem
     level : int
-        Its steps are as many times shorter than the coarsest as 2^level.
+        Level of refinement: the step size is 2^-level times the coarsest.
     paths : int
 
     Raises
     ------
     Inapplicable
-        If there is no such equation.
+        If the problem has no such equation.
     """
     h = problem.horizon / (COARSEST * 2**level)
     index_one = problem.capability(IndexOne)
@@ -107,15 +107,15 @@ def _delay_walker(problem: IndexOne, level: int, h: float, paths: int) -> Walker
 
 
 def exact_walker(problem: Any, truth: Pathwise, level: int, paths: int) -> Walker:
-    """Return the solution that a problem knows, which draws its further normals beside the Brownian paths.
+    """Return the known solution of a problem, with additional normal variables independent of the Brownian paths.
 
     Parameters
     ----------
     problem : Problem
     truth : Pathwise
-        How the problem advances its own solution.
+        Pathwise truth of the problem.
     level : int
-        Its steps are as many times shorter than the coarsest as 2^level.
+        Level of refinement: the step size is 2^-level times the coarsest.
     paths : int
     """
     h = problem.horizon / (COARSEST * 2**level)
@@ -131,18 +131,18 @@ def exact_walker(problem: Any, truth: Pathwise, level: int, paths: int) -> Walke
 def walk_together(
     problem: Any, label: str, walkers: Sequence[Walker], paths: int, *, mirrored: bool = False
 ) -> Iterator[float]:
-    """Advance walkers on the same Brownian paths and yield the times at which they meet: T/2 and T.
+    """Advance walkers on the same Brownian paths, and yield the times T/2 and T when all have reached them.
 
     Parameters
     ----------
     problem : Problem
     label : str
-        Of the problem: the noise is drawn by name.
+        Label of the problem, on which the noise depends.
     walkers : sequence of Walker
     paths : int
-        Of each walker.
+        Number of paths of each walker.
     mirrored : bool
-        Whether the second half of the paths has the noise of the first with the other sign.
+        Whether the second half of the paths has the noise of the first half with opposite sign (antithetic paths).
     """
     finest, H = max(walker.level for walker in walkers), problem.horizon / COARSEST
     source = Source(SEED, f"{label} in the kit", 0, paths // 2 if mirrored else paths)
@@ -161,16 +161,16 @@ def _mirror(noise: LevelNoise) -> LevelNoise:
         return None if part is None else np.concatenate([part, sign * part], axis=-1)
 
     dW = np.concatenate([noise.dW, -noise.dW], axis=-1)
-    # Areas are products of two components: they keep their sign.
+    # Lévy areas are products of two components, so they keep their sign.
     records = each(lambda part: np.concatenate([part, part], axis=-1), noise.records)
     return LevelNoise(dW, both(noise.H), records, K=both(noise.K), A=both(noise.A, 1.0))
 
 
 LEVEL = 1e-6
-# Levels of Euler's scheme, of 16, 64 and 256 steps, and of a solution that has an error of its own.
+# Levels of Euler's scheme (16, 64 and 256 steps), and of an approximate solution.
 LEVELS, OWN = (1, 3, 5), 7
 PATHS, MANY = 128, 4096
-# Euler's strong order is 1/2 at least; a wrong limit has none.
+# Euler's strong order is at least 1/2; towards a wrong limit the distance does not fall.
 ORDER, MARGIN = 0.5, 0.2
 ROUNDING = 1e4 * EPS
 
@@ -181,7 +181,7 @@ def _mean(values: Array) -> tuple[float, float]:
 
 
 def check_solution_simulated(subject: ProblemSubject) -> str:
-    """Expect Euler's scheme on the same noise to tend to the solution: the distance falls like h^0.3 or faster."""
+    """Expect Euler's scheme on the same noise to converge to the solution: the distance falls at least like h^0.3."""
     truth, problem = solution(subject), subject.problem
     level = 0 if truth.exact and not truth.extra_normals else LEVELS[-1] if truth.exact else OWN
     runs = [euler_walker(problem, each, PATHS) for each in LEVELS]
@@ -217,7 +217,7 @@ def _no_limit(name: str, squares: Array, size: float) -> str:
 
 
 def check_solution_averaged(subject: ProblemSubject) -> str:
-    """Expect means of the solution over 4096 paths to be the moments, within an interval of level 1e-6 in all."""
+    """Expect means of the solution over 4096 paths to equal the moments, within an interval of level 1e-6 in all."""
     truth, problem = solution(subject), subject.problem
     wanted = moments(subject)
     reference = exact_walker(problem, truth, 0, MANY)
@@ -235,7 +235,7 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
 
 
 def check_moments_simulated(subject: ProblemSubject) -> str:
-    """Expect means of simulations to be the moments, within an interval of level 1e-6 in all and Euler's own bias.
+    """Expect means of simulations to equal the moments, up to an interval of level 1e-6 in all and Euler's bias.
 
     The bias with 256 steps is at most twice the difference from 64 steps, for every order from 0.3 on.
     """
@@ -257,7 +257,7 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
 
 
 def _pair(problem: Any, moment: Moment, t: float, coarse: Walker, fine: Walker) -> list[Array] | None:
-    """Return the observable of both simulations as means over mirrored paths; None where tails are heavy."""
+    """Return the observable of both simulations averaged over antithetic pairs, or None for heavy tails."""
     found = [problem.observe(moment.observable, t, run.parts(t)) for run in (coarse, fine)]
     if any(values is None for values in found):
         return None
@@ -278,7 +278,7 @@ def _quantile(means: int) -> float:
 
 
 def _gap(values: Array, quantile: float, bias: float, expected: float) -> str:
-    """Return an interval of a mean in words where an expectation is beside it, or an empty string."""
+    """Return the interval of a mean in words if it excludes the expectation, or an empty string."""
     mean, se = _mean(values)
     width = quantile * se
     beside = abs(mean - expected) > width + bias + ROUNDING * max(1.0, abs(expected))

@@ -1,4 +1,4 @@
-"""Checks of a solution that a problem knows on a given path, without simulating it."""
+"""Checks of the known pathwise solution of a problem, without simulation."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def solution(subject: ProblemSubject) -> Pathwise:
     Raises
     ------
     Inapplicable
-        If it knows none.
+        If the problem has none.
     """
     truth = subject.problem.pathwise
     if truth is None:
@@ -25,7 +25,7 @@ def solution(subject: ProblemSubject) -> Pathwise:
 
 
 def check_start(subject: ProblemSubject) -> str:
-    """Expect the solution to know components of the problem, and to have them right at time 0."""
+    """Expect the solution to have components of the problem, with the right values at time 0."""
     truth, problem = solution(subject), subject.problem
     known, start = truth.parts(0.0, truth.start(3)), problem.parts(problem.initial(3))
     if not known or not known.keys() <= start.keys():
@@ -39,7 +39,7 @@ def check_start(subject: ProblemSubject) -> str:
 
 
 def check_step(subject: ProblemSubject) -> str:
-    """Expect a step of the solution to keep its shape and to leave its inputs alone, on one path and on three."""
+    """Expect a step of the solution to keep its shape and its inputs unchanged, on one path and on three."""
     truth, problem = solution(subject), subject.problem
     h = problem.horizon / 8
     for paths in (1, 3):
@@ -56,7 +56,7 @@ def check_step(subject: ProblemSubject) -> str:
 
 
 def check_standstill(subject: ProblemSubject) -> str:
-    """Expect a step of the solution without time and noise to change nothing."""
+    """Expect a step of length 0 without noise to leave the solution unchanged."""
     truth, none = solution(subject), np.zeros((subject.problem.noise_dim, 1))
     z, nothing = truth.start(1), subject.problem.drawn(np.random.default_rng(0), 0.0, 1)
     extra = np.ones((truth.extra_normals, 1)) if truth.extra_normals else None

@@ -1,4 +1,4 @@
-"""Checks of views: whether a problem seen as an SDE keeps its constraints, and is the same equation."""
+"""Checks of views: the SDE of a problem keeps the constraints and is the same equation."""
 
 from typing import Any
 
@@ -15,8 +15,8 @@ from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 def check_constraints_kept(subject: ProblemSubject) -> str:
     """Expect drift and diffusion of the SDE to keep the constraints: Dg B = 0, and Ito's condition on the drift.
 
-    Of mechanics, Dg v does not change, on and off the manifold: Dg a + D^2 g(v, v) = 0. Of an SDE with an
-    invariant g, at points of g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
+    For mechanics, Dg v is constant, on and off the manifold: Dg a + D^2 g(v, v) = 0. For an SDE with an invariant g,
+    at points with g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
     """
     if subject.problem.capability(Multiplied):
         return _check_velocities(subject)
@@ -56,7 +56,7 @@ def _check_points(equation: Any, near: Array) -> str:
 
 
 def check_same_equation(subject: ProblemSubject) -> str:
-    """Expect the SDE that a problem is seen as to be its own equation, put together here once more."""
+    """Expect the SDE view of a problem to be its equation, assembled here independently."""
     problem = subject.problem
     if problem.capability(Penalised):
         return _check_penalised(subject) if problem.eps else _check_tangential(subject)
@@ -68,7 +68,7 @@ def check_same_equation(subject: ProblemSubject) -> str:
 
 
 def _check_push_along_normals(subject: ProblemSubject) -> str:
-    """See that M dv = a dt + B dw + grad g dmu with the dmu of the equation that has the multiplier."""
+    """Check that M dv = a dt + B dw + grad g dmu with the dmu of the equation with a multiplier."""
     problem, x, n = subject.problem, subject.x, subject.problem.dimension
     r, v = x[:n], x[n:]
     full = problem.ito()
@@ -86,7 +86,7 @@ def _check_push_along_normals(subject: ProblemSubject) -> str:
 
 
 def _check_tangential(subject: ProblemSubject) -> str:
-    """See that constrained dynamics have the tangential part of f, and sigma times the projector as noise."""
+    """Check that constrained dynamics have the tangential part of f, and sigma times the projector as noise."""
     problem, x = subject.problem, subject.problem.admissible(subject.x)
     flat = np.eye(len(x)) - _normals(problem.dg(x))
     f, noise = subject.equation.drift(WHEN, x) - problem.drift(x), _matrix(subject.equation, x)
@@ -97,7 +97,7 @@ def _check_tangential(subject: ProblemSubject) -> str:
 
 
 def _check_penalised(subject: ProblemSubject) -> str:
-    """See that penalised dynamics add (sigma^2/4) grad ln det G - (1/eps) g G^{-1} zeta, with noise sigma dW."""
+    """Check that penalised dynamics add (sigma^2/4) grad ln det G - (1/eps) g G^{-1} zeta, with noise sigma dW."""
     problem, x = subject.problem, subject.x
 
     def log_det(z: Array) -> Array:
@@ -118,7 +118,7 @@ def _check_penalised(subject: ProblemSubject) -> str:
 
 
 def _check_without_y(subject: ProblemSubject) -> str:
-    """See that without delay the SDE has the drift and the noise of x, with the y that solves 0 = u."""
+    """Check that without delay the SDE has the drift and noise of x, with the y that solves 0 = u."""
     problem = subject.problem
     if problem.capability(Delayed):
         raise Inapplicable("with a delay it has no view as an SDE")
@@ -132,7 +132,7 @@ def _check_without_y(subject: ProblemSubject) -> str:
 
 
 def _check_damped(subject: ProblemSubject) -> str:
-    """See that the first-order system has dq = p dt, dp = (F - gamma p) dt + sigma dW."""
+    """Check that the first-order system is dq = p dt, dp = (F - gamma p) dt + sigma dW."""
     problem, x, n = subject.problem, subject.x, subject.problem.noise_dim
     f = np.concatenate([x[n:], problem.force(x[:n]) - problem.friction * x[n:]])
     B = problem.strength * np.eye(2 * n)[:, n:, None]

@@ -1,1 +1,1 @@
-"""The hunt for counterexamples: drawn at random, decided by one step, shrunk, confirmed by a run."""
+"""Search for counterexamples: problems are drawn at random, tested by one step, shrunk, and confirmed by a run."""

@@ -1,4 +1,4 @@
-"""The attacks of a hunt, one for each scheme, measure and form. They need hypothesis."""
+"""The attacks of a hunt, one for each scheme, measure and form. Requires hypothesis."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -7,7 +7,7 @@ from math import inf, nan
 from pathlib import Path
 from typing import Any
 
-from ...api import Schemes, crew_of
+from ...api import Schemes
 from ...contracts.matching import match
 from ...contracts.measure import Measure
 from ...contracts.scheme import Scheme
@@ -17,6 +17,7 @@ from ...errors import FAULTS, UsageError
 from ...forms.traits import known_traits
 from ...registry.load import Registry, load_registry
 from ...registry.selection import select_measures, select_problems, select_schemes
+from ...workers.executors import crew_of
 from ..strategies import EXAMPLES as DRAWINGS
 from ..strategies.shipped import SHIPPED
 from .campaign import Quarry, made_with, search_all
@@ -29,7 +30,7 @@ from .sight import ONE_STEP, Target
 
 
 def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
-    """Attack each claim of some schemes.
+    """Search counterexamples to each claim of some schemes.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def _quarry(registry: Registry, target: Target, asked: HuntOptions, targets: int
         limit,
         asked.shrinking,
         asked.seed,
-        # What shares are made with is read from much code: only where they are kept.
+        # The digest of the code is costly, so it is computed only if shares are stored.
         Kept(folder, target.form, about, "" if folder is None else made_with(target, asked)),
     )
 
@@ -77,12 +78,12 @@ def _targets(registry: Registry, schemes: Schemes, asked: HuntOptions) -> Iterat
 
 
 def _place(measure: Measure) -> tuple[bool, str]:
-    """Return what measures are sorted by: first those that one step tells of."""
+    """Return the sort key of a measure: measures that one step decides come first."""
     return measure.name not in ONE_STEP, measure.name
 
 
 def _forms(scheme: Scheme, wanted: Sequence[str]) -> list[str]:
-    """Return the forms that are asked for and that a scheme solves; if none is, those that it solves itself."""
+    """Return the requested forms that a scheme solves; without a request, the forms it solves directly."""
     known = [*DRAWINGS, SHIPPED]
     if unknown := sorted(set(wanted) - set(known)):
         raise UsageError(
@@ -95,12 +96,12 @@ def _forms(scheme: Scheme, wanted: Sequence[str]) -> list[str]:
 
 
 def _draws(scheme: Scheme, form: str) -> bool:
-    """Return whether a scheme solves what is drawn of a form: equations of all states."""
+    """Return whether a scheme solves the random problems of a form, which have no restricted domain."""
     return scheme.domain is None and scheme.view_of(_problem(form)) is not None
 
 
 def _require_traits(asked: HuntOptions) -> None:
-    """Refuse traits that no form declares: no example would have them. Registered problems may declare their own."""
+    """Raise for traits that no form declares, unless registered problems are drawn, which may declare others."""
     known = {name for form in DRAWINGS for name in known_traits(type(_problem(form)))}
     unknown = sorted(set(map(str, asked.when)) - known)
     if unknown and SHIPPED not in asked.forms:
@@ -111,7 +112,7 @@ def _require_traits(asked: HuntOptions) -> None:
 
 @cache
 def _problem(form: str) -> Any:
-    """Return a problem of a form."""
+    """Return a fixed example problem of a form."""
     return any_of(DRAWINGS[form].strategy()).build()
 
 

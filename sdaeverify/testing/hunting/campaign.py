@@ -1,4 +1,4 @@
-"""All searches of a hunt, share by share, on any workers: the same shares count, whoever makes them and when."""
+"""All searches of a hunt, in shares on any workers; the same shares count regardless of workers and timing."""
 
 import json
 import pickle
@@ -31,7 +31,7 @@ from .sight import Target
 
 @dataclass(frozen=True)
 class Quarry:
-    """A claim that is hunted, and what the hunt may cost.
+    """A claim under attack, and the budget of the attack.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Quarry:
     when : tuple of str
         Traits that each example has.
     specs : tuple of ProblemSpec
-        Registered problems, where the examples are these.
+        Registered problems, if they are the examples.
     examples : int or None
-        As many as there is time for where None.
+        Number of examples; None for as many as time allows.
     seconds, shrinking : float
     seed : int
     kept : Kept
@@ -58,11 +58,11 @@ class Quarry:
 
     @property
     def words(self) -> str:
-        """What is hunted."""
+        """Scheme, measure and form in words."""
         return f"{self.target.scheme.label}, {self.target.measure.name}, {self.target.form}"
 
     def tasks(self, first: int) -> Iterator["HuntShare"]:
-        """Yield the shares from one of them on, for as long as there is time and anything is left to be looked at."""
+        """Yield the shares from number `first` on, while time and examples remain."""
         end = time.monotonic() + self.seconds
         for number in count(first):
             size = SIZE if self.examples is None else min(SIZE, self.examples - number * SIZE)
@@ -87,20 +87,21 @@ class HuntShare(NamedTuple):
 
 
 def search_all(quarries: Sequence[Quarry], crew: Workers, tell: Callable[[str], object]) -> list[Share]:
-    """Return what becomes of each claim.
+    """Return the result of the search for each claim.
 
-    Shares are searched side by side and counted in their order, up to the first that finds something. So the result
-    depends neither on the number of workers nor on who is fast. What a folder has of an interrupted hunt is read.
+    Shares are searched in parallel and counted in order, up to the first that finds a counterexample. The result
+    depends neither on the number of workers nor on their speed. Shares of an interrupted hunt are read from its
+    folder.
 
     Parameters
     ----------
     quarries : sequence of Quarry
     crew : Workers
     tell : callable
-        It is given a line for each share.
+        Called with a line of text for each share.
     """
     met = [quarry.kept.read() for quarry in quarries]
-    # A share that waits in a queue would begin late with the time that was left when it was put there.
+    # A share carries the remaining time at which it was queued, so that shares must not wait under a time limit.
     queued = crew.jobs if any(isfinite(quarry.seconds) for quarry in quarries) else BLOCKS_A_WORKER * crew.jobs
 
     def calls() -> Iterator[tuple[tuple[int, int], Callable[[], Any]]]:
@@ -136,7 +137,7 @@ def _call(crew: Workers, task: HuntShare) -> Callable[[], Any]:
 
 
 def search_share(task: HuntShare, _: Marker | None = None) -> Share:
-    """Return what becomes of one share.
+    """Search one share for a counterexample.
 
     Parameters
     ----------
@@ -147,7 +148,7 @@ def search_share(task: HuntShare, _: Marker | None = None) -> Share:
 
 
 def strategy_of(task: HuntShare) -> st.SearchStrategy[Example]:
-    """Return what a share draws from: examples that begin where they do, or where the scheme is later.
+    """Return the strategy of a share: examples from their own start, or from a later state of the scheme.
 
     Parameters
     ----------
@@ -156,13 +157,13 @@ def strategy_of(task: HuntShare) -> st.SearchStrategy[Example]:
     if task.target.form == SHIPPED:
         return shipped(task.specs)
     drawing, wanted = DRAWINGS[task.target.form], set(task.when)
-    # Kinds that have the traits by construction are enough; traits that the form sets are found among all.
+    # Use kinds that have the traits by construction; traits set by the form are found among all kinds.
     kinds = tuple(kind for kind in drawing.kinds if wanted <= set(drawing.traits.get(kind, ()))) or drawing.kinds
     return st.builds(partial(place, task.target.scheme), drawing.strategy(kinds=kinds), st.sampled_from(PARTS))
 
 
 def made_with(target: Target, asked: HuntOptions) -> str:
-    """Return all that a share depends on beside what it is about; empty where code without a source takes part."""
+    """Return all inputs of a share other than its claim, as text; empty if code has no source."""
     scheme, measure = code_of(type(target.scheme)), code_of(type(target.measure))
     if scheme is None or measure is None:
         return ""

@@ -1,4 +1,4 @@
-"""A counterexample is confirmed by a run of the whole program on its plugin file, and by paths alone."""
+"""Confirmation of a counterexample, by a run on its plugin file and by paths alone."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,16 +11,16 @@ from ...contracts.scheme import Scheme
 from ...contracts.tally import Tally
 from ..strategies.example import NAME, Example
 
-# How a run names its look at the contract of a step, and what is told of paths then.
+# Tier of the contract of a step, and the text about paths if the contract is broken.
 CONTRACT_TIER, BROKEN = "T0", "not asked, since the check of the contract refutes the step"
-# The chance of a false alarm that all confirmations of a hunt share.
+# Probability of a false alarm, shared by all confirmations of a hunt.
 CHANCE = 0.01
 
 
 def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> tuple[bool, str]:
-    """Return whether a run refutes a claim on an example, and the verdict of its paths where one step tells nothing.
+    """Return whether a run refutes a claim on an example, and the verdict of paths without single steps.
 
-    A claim that paths alone verify is not refuted, whatever one step says.
+    A claim that paths alone verify does not count as refuted, even if one step refutes it.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> t
     example : Example
     measure : Measure
     found : int
-        How many counterexamples are confirmed: 1 - 1/100/found is the confidence.
+        Number of counterexamples to confirm; the confidence is 1 - 1/100/found.
     """
     confidence = 1.0 - CHANCE / max(found, 1)
     with TemporaryDirectory() as folder:
@@ -42,21 +42,21 @@ def confirm(scheme: Scheme, example: Example, measure: Measure, found: int) -> t
         whole, paths = rows(measure), rows(_unprobed(measure))
     refuted = str(Verdict.REFUTED) in set(whole["verdict"])
     if (whole["decided_by"] == CONTRACT_TIER).any():
-        # The contract is checked before there are paths, on trivial equations above all.
+        # The contract is checked before paths are simulated, mostly on trivial equations.
         return refuted, BROKEN
     alone = _verdict_of(set(paths["verdict"]))
     return refuted and alone is not Verdict.VERIFIED, str(alone)
 
 
 def _verdict_of(verdicts: set[str]) -> Verdict:
-    """Return the verdict on a claim, from those on its quantities."""
+    """Return the verdict on a claim from those on its quantities."""
     if str(Verdict.REFUTED) in verdicts:
         return Verdict.REFUTED
     return Verdict.VERIFIED if verdicts == {str(Verdict.VERIFIED)} else Verdict.INCONCLUSIVE
 
 
 def _unprobed(measure: Measure) -> Measure:
-    """Return the measure without what one step tells."""
+    """Return the measure without its evidence from single steps."""
 
     def probe(*_: object) -> Tally:
         return Tally()

@@ -1,4 +1,4 @@
-"""What a hunt looks for, and how long."""
+"""Options of a hunt."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -15,37 +15,37 @@ EXAMPLES, SHRINKING = 200, 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class HuntOptions:
-    """What a hunt looks for, and how long.
+    """Targets and budget of a hunt.
 
     Attributes
     ----------
     measures : str, Measure or sequence of them
-        Whose claims are attacked; all that the schemes claim where empty.
+        Measures whose claims are attacked; if empty, all claimed ones.
     when : sequence of str
-        Traits that each example has.
+        Required traits of the examples.
     forms : sequence of str
-        Of the examples; those that a scheme solves itself where empty. ``registered`` are the registered problems
+        Forms of the examples; if empty, those that a scheme solves directly. ``registered`` means registered problems
         with other numbers.
     examples : int or None
-        How many are drawn for each scheme, measure and form; 200 without `minutes`. One that is drawn twice is
-        looked at, and counted, once.
+        Number of examples for each scheme, measure and form; 200 without `minutes`. An example drawn twice is
+        examined and counted once.
     minutes : float or None
-        For the search of all of them together; what is found is shrunk and confirmed on top.
+        Time of the whole search; counterexamples are shrunk and confirmed in addition.
     shrinking : float
-        Seconds that a counterexample is shrunk, at most as long as it may be looked for.
+        Seconds for shrinking a counterexample, at most the time of the search.
     seed : int
-        The same seed finds the same, where no time ends the search.
+        The same seed gives the same result unless time ends the search.
     plugins : sequence of str or Path
         Plugin files.
     database : Path or None
-        A folder that remembers what was looked at: a hunt that was interrupted goes on, and gives what it would have
-        given; and what refuted a claim: the next hunt begins with it.
+        Folder that stores examined shares and counterexamples: an interrupted hunt continues with the same result,
+        and the next hunt begins with the counterexamples.
     jobs : int
-        Worker processes; of an executor that is given, how many workers it has.
+        Number of worker processes, or number of workers to assume for `executor`.
     executor : Executor, str or None
-        As `verify` takes it. The result is the same, where no time ends the search.
+        As in `verify`. It does not affect the result unless time ends the search.
     tell : callable
-        It is given a line of text now and then.
+        Called with a line of text for progress.
     """
 
     measures: Measures = ()
@@ -77,12 +77,12 @@ class HuntOptions:
 
 
 def read_options(given: Mapping[str, Any]) -> HuntOptions:
-    """Return options that an author gives by name.
+    """Return hunt options from keyword arguments.
 
     Raises
     ------
     UsageError
-        If a name is unknown or a value out of its range.
+        If a name is unknown or a value is out of its range.
     """
     if unknown := sorted(set(given) - set(HuntOptions.__annotations__)):
         known = ", ".join(HuntOptions.__annotations__)

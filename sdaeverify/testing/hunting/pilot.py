@@ -1,4 +1,4 @@
-"""A scheme's own run on an example: where it goes, and by how much it grows."""
+"""Pilot run of a scheme on an example: the states that it reaches, and its growth."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,25 +13,25 @@ from ...errors import FAULTS
 from ...forms import Problem
 from ..strategies.example import Example
 
-# Steps over the horizon, and paths.
+# Number of steps over the horizon, and of paths.
 STEPS, PATHS = 32, 4
-# Parts of the horizon after which an example may begin; the first is its own start, which shrinking prefers.
+# Parts of the horizon after which an example may begin; shrinking prefers the first, its original start.
 PARTS = (0.0, 0.5, 1.0, 4.0)
-# States are kept to so many digits, and no larger ones than this: further out an example tells of overflow alone.
+# Digits and largest size of stored states; larger states would only show overflow.
 DIGITS, LARGEST = 3, 1e3
-# What growth is at most: of a run that ends in no number.
+# Largest growth, also that of a run that ends in NaN or infinity.
 MOST = 10.0
 
 
 def place(scheme: Scheme, example: Example, part: float) -> Example:
-    """Return an example that begins where the scheme is after a part of the horizon, or as it is if that is nowhere.
+    """Move the start of an example to a state that the scheme reaches after a part of the horizon, if it is usable.
 
     Parameters
     ----------
     scheme : Scheme
     example : Example
     part : float
-        Of the horizon; above 1 the run goes on beyond it.
+        Part of the horizon; above 1 the run continues beyond it.
     """
     if not part:
         return example
@@ -57,13 +57,13 @@ def _rounded(x: Array) -> list[float]:
 
 
 def growth(scheme: Scheme, view: Problem) -> float:
-    """Return log10 of the largest factor by which 1 + |x| grows on a few paths up to the horizon; 10 at most.
+    """Return log10 of the largest factor by which 1 + |x| grows over the horizon on a few paths, at most 10.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form.
+        Problem in the scheme's form.
     """
     first, *_, last = (stop.largest for stop in _run(scheme, view, STEPS))
     found = float(np.log10((1.0 + last) / (1.0 + first)).max())

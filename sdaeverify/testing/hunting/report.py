@@ -1,4 +1,4 @@
-"""What a hunt comes to: what was tried, what was found, and the sentences that say so."""
+"""Report of a hunt: tried examples, counterexamples, and their description in sentences."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from ...errors import UsageError
 from ...report.files import write_text
 from ..strategies.example import NAME, Example
 
-# What one step can tell of an order, by the tolerance that its claims are judged with.
+# Defect of an order that one step can detect, by the tolerance with which claims are judged.
 RESOLUTION = "an order that is lower than claimed by {tolerance:g} or more at some of the states that were looked at"
 UNSEEN = "Nothing is claimed of those that were drawn, or the scheme raises on them, which sdaeverify check tells."
 TEST = '''"""Claims that a hunt refuted: they fail until the scheme is mended."""
@@ -35,31 +35,31 @@ def test_counterexample_is_not_refuted(scheme, measure):
 
 @dataclass(frozen=True)
 class Attack:
-    """What became of one claim, attacked by examples of one form.
+    """Result of the attack on one claim by examples of one form.
 
     Attributes
     ----------
     scheme, measure, form : str
     claim : str
-        What is claimed where it was refuted; empty where nothing was.
+        Refuted claim; empty if none was refuted.
     example : Example or None
         The smallest counterexample.
     reason : str
         Why the example refutes the claim.
     confirmed : bool
-        Whether `sdaeverify.verify` refutes the claim on the example's plugin file, too.
+        Whether `sdaeverify.verify` refutes the claim on the example's plugin file as well.
     by_paths : str
-        The verdict of paths alone there, or why they were not asked.
+        Verdict of paths alone there, or why there is none.
     tried : mapping of (str, str) to int
-        Examples that were looked at, by kind and class.
+        Number of examined examples, by kind and class.
     claims : mapping of str to int
-        How many of them each claim is about: of a scheme that claims more on some problems, not all are about that.
+        Number of examples in the scope of each claim, since a scheme may claim more on some problems.
     verified, doubtful : int
-        How many of them verify the claim, and how many refuted it once but not again.
+        Number of examples that verify the claim, and that refuted it once but not again.
     found_after, seconds : int, float
-        Examples and time until the first counterexample.
+        Number of examples and seconds until the first counterexample.
     tolerance : float
-        How far below its claim an order may be; NaN where no order was looked at.
+        Tolerance of an order below its claim; NaN if no order was estimated.
     """
 
     scheme: str
@@ -80,12 +80,12 @@ class Attack:
 
     @property
     def looked_at(self) -> int:
-        """Number of examples."""
+        """Number of examined examples."""
         return sum(self.tried.values())
 
     @property
     def outcome(self) -> str:
-        """The outcome in a sentence."""
+        """Result in a sentence."""
         what = f"{self.scheme}, {self.measure}, {self.form}"
         if not self.tried:
             return f"{what}: no example was looked at. {UNSEEN}"
@@ -110,25 +110,25 @@ class Attack:
 
     @property
     def claimed(self) -> str:
-        """How many examples each claim is about."""
+        """Number of examples of each claim, in words."""
         return "; ".join(f"{count} of {claim}" for claim, count in sorted(self.claims.items()))
 
     @property
     def classes(self) -> str:
-        """How many examples were looked at, by kind and class."""
+        """Number of examined examples by kind and class, in words."""
         return "; ".join(f"{count} of {kind}, {group}" for (kind, group), count in sorted(self.tried.items()))
 
 
 @dataclass(frozen=True, repr=False)
 class HuntReport:
-    """What a hunt comes to.
+    """Result of a hunt.
 
     Attributes
     ----------
     attacks : tuple of Attack
-        One for each scheme, measure and form.
+        One attack for each scheme, measure and form.
     plugins : tuple of str
-        Files that the schemes are from.
+        Plugin files of the schemes.
     """
 
     attacks: tuple[Attack, ...]
@@ -136,16 +136,16 @@ class HuntReport:
 
     @property
     def found(self) -> tuple[Attack, ...]:
-        """The attacks that found a counterexample which was confirmed."""
+        """Attacks with a confirmed counterexample."""
         return tuple(attack for attack in self.attacks if attack.example is not None and attack.confirmed)
 
     @property
     def looked_at(self) -> int:
-        """Number of examples."""
+        """Number of examined examples."""
         return sum(attack.looked_at for attack in self.attacks)
 
     def sentences(self) -> Iterator[str]:
-        """Yield what became of each claim, what was tried, and what it comes to."""
+        """Yield the result for each claim, the tried examples, and the total counts."""
         for attack in self.attacks:
             yield attack.outcome
             if attack.tried:
@@ -155,7 +155,7 @@ class HuntReport:
         yield f"{', '.join(counted(number, word) for word, number in numbers.items())}."
 
     def write(self, path: str | Path) -> tuple[Path, ...]:
-        """Write the first confirmed counterexample as a plugin file, with a test beside it; return both files.
+        """Write the first confirmed counterexample as a plugin file, and a test for it; return both files.
 
         Raises
         ------

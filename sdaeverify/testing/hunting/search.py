@@ -1,4 +1,4 @@
-"""The search for a counterexample of one claim: drawn, climbed to, shrunk. It needs hypothesis."""
+"""Search for a counterexample to one claim: random draws, hill climbing, shrinking. Requires hypothesis."""
 
 import time
 from collections import Counter
@@ -15,46 +15,46 @@ from ..strategies.example import Example, function_of
 from .share import Budget, Share
 from .sight import WAYS, Sight, Target, look
 
-# Without that of explanations, which hypothesis draws many examples for after it has shrunk one, and prints.
+# Without the phase "explain", for which hypothesis draws many examples after shrinking, and prints.
 PHASES = (hypothesis.Phase.generate, hypothesis.Phase.target, hypothesis.Phase.shrink)
-# Examples none of which the claim is about, in a row, until there is thought to be none.
+# Consecutive examples outside the scope of the claim after which the search gives up.
 FUTILE = 400
 
 
 class _OverError(BaseException):
-    """The budget is spent before anything was found."""
+    """The budget was spent before a counterexample was found."""
 
 
 @dataclass
 class Search:
-    """One search, and what it has met.
+    """A search and its statistics.
 
     Attributes
     ----------
     target : Target
     budget : Budget
     wanted : frozenset of str
-        Traits that a problem must have.
+        Required traits of a problem.
     seen : dict
-        What was seen of each example; None of those that the claim is not about.
+        Observations by example; None for an example outside the scope of the claim.
     tried : Counter
-        How many examples were looked at, by kind and class.
+        Number of examined examples, by kind and class.
     claims : Counter
-        How many of them each claim is about.
+        Number of examples in the scope of each claim.
     first : Example or None
-        The first counterexample, before it is shrunk.
+        First counterexample, before shrinking.
     smallest : Example or None
-        What is left of it without terms that do not count.
+        First counterexample without the terms that it does not need.
     way : str
-        By which it was refuted: smaller ones are looked at by it alone.
+        Way in which it was refuted, the only one tried for smaller examples.
     found_after, seconds : int, float
-        Examples and time until then.
+        Number of examples and seconds until the first counterexample.
     verified : int
-        Number of examples on which what was looked at verifies the claim; what it does not decide is left over.
+        Number of examples that verify the claim.
     doubtful : int
-        How many refuted the claim, but not again from another start or with larger coefficients.
+        Number of examples that refuted the claim, but not again from another start or with larger coefficients.
     late : bool
-        Whether time ended it.
+        Whether a time limit ended the search.
     """
 
     target: Target
@@ -75,11 +75,11 @@ class Search:
 
     @property
     def looked_at(self) -> int:
-        """Number of examples that the claim is about."""
+        """Number of examples in the scope of the claim."""
         return sum(self.tried.values())
 
     def refutes(self, example: Example) -> bool:
-        """Tell whether an example refutes the claim, and hypothesis how near it is to that."""
+        """Return whether an example refutes the claim, and report its distance as a target to hypothesis."""
         if example not in self.seen and self._spent():
             return False
         sight = self.sight(example)
@@ -90,7 +90,7 @@ class Search:
         return bool(sight.refuted)
 
     def sight(self, example: Example) -> Sight | None:
-        """Return what is seen of an example; it is looked at once."""
+        """Return the observation of an example, computed once."""
         if example not in self.seen:
             self.seen[example] = self._look(example)
         return self.seen[example]
@@ -124,9 +124,10 @@ class Search:
         return sight
 
     def _without_terms(self, example: Example) -> Example:
-        """Return an example without terms that it does not need to refute the claim, found in half of the time.
+        """Return an example without the terms that it does not need to refute the claim.
 
-        What hypothesis shrinks is a sequence of choices, a little at a time: many looks, where each takes a second.
+        This takes at most half of the time for shrinking. hypothesis shrinks a sequence of choices by small steps,
+        each of which needs an examination of about a second.
         """
         smallest, end = example, time.monotonic() + 0.5 * self.budget.shrinking
         for terms in example.simpler():
@@ -140,7 +141,7 @@ class Search:
         return smallest
 
     def is_refuted_again(self, example: Example) -> bool:
-        """Tell whether an example refutes the claim from another start, and with coefficients twice as large, too."""
+        """Return whether an example refutes the claim also from another start and with doubled coefficients."""
         again = example.moved(), example.doubled(), example.moved().doubled()
         return all(sight is not None and sight.refuted for sight in map(self._sight, again))
 
@@ -157,7 +158,7 @@ def _has(function: Callable[[], object], scheme: Scheme, wanted: frozenset[str])
 
 
 def any_of(strategy: SearchStrategy[Example]) -> Example:
-    """Return an example, the same each time."""
+    """Return an example of a strategy, always the same."""
     settings = hypothesis.settings(database=None, phases=[hypothesis.Phase.generate])
     return hypothesis.find(strategy, lambda _: True, settings=settings, random=Random(0))
 
@@ -165,18 +166,18 @@ def any_of(strategy: SearchStrategy[Example]) -> Example:
 def find(
     search: Search, strategy: SearchStrategy[Example], seed: str, remembered: Sequence[Example] = ()
 ) -> Example | None:
-    """Return the smallest counterexample that a search comes to and that is refuted again, or None.
+    """Return the smallest counterexample that is refuted again, or None.
 
     Parameters
     ----------
     search : Search
-        It notes what it meets.
+        Search whose statistics are updated.
     strategy : SearchStrategy
-        What is drawn from.
+        Strategy of the examples.
     seed : str
-        The same seed gives the same example, where no time limit ends the search.
+        The same seed gives the same example unless a time limit ends the search.
     remembered : sequence of Example
-        What refuted the claim once: it is looked at first.
+        Examples that refuted the claim earlier, which are tried first.
     """
     known = (example for example in remembered if (sight := search.sight(example)) is not None and sight.refuted)
     if (example := next(known, None)) is not None:
@@ -203,14 +204,14 @@ def size(example: Example) -> tuple[int, int, int]:
 
 
 def share_of(search: Search, example: Example | None) -> Share:
-    """Return what a search has come to.
+    """Return the result of a search.
 
     Parameters
     ----------
     search : Search
-        That is over.
+        Completed search.
     example : Example or None
-        What it has found.
+        Counterexample, if any.
     """
     sight = None if example is None else search.seen[example]
     return Share(

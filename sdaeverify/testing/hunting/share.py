@@ -1,4 +1,4 @@
-"""Shares of a search, of so many examples each: what they may cost, what they come to, and how they are kept."""
+"""Shares of a search with a fixed number of examples: budget, result and storage."""
 
 import hashlib
 from collections import Counter
@@ -12,21 +12,21 @@ import msgspec
 from ...report.files import require_writable, write_whole
 from ..strategies.forms import CLASSES
 
-# Examples of a share: its seed is its own, so that it is the same whoever searches it, and when.
+# Examples of a share. Each share has a seed, so that its result does not depend on worker and time.
 SIZE = 50
 
 
 class Budget(NamedTuple):
-    """What a share may cost.
+    """Budget of a share.
 
     Attributes
     ----------
     examples : int
-        That are drawn; one that is drawn twice is looked at once.
+        Number of draws; an example drawn twice is examined once.
     seconds : float
-        Until the first one is found.
+        Time in seconds until the first counterexample.
     shrinking : float
-        Seconds from then on.
+        Time in seconds for shrinking.
     """
 
     examples: int = SIZE
@@ -36,22 +36,22 @@ class Budget(NamedTuple):
 
 @dataclass(frozen=True)
 class Share:
-    """What the search of one share has come to.
+    """Result of the search of one share.
 
     Attributes
     ----------
     example : Example or None
-        The smallest counterexample.
+        Smallest counterexample.
     claim, reason : str
-        What it refutes, and why.
+        Refuted claim, and the reason.
     tried : tuple of (str, str, int)
-        Kind and class of examples, and how many were looked at.
+        Kind, class and number of examined examples.
     verified, doubtful, found_after, seconds
-        As of an `Attack`; the seconds of a share without a counterexample are all of it.
+        As in `Attack`; without a counterexample, `seconds` is the duration of the share.
     late : bool
-        Whether time ended it.
+        Whether a time limit ended the share.
     claims : tuple of (str, int)
-        Claims, and how many examples each is about.
+        Claims, and the number of examples in the scope of each.
     """
 
     example: Any = None
@@ -67,26 +67,26 @@ class Share:
 
     @property
     def is_last(self) -> bool:
-        """Whether nothing is searched after it: it has found something, or a claim is about no example."""
+        """Whether the search ends with this share: it has a counterexample, or no example in the scope of a claim."""
         return self.example is not None or not self.tried
 
     @property
     def looked_at(self) -> int:
-        """Number of examples."""
+        """Number of examined examples."""
         return sum(count for *_, count in self.tried)
 
 
 class Kept(NamedTuple):
-    """The shares of a search in a folder: what is there was searched before, by the same code with the same options.
+    """Stored shares of a search, made by the same code with the same options.
 
     Attributes
     ----------
     folder : Path or None
-        None keeps nothing.
+        Folder of the shares; None to store none.
     form : str
-        Of the examples.
+        Form of the examples.
     about, made_with : str
-        What is searched; and all else that its result depends on, empty if that is not known.
+        Target of the search; and all other inputs of its result, empty if unknown.
     """
 
     folder: Path | None
@@ -95,21 +95,21 @@ class Kept(NamedTuple):
     made_with: str
 
     def read(self) -> list[Share]:
-        """Return the first shares, up to one that is not there."""
+        """Return the stored shares from number 0 up to the first missing one."""
         found = list[Share]()
         while (share := self._read(self._file(len(found)))) is not None:
             found.append(share)
         return found
 
     def write(self, number: int, share: Share) -> None:
-        """Keep a share, unless time ended it: another time, or another machine, has more."""
+        """Store a share, unless a time limit ended it, since it would depend on the speed of the machine."""
         if self.folder is not None and self.made_with and not share.late:
             require_writable(self.folder, "--out")
             with write_whole(self._file(number)) as file:
                 file.write(msgspec.json.encode(share))
 
     def remembered(self) -> list[Any]:
-        """Return what was found of the same claim by other code, or with other options."""
+        """Return counterexamples to the same claim found with other code or other options."""
         if self.folder is None:
             return []
         own = f"{_hash(self.about)}-{_hash(self.made_with)}-"
@@ -134,7 +134,7 @@ class Kept(NamedTuple):
 
 
 def merged(shares: Sequence[Share]) -> Share:
-    """Return what shares come to together: the last one may have found something."""
+    """Merge shares; only the last one may have a counterexample."""
     *before, last = shares
     tried, claims = Counter[tuple[str, str]](), Counter[str]()
     for share in shares:

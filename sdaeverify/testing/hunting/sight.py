@@ -1,4 +1,4 @@
-"""What one step, or where one step tells nothing a few paths, say of a scheme's claim on a problem."""
+"""Observation of a scheme's claim on a problem, by one step or, if one step does not decide, by a few paths."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import nan
@@ -29,26 +29,26 @@ from ...verdicts.coverage import claim_for, coverage
 from ...verdicts.path_tests import DEEP_PATHS
 from .pilot import growth
 
-# Paths of measures that look at nothing but paths, and the confidence at which paths refute.
+# Number of paths for measures that use only paths, and the confidence of their refutations.
 FEW, CONFIDENCE = 64, 0.9999
-# A distance from claim to order that is more than rounding: from here on a search climbs.
+# Least value of a goal that is not rounding, from which hypothesis maximises it.
 CLIMB = 0.02
 SETTINGS = Settings()
-# Ways to refute a claim: by orders, or because the contract of a step or the equation at some state is broken.
+# Ways to refute a claim: by orders, or by a step that breaks the contract or does not follow the equation.
 WAYS = ORDERS, STEPS = "orders", "steps"
 
 
 class Target(NamedTuple):
-    """What is attacked.
+    """Scheme, measure and form under attack.
 
     Attributes
     ----------
     scheme : Scheme
     measure : Measure
     form : str
-        Of the examples.
+        Form of the examples.
     followed : Followed
-        Names of the measures whose claims say that steps follow the equation.
+        Names of the measures whose claims imply that steps follow the equation.
     """
 
     scheme: Scheme
@@ -58,24 +58,24 @@ class Target(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What is seen of a claim on a problem.
+    """Observation of a claim on a problem.
 
     Attributes
     ----------
     claim : str
-        The claim that is refuted, or else the first one that was looked at.
+        Refuted claim, or else the first examined one.
     refuted : str
-        Why it is refuted, as a sentence; empty if it is not.
+        Reason of the refutation as a sentence; empty if the claim is not refuted.
     distance : float
-        By how much an order, of one step or along paths, is lower than claimed; NaN where none is known.
+        Defect of an order, of one step or along paths, below the claim; NaN if unknown.
     verified : bool
-        Whether all that is claimed is verified by what was looked at.
+        Whether all claims are verified.
     growth : float
-        log10 of how much a run of the scheme grows.
+        log10 of the growth of a run; see `growth`.
     way : str
-        By which it is refuted, one of `WAYS`.
+        Way of the refutation, an element of `WAYS`.
     claims : tuple of str
-        All claims that were looked at.
+        All examined claims.
     """
 
     claim: str
@@ -88,25 +88,25 @@ class Sight(NamedTuple):
 
     @property
     def goals(self) -> dict[str, float]:
-        """What a search climbs on, by name: numbers that are more than rounding."""
+        """Quantities that the search maximises, by name, if they exceed rounding."""
         known = {"distance": self.distance, "growth": self.growth}
         return {name: value for name, value in known.items() if np.isfinite(value) and value > CLIMB}
 
 
-# Of a claim: what is said of it, and the order that was found.
+# A claim, the opinion on it, and the estimated order.
 Seen = tuple[Claim, Opinion, float]
 
 
 def applies(scheme: Scheme, problem: Problem, measure: Measure) -> Problem | None:
-    """Return the view in which a measure's claim of a scheme is put to the test on a problem, or None.
+    """Return the view in which a measure tests a claim of a scheme on a problem, or None if it does not.
 
     Parameters
     ----------
     scheme : Scheme
     problem : Problem
-        As it was drawn.
+        Problem as drawn.
     measure : Measure
-        Whose claim it is.
+        Measure of the claim.
     """
     view = match(scheme, problem).problem
     if view is None or measure.refuses(scheme, problem) or draws_own_numbers(scheme, view):
@@ -116,16 +116,16 @@ def applies(scheme: Scheme, problem: Problem, measure: Measure) -> Problem | Non
 
 
 def look(target: Target, function: Callable[..., Problem], ways: Sequence[str] = WAYS) -> Sight | None:
-    """Return what is seen of a claim, or None where there is none or the example is not of its kind.
+    """Return the observation of a claim on an example, or None if no claim applies to it.
 
     Parameters
     ----------
     target : Target
-        A scheme, and the measure about which it claims something.
+        Scheme, and measure of its claims.
     function : callable
-        The problem function of an example.
+        Problem function of the example.
     ways : sequence of str
-        Those of `WAYS` that are tried until one refutes.
+        Elements of `WAYS`, tried in order until one refutes.
     """
     with np.errstate(all="ignore"):
         try:
@@ -141,7 +141,7 @@ def look(target: Target, function: Callable[..., Problem], ways: Sequence[str] =
                 return seen._replace(refuted=Reason(broken).sentence, verified=False, way=STEPS)
             return seen._replace(growth=growth(target.scheme, view))
         except FAULTS:
-            # Numbers that no step can be made with are no example of anything.
+            # Numbers for which a step raises are not a usable example.
             return None
 
 
@@ -165,7 +165,7 @@ def _by_orders(target: Target, function: Callable[..., Problem], problems: tuple
 
 
 def _worst(seen: list[Seen]) -> Sight:
-    """Return the refuted claim, or the one whose order is farthest below it."""
+    """Return the refuted claim, or else the first one with the largest distance of any order below its claim."""
     distances = [_distance(claim, order) for claim, _, order in seen]
     farthest = max((each for each in distances if np.isfinite(each)), default=nan)
     claims = _distinct(str(claim) for claim, *_ in seen)
@@ -205,10 +205,10 @@ def _weak(scheme: Scheme, problem: Problem, view: Problem) -> Iterator[Seen]:
 def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Measure, paths: int) -> Sight | None:
     rows = verify([scheme], [function], [measure], paths=paths, confidence=CONFIDENCE).verdicts
     claimed: Any = rows[(rows.scheme == scheme.label) & rows["claim"].fillna("").astype(bool)]
-    # What raises, or is not run, says nothing of the claim: it does not count as looked at.
+    # Rows in error or not run say nothing about the claim and do not count as examined.
     if not len(claimed) or {str(Verdict.ERROR), str(Verdict.NOT_RUN)} & set(claimed["verdict"]):
         return None
-    # The row of a refuted quantity is told, and else the first one.
+    # Report the row of a refuted quantity, or else the first one.
     worst = claimed.sort_values("verdict", key=lambda given: given != str(Verdict.REFUTED), kind="stable").iloc[0]
     refuted = worst["reason"] if Verdict(worst["verdict"]) is Verdict.REFUTED else ""
     slower = (claimed["claimed_order"] - claimed["path_order"]).astype(float).max()
@@ -217,7 +217,7 @@ def _along_paths(scheme: Scheme, function: Callable[..., Problem], measure: Meas
     return Sight(worst["claim"], refuted, float(slower), verified, way=way, claims=claims)
 
 
-# Measures that one step tells enough of, with what it tells and how far below its claim an order may be.
+# Measures that one step decides, with the function that examines them and the tolerance below a claimed order.
 ONE_STEP: dict[str, tuple[Callable[[Scheme, Problem, Problem], Iterator[Seen]], float]] = {
     Strong.name: (_strong, STRONG_TOLERANCE),
     Weak.name: (_weak, WEAK_TOLERANCE),

@@ -1,4 +1,4 @@
-"""Problems of every form drawn at random, as strategies of hypothesis: for property tests of schemes, and for hunts.
+"""Strategies of hypothesis for random problems of every form, for property tests of schemes and for hunts.
 
 ::
 
@@ -9,12 +9,12 @@
     def test_my_scheme_is_finite(example):
         problem = example.build()
 
-An `Example` is a record of numbers: of the terms a cos(k.z + w t + p) of each coefficient, among others. It is what
-it says by construction: diagonal noise is diagonal, the constraint of an equation of index 1 has |G_y| <= 1/2, and
-the gradient of a holonomic constraint vanishes nowhere. Its ``source`` is a plugin file whose problem
-``counterexample(horizon)`` is the one that ``build()`` returns.
+An `Example` is a record of numbers, among them those of the terms a cos(k.z + w t + p) of each coefficient. Its
+properties hold by construction: diagonal noise is diagonal, the constraint of an equation of index 1 has
+|G_y| <= 1/2, and the gradient of a holonomic constraint vanishes nowhere. Its ``source`` is a plugin file whose
+problem ``counterexample(horizon)`` is the one that ``build()`` returns.
 
-They need hypothesis: ``pip install 'sdaeverify[hunt]'``.
+The strategies require hypothesis: ``pip install 'sdaeverify[hunt]'``.
 """
 
 from importlib.util import find_spec

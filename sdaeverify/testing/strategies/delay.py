@@ -1,4 +1,4 @@
-"""Equations of index 1, without and with a delay."""
+"""Strategies for equations of index 1, with and without delay."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,11 +28,11 @@ ADDITIVE, DELAYED, GENERAL = "additive", "delayed noise", "general"
 INDEX_ONE_KINDS, DELAY_KINDS = (GENERAL, ADDITIVE), (GENERAL, DELAYED, ADDITIVE)
 TRAITS = {ADDITIVE: ("additive-noise",), DELAYED: ("delayed-noise",)}
 SUITABLE = (LIPSCHITZ, DISSIPATIVE, GROWING, SMALL_NOISE)
-# Multiples of all steps, and none of any.
+# Delays that are multiples of all step sizes, and delays that are multiples of none.
 DELAYS = (0.5, 0.25, 0.3, 0.37, 0.7)
-# Horizon in delays: steps within the first delay and long after it.
+# Horizon in delays, so that steps lie within the first delay and long after it.
 LATE = 3.0
-# G_y is a sum of two of them at most.
+# Sizes of terms; G_y is a sum of at most two of them.
 SHARE = (0.25, -0.25)
 
 
@@ -43,9 +43,9 @@ class IndexOneExample(Example):
     Attributes
     ----------
     drift : tuple of Field
-        f, of t and of all other arguments one under the other.
+        f, of t and of all other arguments stacked.
     columns : tuple of tuples of Field
-        Those of g.
+        Columns of g.
     algebraic : tuple of Field
         G.
     """
@@ -61,16 +61,16 @@ class IndexOneExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """f, g and G."""
+        """Coefficients f, g and G."""
         return (*self.drift, *(field for column in self.columns for field in column), *self.algebraic)
 
     @property
     def names(self) -> list[str]:
-        """What the components of all arguments are called."""
+        """Python expressions of the components of all arguments."""
         return [*indexed("x", self.dimension), *indexed("y", len(self.algebraic))]
 
     def definitions(self) -> Iterator[str]:
-        """Yield f, g and G - y."""
+        """Yield the definitions of f, g and G - y."""
         yield vector_text("drift", self.given, self.drift, self.names)
         yield matrix_text("diffusion", self.given, self.columns, self.names)
         if self.algebraic:
@@ -78,14 +78,14 @@ class IndexOneExample(Example):
             yield f"def constraint({self.given}):\n    return rows(x, {', '.join(solved)})\n"
 
     def arguments(self) -> Iterator[str]:
-        """Yield coefficients, start and numbers."""
+        """Yield coefficients, start and dimensions."""
         yield from ("drift=drift", "diffusion=diffusion", f"noise_dim={len(self.columns)}")
         yield from self.begin()
         if self.algebraic:
             yield from ("constraint=constraint", f"algebraic={len(self.algebraic)}")
 
     def begin(self) -> Iterator[str]:
-        """Yield the arguments that say where the solution begins."""
+        """Yield the arguments for the initial state."""
         yield f"start={list(self.start)}"
 
     def doubled(self) -> "IndexOneExample":
@@ -95,7 +95,7 @@ class IndexOneExample(Example):
 
 @dataclass(frozen=True)
 class DelayExample(IndexOneExample):
-    """The same with v(t) = x(t - tau): f, g and G depend on t, x, v and y.
+    """Delay equation with v(t) = x(t - tau): f, g and G depend on t, x, v and y.
 
     Attributes
     ----------
@@ -113,12 +113,12 @@ class DelayExample(IndexOneExample):
 
     @property
     def names(self) -> list[str]:
-        """What the components of all arguments are called."""
+        """Python expressions of the components of all arguments."""
         d, q = self.dimension, len(self.algebraic)
         return [*indexed("x", d), *indexed("v", d), *indexed("y", q)]
 
     def begin(self) -> Iterator[str]:
-        """Yield delay and history."""
+        """Yield the arguments for delay and history."""
         yield f"delay={self.delay}"
         yield f"history=lambda t: np.array({list(self.start)}) + {self.slope} * np.sin(t)"
 
@@ -134,12 +134,12 @@ def _columns(kind: str, d: int, q: int, past: int) -> st.SearchStrategy[Any]:
 
 
 def _behind(field: Field, d: int) -> Field:
-    """Return a function of v as one of (x, v, y)."""
+    """Rewrite a function of v as a function of (x, v, y)."""
     return tuple(term._replace(wave=(0.0,) * d + term.wave) for term in field)
 
 
 def _algebraic(before: int, q: int) -> st.SearchStrategy[tuple[Field, ...]]:
-    """Draw G, which depends on one component of y in each of two terms."""
+    """Draw G with at most two terms per row, each of which depends on at most one component of y."""
 
     @st.composite
     def term(draw: Any) -> Term:
@@ -160,11 +160,11 @@ def index_ones(
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
         Kinds and classes to draw from.
     largest : int
-        Number of components of the state, and of y.
+        Largest number of components of the state, and of y.
     """
     kind, group, drift, columns, algebraic, start = draw(_common(kinds, groups, largest, past=False))
     return IndexOneExample(kind, group, 1.0, start, drift, columns, algebraic)
@@ -174,16 +174,16 @@ def index_ones(
 def delays(
     draw: Any, kinds: tuple[str, ...] = DELAY_KINDS, groups: tuple[str, ...] = SUITABLE, largest: int = 2
 ) -> DelayExample:
-    """Draw equations with a delay.
+    """Draw delay equations.
 
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
         Kinds and classes to draw from.
     largest : int
-        Number of components of the state, and of y.
+        Largest number of components of the state, and of y.
     """
     kind, group, drift, columns, algebraic, start = draw(_common(kinds, groups, largest, past=True))
     delay, (slope,) = draw(st.sampled_from(DELAYS)), draw(numbers(WAVES, 1))

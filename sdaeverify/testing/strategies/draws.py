@@ -1,4 +1,4 @@
-"""What all forms draw: terms, fields, starts and classes of drifts. It needs hypothesis."""
+"""Strategies common to all forms: terms, coefficients, starts and classes of drifts. Requires hypothesis."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from .terms import CUBE, KINK, LINE, Columns, Field, Term, scaled_columns
 
-# Smaller examples come first: shrinking goes to the left.
+# Simpler values come first, because shrinking moves to the left.
 SIZES = (0.5, 1.0, -0.5, -1.0, 0.75, -0.75, 0.25, 1.25)
 WAVES = (0.0, 1.0, -1.0, 0.5, 2.0, -1.5)
 RATES = (0.0, 1.0, 2.0, -1.5)
@@ -21,12 +21,12 @@ LIPSCHITZ, DISSIPATIVE, GROWING, KINKED, SMALL_NOISE, LONG = GROUPS = (
     "small noise",
     "long horizon",
 )
-# What noise is multiplied with where it is small, and how long is long.
+# Factor of small noise, and long horizon.
 SMALL, LATE = 2.0**-5, 8.0
 
 
 def numbers(values: Sequence[float], count: int) -> st.SearchStrategy[tuple[float, ...]]:
-    """Draw so many of some numbers."""
+    """Draw tuples of `count` elements of `values`."""
     return st.tuples(*[st.sampled_from(values)] * count)
 
 
@@ -38,9 +38,9 @@ def terms(arguments: int, *, timed: bool = True, sizes: Sequence[float] = SIZES)
     arguments : int
         Number of components of z.
     timed : bool
-        Whether they may depend on time.
+        Whether terms may depend on time.
     sizes : sequence of float
-        What a is drawn from.
+        Values of a to draw from.
     """
     rates = st.sampled_from(RATES) if timed else st.just(0.0)
     return st.tuples(st.sampled_from(sizes), numbers(WAVES, arguments), rates, st.sampled_from(PHASES)).map(_term)
@@ -51,22 +51,22 @@ def _term(drawn: tuple[float, tuple[float, ...], float, float]) -> Term:
 
 
 def fields(count: int, arguments: int, *, timed: bool = True) -> st.SearchStrategy[tuple[Field, ...]]:
-    """Draw so many coefficients of at most three terms.
+    """Draw `count` coefficients of at most three terms.
 
     Parameters
     ----------
     count : int
     arguments : int
-        Number of components that each may depend on.
+        Number of components of the argument.
     timed : bool
-        Whether they may depend on time.
+        Whether coefficients may depend on time.
     """
     one = st.lists(terms(arguments, timed=timed), max_size=TERMS).map(tuple)
     return st.tuples(*[one] * count)
 
 
 def constants(count: int) -> st.SearchStrategy[tuple[Field, ...]]:
-    """Draw so many coefficients that depend on nothing."""
+    """Draw `count` constant coefficients."""
     return st.tuples(*[st.lists(terms(0, timed=False), max_size=1).map(tuple)] * count)
 
 
@@ -80,29 +80,29 @@ def choices(
     kinds, groups : sequence of str
         Kinds and classes to draw from.
     largest, least : int
-        Numbers of components; the least one where it is more than the largest.
+        Range of the number of components; `least` if it exceeds `largest`.
     """
     return st.tuples(st.sampled_from(kinds), st.sampled_from(groups), st.integers(least, max(least, largest)))
 
 
 def starts(dimension: int) -> st.SearchStrategy[tuple[float, ...]]:
-    """Draw initial states."""
+    """Draw initial states with the given number of components."""
     return numbers(STARTS, dimension)
 
 
 def unit(row: int, count: int) -> tuple[float, ...]:
-    """Return the row-th unit vector of so many components."""
+    """Return the unit vector with `count` components whose entry `row` is 1."""
     return tuple(float(row == other) for other in range(count))
 
 
 def of_group(drift: Sequence[Field], group: str) -> tuple[Field, ...]:
-    """Return a globally Lipschitz drift with what makes it one of a class: one more term in each row.
+    """Return a drift of a class, made from a globally Lipschitz drift by one more term in each row.
 
     Parameters
     ----------
     drift : sequence of Field
     group : str
-        The class.
+        Name of the class, an element of `GROUPS`.
     """
     n = len(drift)
     more = {
@@ -116,7 +116,7 @@ def of_group(drift: Sequence[Field], group: str) -> tuple[Field, ...]:
 
 
 def noise_of_group(columns: Columns, group: str) -> Columns:
-    """Return the columns of a diffusion with what makes them those of a class."""
+    """Return the columns of a diffusion for a class: scaled by `SMALL` for small noise."""
     return scaled_columns(columns, SMALL) if group == SMALL_NOISE else columns
 
 

@@ -1,4 +1,4 @@
-"""Examples: records of all numbers of a problem, which write the problem as a plugin file and are built from it."""
+"""Examples: records of all numbers of a problem, which generate a plugin file and are built from it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -39,23 +39,23 @@ def sdaeverify_problems():
     """Register the problem."""
     return [counterexample]
 '''
-# Where an example is looked at again: a little beside its own start, to no multiple of anything.
+# Shift of the start for a second examination, not a multiple of any drawn number.
 BESIDE = 0.37
 
 
-# The coefficient of which there is one for each Brownian motion.
+# Name of the coefficient with one entry per Brownian motion.
 COLUMNS = "columns"
 
 
 class Drop(NamedTuple):
-    """Terms that an example may do without.
+    """Terms to remove from an example.
 
     Attributes
     ----------
     name : str
-        Of a coefficient.
+        Name of the coefficient.
     row, place : int or None
-        Of the terms; None for all.
+        Row and index of the terms; None for all.
     """
 
     name: str
@@ -65,25 +65,25 @@ class Drop(NamedTuple):
 
 @dataclass(frozen=True)
 class Example:
-    """The numbers of a problem of some form.
+    """Numbers of a problem of a form.
 
     Attributes
     ----------
     kind : str
-        What of its noise, or of its delay, is so by construction.
+        Property of the noise or delay that holds by construction.
     group : str
-        The class of its coefficients.
+        Class of the coefficients.
     horizon : float
     start : tuple of float
     """
 
     form: ClassVar[str]
-    # What is counted by `dimension`, as the source calls it, and the part of a state that is observed.
+    # Name in the source of the component that `dimension` counts, and part of the state that is observed.
     state: ClassVar[str] = "x"
-    # The traits of each kind that hold by construction and are not set by the form.
+    # Traits by kind that hold by construction and are not set by the form.
     traits_of_kinds: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
-    # Attributes made of sums of terms; and what a solution begins with, by the component of a state.
+    # Attributes that are sums of terms; and attributes of the initial values, by the component of the state.
     sums: ClassVar[tuple[str, ...]] = ()
     begun_by: ClassVar[Mapping[str, str]] = MappingProxyType({"x": "start"})
 
@@ -94,7 +94,7 @@ class Example:
 
     @property
     def told(self) -> str:
-        """The example in words."""
+        """Form, kind and class in words."""
         return f"{self.form}, {self.kind}, {self.group}"
 
     @property
@@ -104,34 +104,34 @@ class Example:
 
     @property
     def traits(self) -> tuple[str, ...]:
-        """The traits that hold by construction and are not set by the form."""
+        """Traits that hold by construction and are not set by the form."""
         return self.traits_of_kinds.get(self.kind, ())
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """All coefficients: their number of terms says how large the example is."""
+        """All coefficients; their number of terms measures the size of the example."""
         raise NotImplementedError
 
     @property
     def terms(self) -> int:
-        """How many terms all coefficients have."""
+        """Number of terms of all coefficients."""
         return sum(len(field) for field in self.fields)
 
     @property
     def longest(self) -> int:
-        """How many terms the longest coefficient has."""
+        """Number of terms of the longest coefficient."""
         return max(map(len, self.fields), default=0)
 
     def definitions(self) -> Iterator[str]:
-        """Yield the statements of the function, which define what `arguments` names."""
+        """Yield the statements that define the names used by `arguments`."""
         raise NotImplementedError
 
     def arguments(self) -> Iterator[str]:
-        """Yield the arguments of the form, as Python writes them."""
+        """Yield the keyword arguments of the form as Python code."""
         raise NotImplementedError
 
     def numbers(self) -> Mapping[str, tuple[float, str]]:
-        """Return the parameters of the function beside the horizon: by name, the default and what it is."""
+        """Return the parameters of the function other than the horizon: default and description by name."""
         return {}
 
     def doubled(self) -> Self:
@@ -139,23 +139,23 @@ class Example:
         raise NotImplementedError
 
     def moved(self) -> Self:
-        """Return the example with another start."""
+        """Return the example with a shifted start."""
         return replace(self, start=tuple(x + BESIDE for x in self.start))
 
     def begun_at(self, parts: Mapping[str, Sequence[float]], t: float) -> Self:
-        """Return the example of a solution that begins where another one is at a time.
+        """Return the example whose solution starts at time `t` in a state of another solution.
 
         Parameters
         ----------
         parts : mapping of str to sequence of float
-            Components of a state.
+            Components of the state.
         t : float
         """
         begun: dict[str, Any] = {name: tuple(parts[part]) for part, name in self.begun_by.items()}
         return replace(self, **begun, **{name: later_fields(getattr(self, name), t) for name in self.sums})
 
     def simpler(self) -> Iterator[Drop]:
-        """Yield which terms may be left out: of a coefficient all, of a row all, and each by itself."""
+        """Yield the terms that may be removed: all of a coefficient, all of a row, and single terms."""
         yield from (Drop(name, None, None) for name in self.sums)
         yield from (Drop(name, row, None) for name in self.sums for row in range(len(self._rows(name))))
         for name in self.sums:
@@ -167,7 +167,10 @@ class Example:
         return rows
 
     def dropped(self, terms: Drop) -> Self:
-        """Return the example without some terms, in all columns alike: columns that commute still do."""
+        """Return the example without some terms.
+
+        The terms are removed from all columns of the noise, so that commuting columns still commute.
+        """
         given = getattr(self, terms.name)
         fewer = partial(without, row=terms.row, place=terms.place)
         changed: dict[str, Any] = {terms.name: tuple(map(fewer, given)) if terms.name == COLUMNS else fewer(given)}
@@ -175,7 +178,7 @@ class Example:
 
     @property
     def source(self) -> str:
-        """The plugin file that registers the problem."""
+        """Text of the plugin file that registers the problem."""
         numbers = self.numbers()
         given = "".join(f", {name}: float = {value}" for name, (value, _) in numbers.items())
         explained = "".join(f"\n    {name} : float\n        {text}" for name, (_, text) in numbers.items())
@@ -195,7 +198,7 @@ class Example:
         yield 'source="drawn at random by sdaeverify hunt"'
 
     def build(self) -> Problem:
-        """Return the problem: what the plugin file makes.
+        """Build the problem from its plugin file.
 
         Raises
         ------
@@ -207,7 +210,7 @@ class Example:
 
 
 def function_of(source: str) -> Callable[..., Any]:
-    """Return the problem function of a plugin file, given its text."""
+    """Return the problem function of a plugin file from its text."""
     names: dict[str, Any] = {"__name__": NAME}
     exec(compile(source, f"<{NAME}>", "exec"), names)
     function: Callable[..., Any] = names[NAME]
@@ -215,17 +218,18 @@ def function_of(source: str) -> Callable[..., Any]:
 
 
 def vector_text(name: str, given: str, fields: Sequence[Field], names: Sequence[str]) -> str:
-    """Return the definition of a function of ``(t, x, ...)`` with one row for each field.
+    """Return the definition of a vector-valued function of ``(t, x, ...)``, with one row for each field.
 
     Parameters
     ----------
     name : str
-        Of the function.
+        Name of the function.
     given : str
-        Its arguments, with the time first or without it; the last but one letter decides nothing.
+        Arguments of the function, with or without a leading ``t``; the first other one determines the number of
+        paths.
     fields : sequence of Field
     names : sequence of str
-        What the components of the fields' arguments are called.
+        Python expressions of the components of the fields' arguments.
     """
     first = given.removeprefix("t, ").partition(",")[0]
     values = ", ".join(sum_text(field, names) for field in fields)
@@ -233,17 +237,17 @@ def vector_text(name: str, given: str, fields: Sequence[Field], names: Sequence[
 
 
 def matrix_text(name: str, given: str, columns: Sequence[Sequence[Field]], names: Sequence[str]) -> str:
-    """Return the definition of a function of ``(t, x, ...)`` with one column for each sequence of fields.
+    """Return the definition of a matrix-valued function of ``(t, x, ...)``, one column per sequence of fields.
 
     Parameters
     ----------
     name : str
-        Of the function.
+        Name of the function.
     given : str
-        Its arguments, with the time first or without it.
+        Arguments of the function, with or without a leading ``t``.
     columns : sequence of sequences of Field
     names : sequence of str
-        What the components of the fields' arguments are called.
+        Python expressions of the components of the fields' arguments.
     """
     first = given.removeprefix("t, ").partition(",")[0]
     stacked = ", ".join(

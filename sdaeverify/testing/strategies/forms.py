@@ -1,4 +1,4 @@
-"""What can be drawn of each form."""
+"""Strategies and examples by form."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -10,15 +10,15 @@ from .example import Example
 
 
 class Drawing(NamedTuple):
-    """How examples of a form are drawn.
+    """Strategy of a form with its kinds and classes.
 
     Attributes
     ----------
     strategy : callable, (kinds, groups, largest) -> SearchStrategy
     kinds, groups : tuple of str
-        All there are.
+        All kinds of noise or delay, and all classes of coefficients.
     traits : mapping of str to tuple of str
-        Those that a kind has by construction.
+        Traits that a kind has by construction.
     """
 
     strategy: Callable[..., st.SearchStrategy[Any]]
@@ -27,7 +27,7 @@ class Drawing(NamedTuple):
     traits: Mapping[str, tuple[str, ...]]
 
 
-# By the name of the form.
+# Drawings by the name of the form.
 EXAMPLES: dict[str, Drawing] = {
     sde.SDEExample.form: Drawing(sde.sdes, sde.KINDS, sde.SUITABLE, sde.TRAITS | {sde.SCALAR: ("scalar-noise",)}),
     langevin.LangevinExample.form: Drawing(langevin.langevins, langevin.KINDS, langevin.SUITABLE, {}),
@@ -38,7 +38,7 @@ EXAMPLES: dict[str, Drawing] = {
     ),
     overdamped.OverdampedExample.form: Drawing(overdamped.overdamped, overdamped.KINDS, overdamped.SUITABLE, {}),
 }
-# The records of examples by the name of their form, registered problems with other numbers among them.
+# Classes of examples by the name of their form, including registered problems with other numbers.
 CLASSES: dict[str, type[Example]] = {
     each.form: each
     for each in (

@@ -1,4 +1,4 @@
-"""Mechanics with holonomic constraints: ellipsoids of fourth degree, planes through them, and masses that couple."""
+"""Strategies for mechanics with holonomic constraints: quartic ellipsoids, planar sections, coupled masses."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from .example import Example, matrix_text, vector_text
 from .terms import FOURTH, LINE, SQUARE, Columns, Field, Term, indexed, scaled, scaled_columns, sum_text
 
 POSITION, VELOCITY = KINDS = ("noise of positions", "noise of velocities")
-# Noise that no velocity changes stays so under a projection.
+# Noise that does not depend on velocities keeps this property under projection.
 TRAITS = {POSITION: ("vanishing-milstein-term",)}
 SUITABLE = (LIPSCHITZ, DISSIPATIVE, SMALL_NOISE)
 AXES, FOURTHS, COUPLINGS, MASSES = (1.0, 0.5, 1.5), (0.0, 0.25), (0.0, 0.25, -0.25), (1.0, 2.0, 0.75)
-# How far from a surface its bounds hold.
+# Distance from a surface up to which its bounds hold.
 EPS = 0.01
-# The first component of a start: the surface through it keeps away from the origin, where its normal vanishes.
+# First component of a start, nonzero so that the surface avoids the origin, where its normal vanishes.
 FIRST = (1.0, -1.5, 0.75)
 SURFACE = """start = np.array({start})
 
@@ -36,17 +36,17 @@ velocity = pushed - normals.T @ np.linalg.solve(normals @ normals.T, normals @ p
 
 
 def surfaces(n: int, *, planes: bool) -> st.SearchStrategy[tuple[Field, ...]]:
-    """Draw constraints on n components whose Gram matrix is bounded below: an ellipsoid, and a plane beside it.
+    """Draw constraints on n components with a Gram matrix bounded below: an ellipsoid, possibly with a plane.
 
-    On sum_i s_i x_i^2 + q x_1^4 = c the gradient vanishes nowhere for s_i > 0, q >= 0 and c > 0; nor does the part of
-    it along a plane x_n = c_n that the ellipsoid has a point of with another x_1 than 0.
+    On sum_i s_i x_i^2 + q x_1^4 = c the gradient vanishes nowhere for s_i > 0, q >= 0 and c > 0. Neither does its
+    part along a plane x_n = c_n on which the ellipsoid has a point with x_1 != 0.
 
     Parameters
     ----------
     n : int
-        At least 2.
+        Number of components, at least 2.
     planes : bool
-        Whether there may be a plane, for n of at least 3.
+        Whether a plane may be added, for n of at least 3.
     """
 
     def of(axes: tuple[float, ...], fourth: float, plane: bool) -> tuple[Field, ...]:
@@ -64,7 +64,7 @@ def on_surface(n: int) -> st.SearchStrategy[tuple[float, ...]]:
 
 
 def largest_constant(surface: tuple[Field, ...], start: tuple[float, ...], mass: list[list[float]]) -> float | None:
-    """Return C_g of Lindner & Stroot (2017), (2.7), of an ellipsoid; None where D^2 g is not bounded or m > 1.
+    """Return C_g of Lindner & Stroot (2017), (2.7), of an ellipsoid; None if D^2 g is unbounded or m > 1.
 
     On sum_i s_i x_i^2 = c, 4 c s_min <= |grad g|^2 <= 4 c s_max, and at the distance eps the gradient differs by at
     most eps |D^2 g| = 2 eps s_max. G_M and |M^{-1} grad g| follow from the eigenvalues of M.
@@ -72,11 +72,11 @@ def largest_constant(surface: tuple[Field, ...], start: tuple[float, ...], mass:
     Parameters
     ----------
     surface : tuple of Field
-        g, up to constants.
+        Constraint g, up to constants.
     start : tuple of float
-        A point of the surface.
+        Point of the surface.
     mass : list of lists of float
-        M.
+        Mass matrix M.
     """
     if len(surface) > 1 or any(term.size and term.shape != SQUARE for term in surface[0]):
         return None
@@ -85,20 +85,20 @@ def largest_constant(surface: tuple[Field, ...], start: tuple[float, ...], mass:
     low = 2.0 * np.sqrt(c * axes.min()) - EPS * second
     high = 2.0 * np.sqrt(c * axes.max()) + EPS * second
     light, heavy = np.linalg.eigvalsh(mass)[[0, -1]]
-    # Rounded upwards, as what an example is written with has few digits.
+    # Rounded upwards, because an example is written with few digits.
     return float(np.ceil(100.0 * max(high**2 / light, heavy / low**2, high / light, second, 1.0)) / 100.0)
 
 
 def surface_text(state: str, start: tuple[float, ...], surface: tuple[Field, ...]) -> str:
-    """Return the definitions of a start and of the constraint that holds there.
+    """Return the definitions of a start and of the constraint that vanishes there.
 
     Parameters
     ----------
     state : str
-        What its argument is called.
+        Name of the argument of the constraint.
     start : tuple of float
     surface : tuple of Field
-        Functions whose level sets through the start are meant.
+        Functions whose level sets through the start are the constraints.
     """
     values = ", ".join(sum_text(field, indexed(state, len(start))) for field in surface)
     return SURFACE.format(state=state, start=list(start), values=values)
@@ -106,14 +106,14 @@ def surface_text(state: str, start: tuple[float, ...], surface: tuple[Field, ...
 
 @dataclass(frozen=True)
 class HolonomicExample(Example):
-    """M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0.
+    """Constrained mechanics M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0.
 
     Attributes
     ----------
     force : tuple of Field
         a, of t, r and v.
     columns : tuple of tuples of Field
-        Those of B.
+        Columns of B.
     surface : tuple of Field
         g, of r, up to constants.
     velocity : tuple of float
@@ -121,7 +121,7 @@ class HolonomicExample(Example):
     masses : tuple of float
         The diagonal of M.
     coupling : float
-        The entry of M beside its diagonal in the first row.
+        Off-diagonal entry of M in the first row.
     """
 
     form: ClassVar[str] = "HolonomicSDAE"
@@ -139,19 +139,19 @@ class HolonomicExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """The force and B."""
+        """Coefficients a and B."""
         return (*self.force, *(field for column in self.columns for field in column))
 
     @property
     def mass(self) -> list[list[float]]:
-        """M."""
+        """Mass matrix M."""
         n = self.dimension
         rows = [[self.masses[row] * float(row == column) for column in range(n)] for row in range(n)]
         rows[0][1] = rows[1][0] = self.coupling
         return rows
 
     def definitions(self) -> Iterator[str]:
-        """Yield a, B, g and the start."""
+        """Yield the definitions of a, B, g and the start."""
         names = [*indexed("r", self.dimension), *indexed("v", self.dimension)]
         yield vector_text("force", "t, r, v", self.force, names)
         yield matrix_text("diffusion", "t, r, v", self.columns, names)
@@ -181,11 +181,11 @@ def holonomics(
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
         Kinds and classes to draw from.
     largest : int
-        Number of components of the state, and at least 2.
+        Largest number of components of the state; the number is at least 2.
     """
     kind, group, n = draw(choices(kinds, groups, largest, least=2))
     force = draw(fields(n, 2 * n))

@@ -1,4 +1,4 @@
-"""Langevin dynamics without constraints."""
+"""Strategies for Langevin dynamics without constraints."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ SUITABLE = (LIPSCHITZ, DISSIPATIVE, GROWING, LONG)
 
 @dataclass(frozen=True)
 class LangevinExample(Example):
-    """dq = p dt, dp = (F(q) - gamma p) dt + sigma dW.
+    """Langevin dynamics dq = p dt, dp = (F(q) - gamma p) dt + sigma dW.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class LangevinExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """F."""
+        """Force F."""
         return self.force
 
     def definitions(self) -> Iterator[str]:
-        """Yield F."""
+        """Yield the definition of F."""
         yield vector_text("force", "q", self.force, indexed("q", self.dimension))
 
     def arguments(self) -> Iterator[str]:
@@ -67,11 +67,11 @@ def langevins(
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
         Kinds and classes to draw from.
     largest : int
-        Number of components of the state.
+        Largest number of components of the state.
     """
     kind, group, n = draw(choices(kinds, groups, largest))
     force = of_group(draw(fields(n, n, timed=False)), group)

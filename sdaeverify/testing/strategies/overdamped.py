@@ -1,4 +1,4 @@
-"""Overdamped Langevin dynamics on a surface and near it."""
+"""Strategies for overdamped Langevin dynamics on a surface and near it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from .terms import Field, indexed, scaled
 
 CONSTRAINED, PENALISED = KINDS = ("on the surface", "near the surface")
 SUITABLE = (LIPSCHITZ, DISSIPATIVE)
-# How stiff: none of the steps of a run follows the last one.
+# Stiffness parameters; no step size of a run resolves the last one.
 EPS = (0.5, 0.1, 0.02)
 
 
 @dataclass(frozen=True)
 class OverdampedExample(Example):
-    """Dynamics with the drift f, noise of one strength and the constraint zeta, for one eps.
+    """Overdamped dynamics with the drift f, scalar noise strength and the constraint zeta, for one eps.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class OverdampedExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """F."""
+        """Drift f."""
         return self.drift
 
     def definitions(self) -> Iterator[str]:
-        """Yield f, zeta and the start."""
+        """Yield the definitions of f, zeta and the start."""
         yield vector_text("drift", "x", self.drift, indexed("x", self.dimension))
         yield surface_text("x", self.start, self.surface)
 
@@ -54,7 +54,7 @@ class OverdampedExample(Example):
         yield from (f"strength={self.strength}", "eps=eps", "family=lambda other: counterexample(horizon, other)")
 
     def numbers(self) -> Mapping[str, tuple[float, str]]:
-        """Return eps: claims about all of them ask for the same problem with another one."""
+        """Return eps as a parameter, because claims uniform in eps need the problem for other values of eps."""
         return {"eps": (self.eps, "Stiffness parameter, 0 on the surface.")}
 
     def doubled(self) -> "OverdampedExample":
@@ -71,11 +71,11 @@ def overdamped(
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
         Kinds and classes to draw from.
     largest : int
-        Number of components of the state, and at least 2.
+        Largest number of components of the state; the number is at least 2.
     """
     kind, group, d = draw(choices(kinds, groups, largest, least=2))
     drift = of_group(draw(fields(d, d, timed=False)), group)

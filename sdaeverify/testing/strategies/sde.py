@@ -1,4 +1,4 @@
-"""Ito equations: scalar, diagonal, commutative, additive and general noise."""
+"""Strategies for Ito equations with scalar, diagonal, commutative, additive and general noise."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,13 +30,13 @@ SCALAR, DIAGONAL, COMMUTATIVE, ADDITIVE, GENERAL = KINDS = (
     "general",
 )
 TRAITS = {DIAGONAL: ("diagonal-noise",), ADDITIVE: ("additive-noise",)}
-# A class of examples whose coefficients are those of any other one.
+# Class of examples in other units, with coefficients of any other class.
 OTHER_UNITS = "other units"
 SUITABLE = (*GROUPS, OTHER_UNITS)
 
 
 class Units(NamedTuple):
-    """Other units of state and time: y = scale x + shift is a function of s = time t."""
+    """Other units of state and time: y = scale x + shift as a function of s = time t."""
 
     scale: float = 1.0
     shift: float = 0.0
@@ -44,7 +44,7 @@ class Units(NamedTuple):
 
 
 PLAIN = Units()
-# Simpler ones come first. Metres in nanometres, days in seconds, a temperature in kelvins.
+# Simpler units come first. Examples: metres in nanometres, days in seconds, a temperature in kelvins.
 SOME_UNITS = (
     *(Units(scale=scale) for scale in (-7.0, 1e3, 1e-3, 1e8, 1e-8)),
     *(Units(time=time) for time in (30.0, 250.0, 1e6, 1e-6)),
@@ -55,16 +55,16 @@ SOME_UNITS = (
 
 @dataclass(frozen=True)
 class SDEExample(Example):
-    """dx = f dt + B dW, in any units.
+    """Ito equation dx = f dt + B dW, in any units.
 
     Attributes
     ----------
     drift : tuple of Field
         f, of t and x.
     columns : tuple of tuples of Field
-        Those of B.
+        Columns of B.
     units : Units
-        In which the problem is; all numbers but the horizon are those of t and x.
+        Units of the problem; all numbers except the horizon refer to t and x.
     """
 
     form: ClassVar[str] = "SDE"
@@ -77,11 +77,11 @@ class SDEExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """F and B."""
+        """Coefficients f and B."""
         return (*self.drift, *(field for column in self.columns for field in column))
 
     def definitions(self) -> Iterator[str]:
-        """Yield f and B."""
+        """Yield the definitions of f and B."""
         names = indexed("x", self.dimension)
         yield vector_text("drift", "t, x", self.drift, names)
         yield matrix_text("diffusion", "t, x", self.columns, names)
@@ -92,7 +92,7 @@ class SDEExample(Example):
             yield f"def changed_diffusion(s, y):\n    return {scale / sqrt(time)} * diffusion({inner})\n"
 
     def arguments(self) -> Iterator[str]:
-        """Yield coefficients, start and number of motions."""
+        """Yield coefficients, start and number of Brownian motions."""
         scale, shift, _ = self.units
         start, changed = [scale * x + shift for x in self.start], "changed_" if self.units != PLAIN else ""
         yield from (f"drift={changed}drift", f"diffusion={changed}diffusion", f"start={start}")
@@ -100,12 +100,12 @@ class SDEExample(Example):
         yield 'noise=frozenset({"dW", "H", "K", "A"})'
 
     def begun_at(self, parts: Mapping[str, Sequence[float]], t: float) -> "SDEExample":
-        """Return the example of a solution that begins where another one is at a time, both in the example's units.
+        """Return the example that starts at time `t` in a state of another solution, both in the example's units.
 
         Parameters
         ----------
         parts : mapping of str to sequence of float
-            Components of a state.
+            Components of the state.
         t : float
         """
         scale, shift, time = self.units
@@ -126,11 +126,11 @@ def sdes(
     Parameters
     ----------
     draw : callable
-        Given by hypothesis.
+        Draw function of hypothesis.
     kinds, groups : tuple of str
-        Kinds of noise and classes of coefficients; of *other units*, coefficients are those of another class.
+        Kinds of noise and classes of coefficients; with *other units*, coefficients are drawn from another class.
     largest : int
-        Number of components, and of Brownian motions.
+        Largest number of components, and of Brownian motions.
     """
     kind, group, d = draw(choices(kinds, groups, largest))
     changed = group == OTHER_UNITS
@@ -155,7 +155,7 @@ def _columns(kind: str, d: int, largest: int) -> st.SearchStrategy[Any]:
 
 
 def _diagonal(entries: tuple[Field, ...]) -> Columns:
-    """Return the columns of a diagonal matrix, each entry a function of its own component."""
+    """Return the columns of a diagonal matrix, in which entry i depends on component i only."""
     d = len(entries)
 
     def own(row: int) -> Field:

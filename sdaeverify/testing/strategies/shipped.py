@@ -1,4 +1,4 @@
-"""Registered problems with other numbers than their own."""
+"""Strategies for registered problems with other parameter values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,20 +25,20 @@ def counterexample({horizon}):
     """Return the problem."""
     return registered({given})
 '''
-# A number is multiplied by 5 to one of these powers, and rounded to so many digits.
+# A number is multiplied by FACTOR to one of the POWERS, and rounded to SIGNIFICANT digits.
 POWERS, FACTOR, SIGNIFICANT = (0.0, 0.5, -0.5, 1.0, -1.0, 0.25, -0.25), 5.0, 3
 
 
 @dataclass(frozen=True)
 class ShippedExample(Example):
-    """A registered problem with parameters of its own.
+    """Registered problem with other parameter values.
 
     Attributes
     ----------
     module, function_name : str
-        Where the problem function is, and what it is called.
+        Module and name of the problem function.
     parameters : tuple of (str, object)
-        Those that are not as the function has them.
+        Parameters that differ from the defaults of the function.
     """
 
     form: ClassVar[str] = SHIPPED
@@ -49,12 +49,12 @@ class ShippedExample(Example):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """Nothing: all there is to it is its parameters."""
+        """Empty, because the example consists of parameters only."""
         return ()
 
     @property
     def source(self) -> str:
-        """The plugin file that registers the problem."""
+        """Text of the plugin file that registers the problem."""
         given, words = dict(self.parameters), []
         horizon = f"horizon: float = {given.pop('horizon')}" if "horizon" in given else ""
         words = [f"{name}={value!r}" for name, value in given.items()] + (["horizon=horizon"] if horizon else [])
@@ -63,28 +63,28 @@ class ShippedExample(Example):
         return FILE.format(told=told, horizon=horizon, given=", ".join(words), **named) + FOOT
 
     def doubled(self) -> "ShippedExample":
-        """Return the example: its numbers have their own meanings."""
+        """Return the example unchanged, because the meaning of its parameters is unknown."""
         return self
 
     def begun_at(self, parts: Mapping[str, Sequence[float]], t: float) -> "ShippedExample":  # noqa: ARG002
-        """Return the example: where it starts is its own affair."""
+        """Return the example unchanged, because the problem function determines the start."""
         return self
 
     def moved(self) -> "ShippedExample":
-        """Return the example: where it starts is its own affair."""
+        """Return the example unchanged, because the problem function determines the start."""
         return self
 
 
 def shipped(specs: Sequence[ProblemSpec]) -> st.SearchStrategy[ShippedExample]:
     """Draw registered problems with each number multiplied by a factor between 1/5 and 5.
 
-    Numbers that are 0 stay 0; whole numbers and words stay what they are, since they mean a structure. A problem may
-    reject what is drawn.
+    Zeros stay 0. Integers and texts are not changed, because they determine the structure. A problem may reject drawn
+    values.
 
     Parameters
     ----------
     specs : sequence of ProblemSpec
-        The problems.
+        Problems to draw from.
     """
     return st.sampled_from(specs).flatmap(_with_parameters)
 

@@ -1,30 +1,30 @@
-"""Terms a cos(k.z + w t + p) and their like: coefficients of examples are sums of them, which Python can read."""
+"""Terms a s(k.z + w t + p) of which coefficients of examples are sums, written as Python expressions."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-# How the angle k.z + w t + p enters.
+# Shapes s of a term, with braces for the angle k.z + w t + p.
 COS, KINK = "np.cos({})", "np.abs({})"
-# To so many digits phases are kept that depend on when an example begins.
+# Digits of phases that depend on the initial time of an example.
 DIGITS = 3
 LINE, SQUARE, CUBE, FOURTH = "({})", "({}) ** 2", "({}) ** 3", "({}) ** 4"
 
 
 class Term(NamedTuple):
-    """The function a s(k.z + w t + p) of the arguments z of a coefficient.
+    """Function a s(k.z + w t + p) of the arguments z of a coefficient.
 
     Attributes
     ----------
     size : float
         a.
     wave : tuple of float
-        k; further components are 0.
+        Wave vector k; missing components are 0.
     rate : float
         w.
     phase : float
         p.
     shape : str
-        s, with braces for its argument.
+        Function s, with braces for its argument.
     """
 
     size: float
@@ -35,24 +35,24 @@ class Term(NamedTuple):
 
     @property
     def is_constant(self) -> bool:
-        """Whether it depends neither on z nor on time."""
+        """Whether the term depends neither on z nor on time."""
         return not (any(self.wave) or self.rate)
 
     def times(self, factor: float) -> "Term":
-        """Return the multiple of the function."""
+        """Return the term multiplied by a factor."""
         return self._replace(size=factor * self.size)
 
     def later(self, t: float) -> "Term":
-        """Return the function of the time that has passed since t."""
+        """Return the term shifted in time, so that time 0 becomes t."""
         return self._replace(phase=round(self.phase + self.rate * t, DIGITS)) if self.rate else self
 
     def text(self, names: Sequence[str]) -> str:
-        """Return the function as an expression of Python.
+        """Return the term as a Python expression.
 
         Parameters
         ----------
         names : sequence of str
-            What the components of z are called.
+            Python expressions of the components of z.
         """
         parts = [(k, name) for k, name in (*zip(self.wave, names, strict=False), (self.rate, "t")) if k]
         words = [name if k == 1.0 else f"{k} * {name}" for k, name in parts]
@@ -61,39 +61,39 @@ class Term(NamedTuple):
         return f"{self.size} * {self.shape.format(' + '.join(words))}"
 
 
-# A scalar coefficient: the sum of its terms; and a matrix of them, column by column.
+# A scalar coefficient as the terms of its sum; and a matrix of coefficients by columns.
 Field = tuple[Term, ...]
 Columns = tuple[tuple[Field, ...], ...]
 Coefficients = Any
 
 
 def scaled(fields: Sequence[Field], factor: float) -> tuple[Field, ...]:
-    """Return the multiples of some coefficients."""
+    """Multiply coefficients by a factor."""
     return tuple(tuple(term.times(factor) for term in field) for field in fields)
 
 
 def scaled_columns(columns: Columns, factor: float) -> Columns:
-    """Return the multiples of the columns of a matrix."""
+    """Multiply the columns of a matrix by a factor."""
     return tuple(scaled(column, factor) for column in columns)
 
 
 def later_fields(coefficients: Coefficients, t: float) -> Coefficients:
-    """Return coefficients as functions of the time that has passed since t."""
+    """Shift coefficients in time, so that time 0 becomes t."""
     if isinstance(coefficients, Term):
         return coefficients.later(t)
     return tuple(later_fields(each, t) for each in coefficients)
 
 
 def without(fields: Sequence[Field], row: int | None, place: int | None) -> tuple[Field, ...]:
-    """Return coefficients without a term a cos(k.z + w t + p), or all of them; others make them what they are.
+    """Return coefficients without one or all of their cosine terms; other terms define the class and stay.
 
     Parameters
     ----------
     fields : sequence of Field
     row : int or None
-        Of the coefficient; None for all.
+        Index of the coefficient; None for all.
     place : int or None
-        Of the term; None for all.
+        Index of the term; None for all.
     """
 
     def stays(n: int, m: int, term: Term) -> bool:
@@ -103,17 +103,17 @@ def without(fields: Sequence[Field], row: int | None, place: int | None) -> tupl
 
 
 def sum_text(field: Field, names: Sequence[str]) -> str:
-    """Return a coefficient as an expression of Python.
+    """Return a coefficient as a Python expression.
 
     Parameters
     ----------
     field : tuple of Term
     names : sequence of str
-        What the components of its arguments are called.
+        Python expressions of the components of its arguments.
     """
     return " + ".join(term.text(names) for term in field if term.size) or "0.0"
 
 
 def indexed(name: str, count: int) -> list[str]:
-    """Return what the components of a vector are called."""
+    """Return the Python expressions of the components of a vector, ``name[0]`` etc."""
     return [f"{name}[{row}]" for row in range(count)]

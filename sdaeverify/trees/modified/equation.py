@@ -1,4 +1,4 @@
-"""The terms of a modified equation, found from the means of forests of one weight."""
+"""Terms of a modified equation, from the means of forests of one weight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from ..probes import Probe
 from ..stationary import forest_symmetry
 from ..weights import NoStepError
 
-# Trees of a weight that are looked at: 474 of general noise with two motions and the weight 5 cost 0.3 s.
+# Largest number of trees, and weights: the 474 trees of general noise with two motions and weight 5 take 0.3 s.
 MOST_TREES, DEFAULT_WEIGHT, MOST_WEIGHT = 500, 6, 8
 
 
@@ -27,11 +27,11 @@ class GeneratorTerm:
     Attributes
     ----------
     forest : Forest
-        tau_1, ..., tau_n.
+        Trees tau_1, ..., tau_n.
     value : float
-        c = (found - wanted)/sigma.
+        Coefficient c = (found - wanted)/sigma.
     error : float
-        How far c may be off.
+        Bound on the error of c.
     """
 
     forest: Forest
@@ -50,11 +50,11 @@ class ModifiedEquation:
     motions : int
         Number of Brownian motions.
     order : float
-        p, the weak order of single steps; NaN if it is not known.
+        Weak order p of single steps; NaN if unknown.
     terms : tuple of GeneratorTerm
-        Of h^p L_p. Empty if all means hold up to the largest weight.
+        Terms of h^p L_p; empty if all conditions on means hold up to the largest weight.
     top : int
-        The largest weight of forests that was looked at.
+        Largest examined weight of forests.
     why_not : str
         Why the scheme has no modified equation from trees, or an empty text.
     solves : bool
@@ -71,22 +71,22 @@ class ModifiedEquation:
     solves: bool = True
 
     def of_degree(self, n: int) -> tuple[GeneratorTerm, ...]:
-        """Return the terms that are n-th derivatives of u."""
+        """Return the terms with n-th derivatives of u."""
         return tuple(each for each in self.terms if len(each.forest) == n)
 
     @property
     def drift(self) -> tuple[GeneratorTerm, ...]:
-        """The terms of f_p, each c F(tau)."""
+        """Terms of f_p, each c F(tau)."""
         return self.of_degree(1)
 
     @property
     def covariance(self) -> tuple[GeneratorTerm, ...]:
-        """The terms of Q_p, each c (F(tau_1) F(tau_2)^T + F(tau_2) F(tau_1)^T)."""
+        """Terms of Q_p, each c (F(tau_1) F(tau_2)^T + F(tau_2) F(tau_1)^T)."""
         return self.of_degree(2)
 
     @property
     def obstruction(self) -> tuple[GeneratorTerm, ...]:
-        """The terms of third and higher order, with which no modified SDE exists."""
+        """Terms of third and higher order, with which no modified SDE exists."""
         return tuple(each for each in self.terms if len(each.forest) > 2)
 
     @property
@@ -98,17 +98,17 @@ class ModifiedEquation:
 def modified_equation(
     scheme: Scheme, kind: EquationClass | TreeClass, motions: int = 2, weight: int | None = None
 ) -> ModifiedEquation:
-    """Return the modified equation of a scheme for a class of equations.
+    """Compute the modified equation of a scheme for a class of equations.
 
     Parameters
     ----------
     scheme : Scheme
     kind : EquationClass or TreeClass
-        The class.
+        Class of equations.
     motions : int
-        Number of Brownian motions where the class has no number of its own.
+        Number of Brownian motions if the class does not fix it.
     weight : int, optional
-        Largest weight of forests, 8 at most; without it, as far as there are at most 500 trees.
+        Largest weight of forests, at most 8; by default the largest with at most 500 trees.
     """
     own = motions if kind.motions is None else kind.motions
     first = probe_of(scheme, kind, own, 1)
@@ -121,12 +121,12 @@ def modified_equation(
 
 
 def _found(nothing: ModifiedEquation, probe: Probe, weight: int | None) -> ModifiedEquation:
-    """Return the terms of the lowest weight at which means do not hold.
+    """Return the modified equation from the lowest weight at which conditions on means fail.
 
     Raises
     ------
     NoStepError
-        If a step cannot be made.
+        If a step cannot be computed.
     """
     top = 0
     for w in range(2, (weight or DEFAULT_WEIGHT) + 1, 2):
@@ -153,22 +153,22 @@ def _with(
 
 
 def _failing_means(probe: Probe) -> list[Condition]:
-    """Return the conditions on means that do not hold, those of the lowest weight."""
+    """Return the failing conditions on means of the lowest weight."""
     failing = [each for each in means(probe.conditions, probe.weighed(probe.rule), probe.top) if not each.held]
     least = min((each.weight for each in failing), default=0)
     return [each for each in failing if each.weight == least]
 
 
 def means(conditions: Conditions, rule: Weighed, top: int) -> list[Condition]:
-    """Return the conditions on means of forests of the largest weight and of the one before.
+    """Return the conditions on means of forests of the largest weight and the one below.
 
     Parameters
     ----------
     conditions : Conditions
-        Up to the weight at least.
+        Conditions at least up to the weight.
     rule : Weighed
     top : int
-        The largest weight.
+        Largest weight.
     """
     forests = conditions.forests(top)
     return conditions.of_means(

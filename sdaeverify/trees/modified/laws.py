@@ -1,13 +1,13 @@
-"""What a modified equation says of invariant laws: the potential that is sampled, temperatures and variances.
+"""Invariant laws of a modified equation: the sampled potential, temperatures and variances.
 
 Overdamped dynamics dx = -grad V dt + sqrt(2 kT) dW have the density rho = exp(-V/kT)/Z, and the modified equation has
-rho (1 + h^p g) with L g = -q, where int L_p u rho = int u q rho (Abdulle, Vilmart & Zygalakis 2014). Where g is a sum
-of products of derivatives of V, the scheme samples V - kT h^p g to leading order.
+rho (1 + h^p g) with L g = -q, where int L_p u rho = int u q rho (Abdulle, Vilmart & Zygalakis 2014). If g is a sum of
+products of derivatives of V, the scheme samples V - kT h^p g to leading order.
 
-Langevin dynamics have <L_p u> + <L u>_p = 0 for the change <.>_p of means. With u the energy, L u is
-gamma (d kT - |p|^2): the change of the kinetic temperature follows from means with respect to the exact law. Up to
-p = 2 these are, by integration by parts, multiples of the mean of the Laplacian of U and of powers of gamma, which a
-harmonic potential shows (Leimkuhler & Matthews 2013).
+Langevin dynamics satisfy <L_p u> + <L u>_p = 0 for the change <.>_p of means. For the energy u, L u is
+gamma (d kT - |p|^2), so that the change of the kinetic temperature follows from means with respect to the exact law.
+Up to p = 2 these are, by integration by parts, multiples of the mean of the Laplacian of U and of powers of gamma,
+which a harmonic potential determines (Leimkuhler & Matthews 2013).
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ from ..stationary import Polynomial, by_parts
 from .equation import ModifiedEquation
 from .numbers import number_words
 
-# Products of derivatives of V by twice the order many coordinates, and how these are contracted.
+# By order p: products with 2 p derivatives of V, and the contraction of their indices.
 INVARIANTS = {
     1: (("|grad V|^2", ("i", "i")), ("lap V", ("ii",))),
     2: (
@@ -34,14 +34,14 @@ INVARIANTS = {
         ("lap^2 V", ("iijj",)),
     ),
 }
-# Weights are known to 1e-8; coefficients beyond it by this factor are none that formulas have.
+# Factor of the error 1e-8 of weights, above which a discrepancy means that no formula exists.
 SURE = 100.0
-# Stiffnesses and frictions that powers are fitted at, and the largest order whose temperature a harmonic one shows.
+# Stiffnesses and frictions for the fit, and the largest order at which a harmonic potential gives the temperature.
 PLACES, GENERAL = [*product((0.5, 0.8, 1.3), (0.6, 1.0, 1.7))], 2
 
 
 def law_lines(of: ModifiedEquation) -> Iterator[str]:
-    """Yield what is known of the invariant law of a modified equation, in lines."""
+    """Yield lines on the invariant law of a modified equation."""
     h = "h" if of.order == 1.0 else f"h^{of.order:g}"
     if of.kind == "overdamped-gradient":
         yield f"sampled potential  {_potential_words(of, h)}"
@@ -73,12 +73,12 @@ def _error(of: ModifiedEquation) -> float:
 
 
 def sampled_potential(of: ModifiedEquation) -> list[tuple[str, int, float]] | None:
-    """Return the terms (name, power of kT, coefficient) of h^p in the potential that is sampled; None for no formula.
+    """Return the terms (name, power of kT, coefficient) of h^p in the sampled potential; None without a formula.
 
     Parameters
     ----------
     of : ModifiedEquation
-        For the class overdamped-gradient.
+        Modified equation for the class overdamped-gradient.
     """
     d, p = of.motions, int(of.order)
     if p != of.order or p not in INVARIANTS or d < 2:
@@ -108,7 +108,7 @@ def sampled_potential(of: ModifiedEquation) -> list[tuple[str, int, float]] | No
 
 
 def _contracted(factors: Sequence[str], d: int) -> Polynomial:
-    """Return a product of derivatives of phi, contracted over repeated letters, in coordinates."""
+    """Return a product of derivatives of phi in coordinates, contracted over repeated letters."""
     letters = sorted(set("".join(factors)))
     total: Polynomial = {}
     for values in product(range(1, d + 1), repeat=len(letters)):
@@ -142,17 +142,17 @@ def _derived(g: Polynomial, i: int) -> Polynomial:
 
 
 def harmonic_variances(of: ModifiedEquation) -> tuple[dict[tuple[int, int], float] | None, ...]:
-    """Return the changes of <p^2>/kT and k <q^2>/kT in h^p, for the potential k q^2/2, by powers (of k, of gamma).
+    """Return the h^p changes of <p^2>/kT and k <q^2>/kT for the potential k q^2/2, by powers (of k, of gamma).
 
     Parameters
     ----------
     of : ModifiedEquation
-        Of Langevin dynamics.
+        Modified equation of Langevin dynamics.
 
     Returns
     -------
     tuple of dict or None
-        Of the momentum and of the position; None where a change is no such polynomial.
+        Changes of the momentum and of the position; None if a change is not such a polynomial.
     """
     changes = np.array([_change(of, k, gamma) for k, gamma in PLACES])
     p = int(of.order)
@@ -183,7 +183,7 @@ def _change(of: ModifiedEquation, k: float, gamma: float) -> tuple[float, float]
 
 
 def _mean_of_term(forest: Sequence[Tree], S: Array, k: float, gamma: float) -> float:
-    """Return the mean of a derivative of u = z^T S z/2 with z = (q, p); derivatives of third order vanish."""
+    """Return the mean of a derivative of u = z^T S z/2 with z = (q, p); third derivatives vanish."""
     moments = np.diag([1.0 / k, 1.0, 1.0])
     if len(forest) > 2:
         return 0.0

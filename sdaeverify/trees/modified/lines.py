@@ -1,4 +1,4 @@
-"""A modified equation in lines: the equation, its terms as formulas, and pictures of their trees."""
+"""A modified equation as text: the equation, its terms as formulas, and pictures of their trees."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -12,25 +12,25 @@ BESIDE = "   "
 
 
 def notation_of(of: ModifiedEquation, *, latex: bool = False) -> Notation:
-    """Return how the formulas of a modified equation are written.
+    """Return the notation for formulas of a modified equation.
 
     Parameters
     ----------
     of : ModifiedEquation
     latex : bool
-        Whether as LaTeX.
+        Whether formulas are LaTeX.
     """
     return Notation(latex, of.kind.startswith("langevin"), of.motions)
 
 
 def lines_of_equation(of: ModifiedEquation, *, pictures: bool = True) -> Iterator[str]:
-    """Yield the lines on a modified equation.
+    """Yield the lines that describe a modified equation.
 
     Parameters
     ----------
     of : ModifiedEquation
     pictures : bool
-        Whether to draw the trees below.
+        Whether to append drawings of the trees.
     """
     about = f"{of.scheme}, {of.kind}" + (f", {of.motions} motions" if of.motions > 1 else "")
     if of.why_not:
@@ -57,7 +57,7 @@ def _power(order: float) -> str:
 
 
 def _components(of: ModifiedEquation, notation: Notation, h: str) -> Iterator[str]:
-    """Yield the change of drift and covariance, of Langevin dynamics by positions and momenta."""
+    """Yield the change of drift and covariance; for Langevin dynamics by positions and momenta."""
     if not notation.langevin:
         drift, covariance = (notation.sums(summed(terms, of.motions)) for terms in (of.drift, of.covariance))
         yield "    drift       f" + (f" + {h} ({drift})" if of.drift else "")
@@ -84,7 +84,7 @@ def _part(of: GeneratorTerm) -> tuple[str, ...]:
 
 
 def _pictures(sums: Iterable[Sum], notation: Notation) -> Iterator[str]:
-    """Yield each term with the pictures of its trees side by side."""
+    """Yield each term, followed by the pictures of its trees side by side."""
     for each in sums:
         yield ""
         yield notation.term(each)
@@ -92,7 +92,7 @@ def _pictures(sums: Iterable[Sum], notation: Notation) -> Iterator[str]:
 
 
 def beside(pictures: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of pictures side by side.
+    """Yield the lines of pictures placed side by side.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def beside(pictures: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def record_of_equation(of: ModifiedEquation) -> dict[str, object]:
-    """Return a modified equation as a record for programs: numbers and formulas, as text and as LaTeX.
+    """Return a modified equation as a record for JSON: numbers, and formulas as text and as LaTeX.
 
     Parameters
     ----------

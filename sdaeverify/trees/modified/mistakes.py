@@ -1,8 +1,8 @@
-"""What a refuted scheme did instead: from the rates of its steps, or from which terms of h alone are wrong.
+"""Known mistakes of a refuted scheme, from the rates of its steps or from its modified equation.
 
-Where one step follows the equation, the terms of the modified equation tell mistakes of stages: an error that shows
-in derivatives by time alone is one of the times at which coefficients are taken, and so on. A mistake is named only
-if the terms are exactly those that it makes.
+If one step follows the equation, the terms of the modified equation identify mistakes of stages. For example, an
+error only in derivatives with respect to time is due to the times at which coefficients are taken. A mistake is
+reported only if the terms are exactly those that it causes.
 """
 
 from fractions import Fraction
@@ -17,10 +17,10 @@ from ..weights import NoStepError
 from .equation import ModifiedEquation, modified_equation
 from .sums import summed
 
-# Weak order 1 needs no more: mistakes of stages are errors of the weight 4.
+# Weak order 1 suffices, because mistakes of stages cause errors of weight 4.
 WEIGHT, STAGES = 4, 1.0
 OLD, HALF, NEW = Fraction(-1, 2), Fraction(0), Fraction(1, 2)
-# Terms (forest with motions as indices, coefficient) that a mistake alone makes, and the mistake.
+# Terms (forest with motions as indices, coefficient) that a single mistake causes, and its description.
 STAGE_MISTAKES: dict[frozenset[tuple[str, Fraction]], str] = {
     frozenset({("f(t)", OLD)}): "the drift is taken at t alone, where later stages need t + h",
     frozenset({("f(t)", NEW)}): "the drift is taken at t + h alone, where the first stage needs t",
@@ -37,18 +37,18 @@ STAGE_MISTAKES: dict[frozenset[tuple[str, Fraction]], str] = {
 
 
 def mistake_of(scheme: Scheme, kind: EquationClass | TreeClass, problem: Problem, order: float) -> str:
-    """Return in a sentence what a scheme did instead, or an empty text if no mistake explains all of it.
+    """Return the mistake of a scheme in a sentence, or an empty text if no known mistake explains all terms.
 
     Parameters
     ----------
     scheme : Scheme
-        That is refuted for a class.
+        Scheme that is refuted for the class.
     kind : EquationClass or TreeClass
-        The class.
+        Class of equations.
     problem : Problem
-        A random equation of it.
+        Random equation of the class.
     order : float
-        That conditions give.
+        Order from the conditions.
     """
     if named := solved_instead(scheme, problem):
         return f"it solves another equation: {named}"
@@ -61,7 +61,7 @@ def mistake_of(scheme: Scheme, kind: EquationClass | TreeClass, problem: Problem
 
 
 def stage_mistake(of: ModifiedEquation) -> str:
-    """Return the mistake that makes exactly the terms of a modified equation, or an empty text.
+    """Return the mistake that causes exactly the terms of a modified equation, or an empty text.
 
     Parameters
     ----------

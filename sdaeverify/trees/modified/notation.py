@@ -1,4 +1,4 @@
-"""Elementary differentials and modified equations as formulas: plain text, or LaTeX."""
+"""Elementary differentials and modified equations as formulas, in plain text or LaTeX."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,22 +8,22 @@ from .numbers import number_words, recognised
 from .sums import Sum
 
 INDICES = "jklmn"
-# Nodes of Langevin dynamics: a position moved by a momentum is that momentum, and d(m) = -gamma m.
+# Nodes of Langevin dynamics: a position whose child is a momentum equals that momentum, and d(m) = -gamma m.
 MOVED, FRICTION = "q", "d"
 
 
 @dataclass(frozen=True)
 class Notation:
-    """How formulas are written.
+    """Notation of formulas.
 
     Attributes
     ----------
     latex : bool
-        Whether they are LaTeX, else plain text.
+        Whether formulas are LaTeX; otherwise plain text.
     langevin : bool
         Whether trees are those of Langevin dynamics, dq = p dt and dp = (F - gamma p) dt + sigma dW.
     motions : int
-        Number of Brownian motions; one has no index.
+        Number of Brownian motions; a single motion has no index.
     """
 
     latex: bool = False
@@ -31,9 +31,9 @@ class Notation:
     motions: int = 2
 
     def sums(self, terms: Sequence[Sum]) -> str:
-        """Return a sum of terms as a formula, equal ones together; 0 if nothing is left of them.
+        """Return a sum of terms as a formula with equal terms merged, or 0.
 
-        Trees of Langevin dynamics that differ by where friction acts are equal.
+        Trees of Langevin dynamics that differ only in the position of friction nodes are equal.
         """
         values: dict[tuple[str, str], tuple[float, float]] = {}
         for each in terms:
@@ -45,7 +45,7 @@ class Notation:
         return first + "".join(f" - {part[1:]}" if part.startswith("-") else f" + {part}" for part in further)
 
     def term(self, of: Sum) -> str:
-        """Return a term: coefficient, sum over motions, and derivative, whose order is the number of trees."""
+        """Return a term as a formula: coefficient, sum over motions, and a derivative with one argument per tree."""
         return self._with(*self._signed(of), *self._rest(of))
 
     def _signed(self, of: Sum) -> tuple[float, float]:
@@ -75,7 +75,7 @@ class Notation:
         return f"\\sum_{{{names}}}" if self.latex else f"sum_{names}" if of.indices == 1 else f"sum_({names})"
 
     def _derivative(self, of: Sum) -> str:
-        """Return what the coefficient is multiplied with: a vector, a symmetric matrix, or a derivative of u."""
+        """Return the factor of the coefficient: a vector, a symmetric matrix, or a derivative of u."""
         forest = sorted(of.forest, key=lambda each: self.langevin and each.name == MOVED)
         parts = [self.differential(each, summed=of.indices > 0) for each in forest]
         if self.langevin and len(forest) == 2 and forest[0].name != MOVED == forest[1].name:
@@ -88,13 +88,13 @@ class Notation:
         return f"D^{len(parts)} u[{', '.join(parts)}]"
 
     def differential(self, of: Tree, *, summed: bool = False) -> str:
-        """Return an elementary differential: ``f''[b_j, b_j]``; of Langevin dynamics without its power of -gamma.
+        """Return an elementary differential, as ``f''[b_j, b_j]``; for Langevin dynamics without powers of -gamma.
 
         Parameters
         ----------
         of : Tree
         summed : bool
-            Whether the numbers of noise nodes are those of indices.
+            Whether the numbers of noise nodes denote summation indices.
         """
         if self.langevin and of.name in (MOVED, FRICTION):
             return self.differential(of.kids[0], summed=summed)
@@ -124,5 +124,5 @@ class Notation:
         return name if self.motions <= 1 else f"{name}_{index}"
 
     def _friction(self, of: Tree) -> int:
-        """Return the power of -gamma of a tree of Langevin dynamics."""
+        """Return the power of -gamma in a tree of Langevin dynamics."""
         return (self.langevin and of.name == FRICTION) + sum(map(self._friction, of.kids))

@@ -1,7 +1,7 @@
-"""Numbers in words: fractions and square roots where a decimal is near enough to one, else decimals with an error.
+"""Numbers as text: fractions and square roots if a decimal is near enough to one, else decimals with an error.
 
-A number is told as an exact one only if fewer than one random number in a hundred would be as near to one of those
-that are tried: fractions with denominators up to D cover 0.6 D^2 times the error of the unit interval.
+A number is identified with an exact one only if fewer than one random number in a hundred would be as near to one of
+the candidates: fractions with denominators up to D cover 0.6 D^2 times the error of the unit interval.
 """
 
 from fractions import Fraction
@@ -14,13 +14,13 @@ ROOTS, ROOT_DENOMINATORS, LARGEST, ROOT_ERROR = (2, 3, 5, 6), 24, 5.0, 1e-7
 
 
 def recognised(value: float, error: float) -> tuple[Fraction, Fraction, int] | None:
-    """Return (a, b, n) with a + b sqrt(n) near a number, n = 1 and b = 0 for a fraction; None if there is none.
+    """Return (a, b, n) with a + b sqrt(n) near a number, where n = 1 and b = 0 for a fraction, or None.
 
     Parameters
     ----------
     value : float
     error : float
-        How far the value may be off.
+        Bound on the error of the value.
     """
     most = min(MOST, isqrt(int(CHANCE / (0.6 * error)))) if error > 0.0 else MOST
     near = Fraction(value).limit_denominator(max(most, 1))
@@ -51,7 +51,7 @@ def number_words(value: float, error: float) -> str:
     ----------
     value : float
     error : float
-        How far the value may be off.
+        Bound on the error of the value.
     """
     exact = recognised(value, error)
     if exact is None:

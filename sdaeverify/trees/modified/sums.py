@@ -1,4 +1,4 @@
-"""Terms of a modified equation as sums over Brownian motions: those that differ by the numbers of motions alone."""
+"""Terms of a modified equation as sums over Brownian motions, merging terms that differ only by motions."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ class Sum:
     Attributes
     ----------
     forest : Forest
-        Noise nodes have the number of their index where it is summed, else that of their motion.
+        Noise nodes carry the number of their summation index or, without summation, of their motion.
     value, error : float
-        The coefficient and its error.
+        Coefficient and its error.
     indices : int
-        How many indices are summed.
+        Number of summation indices.
     distinct : bool
-        Whether they are pairwise distinct.
+        Whether the indices are pairwise distinct.
     """
 
     forest: Forest
@@ -33,7 +33,7 @@ class Sum:
 
 
 def summed(terms: Iterable[GeneratorTerm], motions: int) -> list[Sum]:
-    """Return terms as sums over motions where all terms of a sum are there with one coefficient.
+    """Merge terms into sums over motions, if all terms of a sum are present with equal coefficients.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ def summed(terms: Iterable[GeneratorTerm], motions: int) -> list[Sum]:
 
 
 def _sum_of(first: GeneratorTerm, orbit: Sequence[Forest], k: int, motions: int) -> Sum:
-    """Return a sum over ordered indices, in which each forest of an orbit is there equally often."""
+    """Return a sum over ordered indices, in which each forest of an orbit occurs equally often."""
     times = perm(motions, k) // len(orbit)
     return Sum(_pattern(first.forest), first.value / times, first.error / times, k, k > 1)
 
 
 def _merged(sums: list[Sum]) -> list[Sum]:
-    """Return sums over j != k together with those over j alone where the latter are their terms for k = j."""
+    """Merge sums over j != k with those over j alone, if the latter are their terms for k = j."""
     merged = list(sums)
     for alone in [each for each in sums if each.indices == 1]:
         parts = [each for each in sums if each.indices == 2 and _joined(each.forest) == alone.forest]
@@ -88,7 +88,7 @@ def _used(forest: Forest) -> list[int]:
 
 
 def _pattern(forest: Forest) -> Forest:
-    """Return the first of the forests with the motions 1, ..., k."""
+    """Return the first forest, in sorted order, with the motions renumbered 1, ..., k."""
     used = _used(forest)
     ways = permutations(range(1, len(used) + 1))
     return min(renamed(forest, dict(zip(used, way, strict=True))) for way in ways)
@@ -99,13 +99,13 @@ def _joined(forest: Forest) -> Forest:
 
 
 def renamed(forest: Forest, motions: dict[int, int]) -> Forest:
-    """Return a forest with other numbers of motions, its trees sorted.
+    """Return a forest with renumbered motions, its trees sorted.
 
     Parameters
     ----------
     forest : Forest
     motions : dict of int to int
-        The new number of each motion.
+        New number of each motion.
     """
     return tuple(sorted(_renamed(forest, motions)))
 

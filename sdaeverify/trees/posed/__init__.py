@@ -1,1 +1,1 @@
-"""Order conditions of the classes that a form poses itself: other nodes than drift, noise and time."""
+"""Order conditions for classes that a form defines, with other nodes than drift, noise and time."""

@@ -1,10 +1,10 @@
-"""Trees of the nodes of a class, what the solution has in their place, and which of them are told apart.
+"""Trees of the nodes of a class, the corresponding integrals of the solution, and distinguishable conditions.
 
-Nodes that are integrals are nodes of an SDE's trees with another name. A product on top of others,
+Nodes that are integrals are nodes of an SDE's trees with another name. A product of subtrees,
 
     I(a_1) ... I(a_n) = sum_i int prod_(j != i) I(a_j) dI(a_i) + sum over pairs of roots of one noise of an int dt,
 
-is a sum of such trees by Ito's formula; below an integral its factors are factors of that one.
+is a sum of such trees by Ito's formula; below an integral, its factors become factors of that integral.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,15 +15,15 @@ from .. import Grove, Grown, Node
 from ..grow import DRIFT, PRODUCT, TIME, TIME_LEAF, Forest, Tree, multisets, root_weight, tree
 from ..moments import Combination
 
-# Of a root, by its integral; each noise has its own number instead.
+# Colour of a root by its integral; a noise has its number instead.
 COLOURS = {"dt": DRIFT, "": PRODUCT}
 
 
 def grow_nodes(nodes: Sequence[Node], motions: int, top: int) -> list[Tree]:
-    """Return all trees of some nodes up to a weight, by weight: each behind its subtrees.
+    """Return all trees of some nodes up to a weight, sorted by weight, each after its subtrees.
 
-    Numbers that a state begins with come first, with the weight 0. A product of one product is none of the trees, and
-    products are of a lower weight: they count by what stands below them.
+    Initial values come first, with the weight 0. A product of a single product is not a tree, and products are
+    limited to lower weights, because they enter other components only through an integral node that takes them.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _is_alone(colour: int, kids: Forest) -> bool:
 
 
 def integral(of: Tree) -> Combination:
-    """Return what the solution has in the place of a tree, as a combination of trees of an SDE."""
+    """Return the integral of the solution for a tree, as a combination of trees of an SDE."""
     factors = _factors(of)
     if len(factors) == 1:
         return {factors[0]: Fraction(1)}
@@ -94,7 +94,7 @@ def _count(found: dict[Tree, Fraction], each: Tree) -> None:
 
 
 def _factors(of: Tree) -> Forest:
-    """Return the trees of an SDE that a tree is the product of."""
+    """Return the trees of an SDE whose product a tree is."""
     if of.colour == TIME:
         return (tree(DRIFT),)
     kids = tuple(factor for kid in of.kids for factor in _factors(kid))
@@ -102,19 +102,20 @@ def _factors(of: Tree) -> Forest:
 
 
 def told_apart(trees: Iterable[Tree], scaled: frozenset[str], top: int) -> dict[tuple[Tree, int], Combination]:
-    """Return the conditions by the tree without scaled nodes and the number of these.
+    """Return the distinguishable conditions, keyed by the tree without scaled nodes and the number of these.
 
-    A scaled node is linear and the same for all components: it commutes with all derivatives, so that trees are told
-    apart by how many they have alone. A condition is named after the tree that has them as near to the root as any.
+    A scaled node is linear and equal for all components. It commutes with all derivatives, so that trees are
+    distinguished only by the number of scaled nodes. A condition is named after the tree with its scaled nodes
+    nearest to the root.
 
     Parameters
     ----------
     trees : iterable of Tree
-        All up to a weight.
+        All trees up to a weight.
     scaled : frozenset of str
         Names of scaled nodes.
     top : int
-        That weight; products, which are not added up over steps, are looked at up to two less.
+        Largest weight of `trees`. Products, which do not accumulate over steps, are limited to two less.
     """
     groups: dict[tuple[Tree, int], list[Tree]] = {}
     for each in trees:
@@ -136,17 +137,17 @@ def _without(of: Tree, scaled: frozenset[str]) -> tuple[Tree, int]:
 
 
 def without_scaled(of: Tree, nodes: Iterable[Node]) -> Tree:
-    """Return a tree without its scaled nodes, of which there may be none."""
+    """Return a tree with its scaled nodes removed."""
     return _without(of, frozenset(node.name for node in nodes if node.scaled))[0]
 
 
 def _above(of: Tree, scaled: frozenset[str]) -> int:
-    """Return how much stands on scaled nodes."""
+    """Return the total weight of subtrees with a scaled root, which is largest for scaled nodes near the root."""
     return (of.weight if of.name in scaled else 0) + sum(_above(kid, scaled) for kid in of.kids)
 
 
 def sum_of_integrals(of: Combination) -> Combination:
-    """Return what the solution has in the place of a combination of trees."""
+    """Return the integral of the solution for a combination of trees."""
     found: dict[Tree, Fraction] = {}
     for each, c in of.items():
         for part, factor in integral(each).items():
@@ -155,15 +156,15 @@ def sum_of_integrals(of: Combination) -> Combination:
 
 
 def grove_of(trees: Sequence[Tree], nodes: Sequence[Node], grove: Grove) -> Grove:
-    """Return a grove with trees as a form reads them.
+    """Return a grove with its trees in the format for forms.
 
     Parameters
     ----------
     trees : sequence of Tree
-        Each behind its subtrees.
+        Trees, each after its subtrees.
     nodes : sequence of Node
     grove : Grove
-        All but the trees.
+        Grove without trees.
     """
     by_name = {node.name: node for node in nodes}
     places = {TIME_LEAF: -1} | {each: place for place, each in enumerate(trees)}

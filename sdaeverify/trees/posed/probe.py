@@ -1,4 +1,4 @@
-"""Where the weights of a class that a form poses are found."""
+"""Computation of the weights of a class that a form defines."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,30 +23,30 @@ from ..weights import OTHERS, H
 from .grammar import grow_nodes, sum_of_integrals, told_apart
 from .weighing import PosedWeighing
 
-# Part of the horizon of runs: a random algebraic equation has several roots, and longer runs go from one to another.
+# Horizon of runs as part of that of the problem; in longer runs a random algebraic equation may change its root.
 RUN = 0.0625
 
 
 @lru_cache(maxsize=SHARED)
 def relatives_of(kind: TreeClass, motions: int) -> Relatives:
-    """Return related equations of a class, which all schemes share: most are asked for their form alone."""
+    """Return related equations of a class, cached because most schemes only need their form."""
     return kind.relatives(motions)
 
 
 @lru_cache(maxsize=SHARED)
 def distant_of(kind: TreeClass, motions: int) -> tuple[Relatives, ...]:
-    """Return related equations of a class far out and late, which all schemes share."""
+    """Return related equations of a class far from the origin and at late times, cached for all schemes."""
     return tuple(kind.distant(motions))
 
 
 class PosedProbe(AffineProbe):
-    """A scheme on the problems that a form poses."""
+    """A scheme on the problems that a form defines."""
 
     kind: TreeClass
 
     @property
     def tolerance(self) -> float:
-        """What is rounding in a condition: that of weights and errors of interpolation, as in a coefficient."""
+        """Rounding error of a condition, from those of weights and of the interpolation of a coefficient."""
         if not self.fixed:
             return SAME
         weighing, count = self.weighing, 1 + max(k for _, k in self._told_apart)
@@ -55,22 +55,22 @@ class PosedProbe(AffineProbe):
 
     @cached_property
     def steps_of_runs(self) -> OneStep:
-        """The scheme on a random equation of the class, on which runs tell what memory changes."""
+        """The scheme on a random equation of the class, on which runs measure the effect of memory."""
         return OneStep(self.scheme, replace(self.problem, horizon=RUN * self.problem.horizon))
 
     @property
     def relatives(self) -> Relatives:
-        """Equations of the class that an affine map relates."""
+        """Equations of the class that are related by an affine map."""
         return relatives_of(self.kind, self.motions)
 
     @property
     def distant(self) -> Sequence[Relatives]:
-        """Related equations of the class, one of them far out and one late."""
+        """Related equations of the class, one of them far from the origin and one at late times."""
         return distant_of(self.kind, self.motions)
 
     @property
     def problem(self) -> Problem:
-        """A random equation of the class."""
+        """Random equation of the class."""
         found: Problem = self.relatives.below
         return found
 
@@ -84,22 +84,22 @@ class PosedProbe(AffineProbe):
 
     @property
     def conditions(self) -> Conditions:
-        """The conditions of the class."""
+        """Conditions of the class."""
         trees, basis = self.trees(self.top), list(self._told_apart.values())
         return Conditions(trees, basis, ExactMoments(), self.tolerance, [*map(sum_of_integrals, basis)])
 
     @cached_property
     def weighing(self) -> PosedWeighing:
-        """The scheme on the problems."""
+        """The scheme on the problems whose components are the trees."""
         plain = [each for each in self.trees(self.top) if self._scaled.isdisjoint(_names(each))]
         return PosedWeighing(self.scheme, self.kind, self.motions, plain)
 
     def weights(self, nodes: Nodes, h: float) -> Array:
-        """Return the weights of all trees at all values of the number, in units of h^(w/2), shape (G, N, K)."""
+        """Return the weights of all trees at all scaling values, in units of h^(w/2), shape (G, N, K)."""
         return self.weighing.at_values(nodes, h, self.weighing.values)
 
     def combined(self, phi: Array) -> Array:
-        """Return the combinations of weights that are conditions, shape (n, K)."""
+        """Return the combinations of weights of the conditions, shape (n, K)."""
         weighing, keys = self.weighing, list(self._told_apart)
         places = {each: place for place, each in enumerate(weighing.trees)}
         found = np.tensordot(weighing.powers(1 + max(k for _, k in keys)), phi, axes=1)
@@ -111,20 +111,20 @@ class PosedProbe(AffineProbe):
 
     @cached_property
     def equivariance(self) -> float:
-        """How far a step is from commuting with affine maps, relative to the states."""
+        """Distance of a step from commuting with affine maps, relative to the states."""
         above = self.relatives.above
         return distance(self.scheme, self.relatives, random_points(above.noise_dim, self.scheme.law))
 
     @cached_property
     def homogeneity(self) -> float:
-        """How far weights in units of h^(w/2) differ between step sizes, relative to them."""
+        """Largest relative difference between step sizes of weights in units of h^(w/2)."""
         weighing, few = self.weighing, self.weighing.few
         others = (weighing.at_values(self.points, h, weighing.values[few]) for h in OTHERS)
         return max(largest_change(self.first_weights[few], other) for other in others)
 
     @property
     def remainder(self) -> float:
-        """How far weights are from a power series in the number of scaled nodes, relative to them; 0 without one."""
+        """Relative distance of weights from a power series in the number of scaled nodes; 0 without scaled nodes."""
         weighing = self.weighing
         if not self._scaled:
             return 0.0
@@ -133,13 +133,13 @@ class PosedProbe(AffineProbe):
 
     @property
     def why_not_every(self) -> str:
-        """Why conditions do not say enough of every equation of the class, or an empty text."""
+        """Why the conditions do not cover every equation of the class, or an empty text."""
         series = "" if self.remainder <= SAME else f"weights are no power series ({self.remainder:.2g})"
         return ", ".join(filter(None, (super().why_not_every, series)))
 
     @property
     def premises(self) -> str:
-        """The premises in words, where they hold."""
+        """The premises in words, if they hold."""
         series = (f"a power series in {name} to {self.remainder:.0e}" for name in sorted(self._scaled))
         return ", ".join((super().premises, *series))
 
@@ -149,13 +149,13 @@ def _names(each: Tree) -> frozenset[str]:
 
 
 def probe_of(scheme: Scheme, kind: EquationClass | TreeClass, motions: int, top: int) -> Probe:
-    """Return where the weights of a class are found.
+    """Return the probe that computes the weights of a class.
 
     Parameters
     ----------
     scheme : Scheme
     kind : EquationClass or TreeClass
-        The class.
+        Class of equations.
     motions : int
     top : int
     """

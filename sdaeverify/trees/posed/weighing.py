@@ -1,4 +1,4 @@
-"""The weights of trees that a form poses: changes of components in a step, for a few values of its number."""
+"""Weights of the trees that a form defines: increments of components in a step, for several scaling values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,25 +7,25 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
+from ...forms.tree_class import TIME_0
 from ...probing import Nodes, OneStep
 from .. import Grove, Posed, TreeClass
 from ..grow import Tree, closed_sets
 from ..relatives import driven
-from ..sdes.universal import TIME_0
 from ..weights import IMPLICIT, LARGEST, NoStepError, moved
 from .grammar import grove_of
 
-# Values of a number that weights are a power series in: what its Chebyshev interpolation has at 0 is right to 1e-9,
-# for functions of it such as (e^z - 1 - z)/z^2 that lose digits near 0 and are singular 3 away, up to the power 3.
+# Number of scaling values for the power series of weights: Chebyshev interpolation is accurate to 1e-9 at 0 up to the
+# power 3, for functions such as (e^z - 1 - z)/z^2 that lose digits near 0 or have a singularity at a distance of 3.
 VALUES = 11
-# The error of an interpolation has a factor beside the polynomial that vanishes at the values, and it changes slowly:
-# for weights with poles as near as 1, those of implicit friction, it is 1.8 times larger at 0 than beside a value.
+# The interpolation error is the node polynomial times a factor that varies slowly: for weights with poles as near as
+# 1, those of implicit friction, the factor is 1.8 times larger at 0 than next to a node.
 SLOWLY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class PosedWeighing:
-    """A scheme on the problems of a class that have trees as components.
+    """A scheme on the problems of a class whose components are trees.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class PosedWeighing:
     kind : TreeClass
     motions : int
     trees : sequence of Tree
-        Closed, without scaled nodes.
+        Closed set of trees without scaled nodes.
     made : dict
-        Problems that are asked for again with other noise, by the last of their trees and their number.
+        Cache of problems by their last tree and their scaling value, for other noise.
     """
 
     scheme: Scheme
@@ -46,12 +46,12 @@ class PosedWeighing:
 
     @property
     def sets(self) -> list[list[Tree]]:
-        """Small closed sets, as steps may solve equations that are as large as the problem."""
+        """Small closed sets of trees, because steps may solve equations as large as the problem."""
         return closed_sets(self.trees, IMPLICIT)
 
     @property
     def values(self) -> Array:
-        """The numbers times the step size; 1 alone where a class has none."""
+        """Scaling values times the step size; 1 alone if a class has no scaled nodes."""
         if not any(node.scaled for node in self.kind.nodes):
             return np.ones(1)
         low, high = self.kind.numbers
@@ -60,20 +60,20 @@ class PosedWeighing:
 
     @property
     def few(self) -> slice:
-        """Some of them, the first and the last among these: enough to tell whether weights depend on h."""
+        """Slice of a few values including the first and the last, enough to test whether weights depend on h."""
         return slice(None, None, max(1, len(self.values) // 2))
 
     def powers(self, count: int) -> Array:
-        """Return what gives the coefficients of powers below a count from what is found at the values."""
+        """Return the matrix from function values to the coefficients of the first `count` powers."""
         if len(self.values) == 1:
             return np.ones((1, 1))
         return self._at_0(np.linalg.inv(self._polynomials(self.values)), count)
 
     def growth(self, count: int) -> Array:
-        """Return how much larger the error of the interpolation is in the coefficients of powers than between values.
+        """Return the ratio of the interpolation error in the coefficients of powers to that between values.
 
-        The values are the roots of a Chebyshev polynomial T, and the error at z is T(z) times a factor that changes
-        slowly. Outside of the values T grows fast, and its derivatives faster.
+        The values are the roots of a Chebyshev polynomial T, and the error at z is T(z) times a factor that varies
+        slowly. Outside the interval of the values T grows fast, and its derivatives faster.
         """
         if len(self.values) == 1:
             return np.zeros(1)
@@ -82,7 +82,7 @@ class PosedWeighing:
         return np.asarray(SLOWLY * np.abs(self._at_0(T, count) / between))
 
     def _at_0(self, series: Array, count: int) -> Array:
-        """Return the coefficients of powers below a count of Chebyshev series, which are columns."""
+        """Return the first `count` coefficients of powers at 0 of Chebyshev series, which are columns."""
         low, high = self.kind.numbers
         centre, of_powers, factor = self._scaled(np.zeros(1))[0], [], 1.0
         for k in range(count):
@@ -96,7 +96,7 @@ class PosedWeighing:
         return 0.5 * float(self.values[0] + self.values[1])
 
     def _polynomials(self, values: Array) -> Array:
-        """Return the Chebyshev polynomials at some values, a column each."""
+        """Return the Chebyshev polynomials at some values, one per column."""
         return np.asarray(np.polynomial.chebyshev.chebvander(self._scaled(values), VALUES - 1))
 
     def _scaled(self, values: Array) -> Array:
@@ -104,20 +104,20 @@ class PosedWeighing:
         return np.asarray((2.0 * values - low - high) / (high - low))
 
     def interpolated(self, found: Array) -> tuple[float, Array]:
-        """Return a value between others, and what is there if what is found at all values is a power series."""
+        """Return a value between two others, and the interpolation there of `found` at all values."""
         value = self._between
         at = self._polynomials(np.array([value]))[0] @ np.linalg.inv(self._polynomials(self.values))
         return value, np.tensordot(at, found, axes=1)
 
     def at_values(self, nodes: Nodes, h: float, values: Array) -> Array:
-        """Return phi(tau) h^(-w/2) at some values of the number times h, shape (G, N, K).
+        """Return phi(tau) h^(-w/2) at given scaling values times h, shape (G, N, K).
 
         Parameters
         ----------
         nodes : Nodes
         h : float
         values : ndarray, shape (G,)
-            Some of `values`.
+            Subset of `values`.
 
         Raises
         ------
@@ -142,15 +142,15 @@ class PosedWeighing:
 
 
 def changes(scheme: Scheme, posed: Posed, nodes: Nodes, h: float) -> Array:
-    """Return what a step adds to each tree, shape (N, K).
+    """Return the increment of each tree in a step, shape (N, K).
 
     Parameters
     ----------
     scheme : Scheme
     posed : Posed
-        The trees.
+        Problem whose components are the trees.
     nodes : Nodes
-        Of the noise of a step of length 1, of the motions that count.
+        Noise of a step of length 1, of the Brownian motions of the class.
     h : float
 
     Raises

@@ -1,1 +1,1 @@
-"""Equations of classes of SDEs: the universal one, two that an affine map relates, one with rich diagonal noise."""
+"""Equations of classes of SDEs: the universal one, two related by an affine map, one with rich diagonal noise."""

@@ -1,17 +1,17 @@
-"""Whether a step commutes with affine maps between spaces of different dimensions.
+"""Test whether a step commutes with affine maps between spaces of different dimensions.
 
-A map of vector fields to steps is a B-series exactly if it does (McLachlan, Modin, Munthe-Kaas & Verdier 2016); maps
-that are invertible would let pass series with traces, such as (tr DB_1) B_1, which the universal SDE cannot show
-because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 and a field g on R^2,
+A map from vector fields to steps is a B-series if and only if it commutes with them (McLachlan, Modin, Munthe-Kaas &
+Verdier 2016). Invertible maps would admit series with traces, such as (tr DB_1) B_1, which the universal SDE cannot
+detect because its derivatives are nilpotent. For y = A x + c with A from R^5 onto R^2 and a field g on R^2,
 
     G(t, x) = A^+ g(t + s, A x + c) + N k(t, x),    A N = 0,
 
-is related to g whatever k is, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. Without the shift of
-time a step that takes a coefficient at time 0, and not at t, would pass: trees of low weights have no leaf t.
+is related to g for every k, so that A Phi_G(t, x) + c = Phi_g(t + s, A x + c) on each path. The shift s of time
+detects a step that takes a coefficient at time 0 instead of t, because trees of low weight have no leaf t.
 
-The same is asked of an equation above that is far out, X = 2^20 x + C with some of five motions, and one below that
-is late: a step that clips at 10, freezes coefficients at t = 1 or scales the fourth motion commutes with the maps of
-the first pair.
+The test is repeated with equations `above` that are far out, X = 2^20 x + C with some of five motions, and with both
+equations at random times: a step that clips at 10, freezes coefficients at t = 1, is different at each eighth
+multiple of its size or scales the fourth motion commutes with the maps of the first pair.
 """
 
 from collections.abc import Callable
@@ -23,17 +23,17 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
-from ...forms.tree_class import FAR, LATE, LATER, Relatives, among, far_states, placements
+from ...forms.tree_class import FAR, LATER, Relatives, among, distant_delays, far_states, placements
 from ...probing import Nodes, OneStep
 from ..classes import EquationClass
 from ..weights import stepped
 from .universal import class_sde, with_rows
 
 LOW, HIGH = 2, 5
-# So long is a step: Newton's method has a root of random polynomials only of short ones.
+# Step size, short because Newton's method finds roots of random polynomials only for short steps.
 H = 2.0**-4
 SEED = 20260102
-# The sizes of terms in a random field.
+# Sizes of the terms of a random field.
 CONSTANT, LINEAR, QUADRATIC = 0.7, 0.4, 0.1
 
 Coefficient = Callable[[float, Array], Array]
@@ -46,9 +46,9 @@ class Fields:
     Attributes
     ----------
     constant : ndarray, shape (d, n)
-        One column for each of n fields.
+        Constant terms, one column for each of n fields.
     linear : ndarray, shape (d, n, d + 1)
-        By the components and time.
+        Coefficients of the components and of time.
     quadratic : ndarray, shape (d, n, d + 1, d + 1)
     """
 
@@ -57,24 +57,24 @@ class Fields:
     quadratic: Array
 
     def __call__(self, t: float, x: Array) -> Array:
-        """Return all fields, shape (d, n, P)."""
+        """Evaluate all fields, shape (d, n, P)."""
         z = with_rows(x, t)
         bent: Array = np.einsum("dnij,ip,jp->dnp", self.quadratic, z, z)
         straight: Array = np.einsum("dni,ip->dnp", self.linear, z)
         return self.constant[..., None] + straight + bent
 
     def straight(self) -> "Fields":
-        """Return what is constant in time and linear in x."""
+        """Return the fields without quadratic terms and without dependence on time."""
         of_state = np.append(np.ones(self.linear.shape[2] - 1), 0.0)
         return Fields(self.constant, of_state * self.linear, 0.0 * self.quadratic)
 
     def frozen(self) -> "Fields":
-        """Return the constant parts."""
+        """Return the constant parts of the fields."""
         return Fields(self.constant, 0.0 * self.linear, 0.0 * self.quadratic)
 
 
 def random_fields(rng: np.random.Generator, rows: int, fields: int, dimension: int) -> Fields:
-    """Return random fields of so many rows on a space of another dimension.
+    """Return random quadratic fields with `rows` components on a space of dimension `dimension`.
 
     Parameters
     ----------
@@ -93,21 +93,21 @@ def random_fields(rng: np.random.Generator, rows: int, fields: int, dimension: i
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Coefficients of two random equations of a class and the affine map y = A x + c that relates them.
+    """Coefficients of two random equations of a class, and the affine map y = A x + c that relates them.
 
     Attributes
     ----------
     kind : EquationClass
-        Where it is a quotient, the equations are any ones: a step does not know better.
+        Class; for a quotient, the equations need not satisfy its relations, because a step does not depend on them.
     map : ndarray, shape (2, 5)
-        A.
+        Matrix A.
     shift : ndarray, shape (2, 1)
-        c.
+        Shift c.
     below, above : tuple of callable
-        f and B in R^2 and in R^5, where (t, x) above belongs to (t + `LATER`, y) below.
+        Coefficients f and B in R^2 and in R^5; (t, x) of `above` corresponds to (t + `LATER`, y) of `below`.
     start : ndarray, shape (5,)
     calls : list
-        Grows with each call of the drift of an equation below at complex states.
+        Gains an element with each call of the drift of `below` at complex states.
     """
 
     kind: EquationClass
@@ -120,7 +120,7 @@ class Family:
 
     @cached_property
     def near(self) -> Relatives:
-        """The equations as they are."""
+        """The two equations near the origin."""
         f, B = self.below
         below = _equation(self.kind, f, B, self._start_below, self.calls)
         above = _equation(self.kind, *self.above, self.start, [])
@@ -136,32 +136,35 @@ class Family:
 
     @cached_property
     def distant(self) -> tuple[Relatives, ...]:
-        """The one above as X = `FAR` x + C, with its motions placed among five, and the one below at late times.
+        """Pairs with `above` as X = `FAR` x + C, its motions placed among five, and with both at random times.
 
-        None of a linear class: schemes that read A and a of A x + a at unit vectors would have A to rounding of a.
+        Empty for a linear class, because schemes that read A and a of A x + a from values at unit vectors would lose
+        A to rounding of a.
         """
         if self.kind.linear:
             return ()
-        (f, B), (F, K), A = self.below, self.above, self.map
-        late = LATE - LATER
-        below = _equation(self.kind, lambda t, y: f(t - late, y), lambda t, y: B(t - late, y), self._start_below, [])
-        rng, C = np.random.Generator(np.random.Philox(key=SEED + 1)), -FAR * self.start[:, None]
-        maps = {"x": (A / FAR, self.shift - A @ C / FAR)}
-
-        def above(placed: Array) -> SDE:
-            return _equation(
-                self.kind,
-                lambda t, x: FAR * F(t, (x - C) / FAR),
-                lambda t, x: FAR * np.einsum("dlp,lm->dmp", K(t, (x - C) / FAR), placed),
-                0.0 * self.start,
-                [],
-            )
-
+        rng = np.random.Generator(np.random.Philox(key=SEED + 1))
         placed = placements(len(self._motions)) if self.kind.motions is None else [self._motions]
-        return among([Relatives(below, above(each), maps, each, LATE) for each in placed], far_states(rng, HIGH))
+        pairs = [self._far(placed[k % len(placed)], *each) for k, each in enumerate(distant_delays(rng))]
+        return among(pairs, far_states(rng, HIGH))
+
+    def _far(self, placed: Array, delay: float, later: float) -> Relatives:
+        """Return a pair whose equations above and below are delayed."""
+        (f, B), (F, K), A = self.below, self.above, self.map
+        late, C = later - LATER, -FAR * self.start[:, None]
+        below = _equation(self.kind, lambda t, y: f(t - late, y), lambda t, y: B(t - late, y), self._start_below, [])
+        above = _equation(
+            self.kind,
+            lambda t, x: FAR * F(t - delay, (x - C) / FAR),
+            lambda t, x: FAR * np.einsum("dlp,lm->dmp", K(t - delay, (x - C) / FAR), placed),
+            0.0 * self.start,
+            [],
+        )
+        maps = {"x": (A / FAR, self.shift - A @ C / FAR)}
+        return Relatives(below, above, maps, placed, later, delay=delay)
 
     def solves(self, scheme: Scheme, nodes: Nodes) -> bool:
-        """Tell whether a step asks for the derivative of the drift."""
+        """Return whether a step uses the derivative of the drift."""
         before, below = len(self.calls), self.near.below
         stepped(OneStep(scheme, below), below.initial(len(nodes.weights)), nodes, H)
         return len(self.calls) > before
@@ -169,14 +172,14 @@ class Family:
 
 @lru_cache(maxsize=16)
 def related_equations(kind: EquationClass, motions: int) -> Family:
-    """Return equations of a class that affine maps relate, which all schemes share.
+    """Return equations of a class that are related by affine maps, cached for all schemes.
 
     Parameters
     ----------
     kind : EquationClass
-        Where it is a quotient, any equations: a step does not know better.
+        Class; for a quotient, the equations need not satisfy its relations.
     motions : int
-        Number of Brownian motions; noise is zero where it is 0.
+        Number of Brownian motions; 0 for zero noise.
     """
     rng = np.random.Generator(np.random.Philox(key=SEED))
     A, shift = rng.standard_normal((LOW, HIGH)), rng.standard_normal((LOW, 1))
@@ -203,7 +206,7 @@ def _times(matrix: Array, fields: Array) -> Array:
 
 def _equation(kind: EquationClass, f: Coefficient, B: Coefficient, start: Array, calls: list[None]) -> SDE:
     def drift(t: float, x: Array) -> Array:
-        # A derivative by complex steps.
+        # Complex arguments occur in derivatives by complex steps.
         if isinstance(x, np.ndarray) and np.iscomplexobj(x):
             calls.append(None)
         return f(t, x)[:, 0]

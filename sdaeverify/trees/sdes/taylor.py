@@ -1,12 +1,13 @@
 """Diagonal noise: elementary weights from the Taylor series of steps on one rich equation.
 
-A coefficient b_j(t, x_j) e_j is never nilpotent: no equation with diagonal noise isolates a tree. But a step on
+A coefficient b_j(t, x_j) e_j is never nilpotent, so that no equation with diagonal noise isolates a tree. But a step
+on
 
     f_i = sum_r a_ir sin(l_r . z),   b_j = sum_r c_jr sin(k_jr . (x_j, p, t)),   z = (x, p, t),
 
-with further components p that stand still, is a power series in sqrt(h) whose coefficient of h^(w/2) is the sum of
-phi(tau)/sigma(tau) F(tau) over the trees of weight w. At many states these are linear equations for the weights, with
-more equations than unknowns: what does not satisfy them is no B-series.
+with further constant components p, is a power series in sqrt(h) whose coefficient of h^(w/2) is the sum of
+phi(tau)/sigma(tau) F(tau) over the trees of weight w. At many states these are linear equations for the weights, more
+of them than unknowns: a step that violates them is not a B-series.
 """
 
 from collections import Counter
@@ -21,25 +22,25 @@ import scipy
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import SDE
-from ...forms.tree_class import FAR, LATE, PLACES, Relatives, among, far_states, placements
+from ...forms.tree_class import FAR, PLACES, TIME_0, Relatives, among, distant_delays, far_states, placements
 from ...probing import Nodes, OneStep
 from ..grow import DRIFT, TIME, Tree, closure
 from ..weights import stepped
 from .equivariance import Coefficient
-from .universal import NOISE, TIME_0, with_rows
+from .universal import NOISE, with_rows
 
 SEED = 20260103
-# Sines a coefficient, components that stand still, and how fast sines vary with x and with p.
+# Number of sines per coefficient and of constant components; rates of the sines in x, and their factor in p.
 SINES, STILL, RATE, VARIETY = 8, 2, 1.0, 2.5
-# Equations for each unknown, and states at least.
+# Equations per unknown, and least number of states.
 SURPLUS, FEWEST = 2.5, 24
-# Step sizes are the squares of so many Chebyshev points up to the longest, for so many powers; one more size tells
-# whether the series is one.
+# Step sizes are the squares of SIZES Chebyshev points up to LONGEST, for POWERS powers; a further size tests the
+# convergence of the series.
 SIZES, POWERS, LONGEST, BETWEEN = 12, 11, 0.1, 0.057
 
 
 class Sines(NamedTuple):
-    """Sums of sines: column m of an array of shape (n, R, k) is the rate of R sines in each of k variables.
+    """Sums of sines: entry (m, r) of `rates` holds the rates of sine r of sum m in each of k variables.
 
     Attributes
     ----------
@@ -51,7 +52,7 @@ class Sines(NamedTuple):
     rates: Array
 
     def derivative(self, z: Array, directions: Sequence[Array]) -> Array:
-        """Return the mixed derivative in some directions, shape (n, P); z and they have the shape (n or 1, k, P)."""
+        """Return the mixed derivative in directions, shape (n, P); z and directions have shape (n or 1, k, P)."""
         product = _sine(_times(self.rates, z) + 0.5 * np.pi * len(directions))
         for each in directions:
             product = product * (self.rates @ each)
@@ -60,13 +61,13 @@ class Sines(NamedTuple):
 
 
 def _times(matrix: Array, z: Array) -> Array:
-    """Return a product with real and imaginary parts, one by one: ten times as fast as with complex numbers."""
+    """Return a matrix product with real and imaginary parts separately, ten times as fast as with complex numbers."""
     product: Array = matrix @ z.real + 1j * (matrix @ z.imag) if _is_complex(z) else matrix @ z
     return product
 
 
 def _is_complex(z: Array) -> bool:
-    # Arrays of other libraries, whose values may be traced, go the way of real ones.
+    # Arrays of other libraries, whose values may be traced, are treated as real.
     return isinstance(z, np.ndarray) and np.iscomplexobj(z)
 
 
@@ -81,15 +82,15 @@ def _complex_sine(x: Array, y: Array) -> Array:
 
 
 class Unknowns(NamedTuple):
-    """The weights of the trees of one weight as unknowns of linear equations at many states.
+    """Weights of the trees of one weight as unknowns of linear equations at many states.
 
     Attributes
     ----------
     weight : int
     rows : list of int
-        Places of the trees in the basis.
+        Indices of the trees in the basis.
     matrix, inverse : ndarray, shape (M S, n) and (n, M S)
-        F(tau)/sigma(tau) at all states, and what gives the unknowns in least squares.
+        F(tau)/sigma(tau) at all states, and its pseudoinverse for least squares.
     """
 
     weight: int
@@ -105,9 +106,9 @@ class RichEquation:
     Attributes
     ----------
     motions : int
-        Number M of components that move, each with a noise of its own.
+        Number M of nonconstant components, each with its own Brownian motion.
     basis : tuple of Tree
-        Trees that it tells apart, with elementary differentials that are independent.
+        Trees that the equation distinguishes, with independent elementary differentials.
     """
 
     motions: int
@@ -115,13 +116,13 @@ class RichEquation:
 
     @property
     def states(self) -> int:
-        """Number S of random states at which it is looked at: enough to tell the trees of each weight apart."""
+        """Number S of random states, enough to distinguish the trees of each weight."""
         most = max(Counter(each.weight for each in self.basis).values())
         return max(FEWEST, int(SURPLUS * most / self.motions))
 
     @property
     def dimension(self) -> int:
-        """Number d of components, those that stand still included."""
+        """Number d of components, including constant ones."""
         return self.motions + STILL
 
     @property
@@ -136,7 +137,7 @@ class RichEquation:
 
     @property
     def x(self) -> Array:
-        """The states, shape (d, S)."""
+        """Random states, shape (d, S)."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 1))
         return rng.uniform(-1.0, 1.0, (self.dimension, self.states))
 
@@ -164,7 +165,7 @@ class RichEquation:
         ----------
         t : float
         x, y : ndarray, shape (d, P)
-            The state and the direction.
+            State and direction.
         """
         return self._on_diagonal(self._still(self._sines[1].derivative(self._own(t, x), (self._own(0.0, y),))))
 
@@ -177,28 +178,30 @@ class RichEquation:
 
     @cached_property
     def sde(self) -> SDE:
-        """The problem."""
+        """The equation as a problem."""
         return self._as_sde(self.drift, self.diffusion, self.x[:, 0], diffusion_derivative=self.diffusion_derivative)
 
     @cached_property
     def distant(self) -> tuple[Relatives, ...]:
-        """The equation with its components among five that have noise, X = `FAR` x + C, and itself at late times."""
+        """The equation far out, X = `FAR` x + C with its components placed among five, and at random times."""
         rng = np.random.Generator(np.random.Philox(key=SEED + 2))
         C = FAR * rng.uniform(-1.0, 1.0, (PLACES + STILL, 1))
+        placed = placements(self.motions)
+        pairs = [self._far(placed[k % len(placed)], C, *each) for k, each in enumerate(distant_delays(rng))]
+        return among(pairs, far_states(rng, PLACES + STILL))
 
-        def pair(placed: Array) -> Relatives:
-            S = scipy.linalg.block_diag(placed, np.eye(STILL))
-            above = self._as_sde(
-                lambda t, x: FAR * (S.T @ self.drift(t, S @ (x - C) / FAR)),
-                lambda t, x: FAR * np.einsum("ij,ikp,kl->jlp", S, self.diffusion(t, S @ (x - C) / FAR), S),
-                C[:, 0],
-            )
-            return Relatives(below, above, {"x": (S / FAR, -S @ C / FAR)}, S, LATE)
-
-        below = self._as_sde(
-            lambda t, x: self.drift(t - LATE, x), lambda t, x: self.diffusion(t - LATE, x), self.x[:, 0]
+    def _far(self, placed: Array, C: Array, delay: float, later: float) -> Relatives:
+        """Return a pair of the equation far out and this one, both delayed."""
+        S = scipy.linalg.block_diag(placed, np.eye(STILL))
+        above = self._as_sde(
+            lambda t, x: FAR * (S.T @ self.drift(t - delay, S @ (x - C) / FAR)),
+            lambda t, x: FAR * np.einsum("ij,ikp,kl->jlp", S, self.diffusion(t - delay, S @ (x - C) / FAR), S),
+            C[:, 0],
         )
-        return among([*map(pair, placements(self.motions))], far_states(rng, PLACES + STILL))
+        below = self._as_sde(
+            lambda t, x: self.drift(t - later, x), lambda t, x: self.diffusion(t - later, x), self.x[:, 0]
+        )
+        return Relatives(below, above, {"x": (S / FAR, -S @ C / FAR)}, S, later, delay=delay)
 
     def _as_sde(self, drift: Coefficient, diffusion: Coefficient, start: Array, **given: Any) -> SDE:
         return SDE(
@@ -214,7 +217,7 @@ class RichEquation:
         )
 
     def elementary(self, trees: Sequence[Tree]) -> Array:
-        """Return F(tau), shape (N, M, S), at all states; each tree stands behind its subtrees."""
+        """Return F(tau) at all states, shape (N, M, S); each tree must come after its subtrees."""
         found: dict[Tree, Array] = {}
         z, own = self._all(TIME_0, self.x), self._own(TIME_0, self.x)
         for each in trees:
@@ -229,7 +232,7 @@ class RichEquation:
 
     @cached_property
     def unknowns(self) -> list[Unknowns]:
-        """The equations for the weights of the basis, by weight."""
+        """Linear equations for the weights of the basis, by weight."""
         trees = closure(self.basis)
         differentials = dict(zip(trees, self.elementary(trees), strict=True))
         found = []
@@ -242,7 +245,7 @@ class RichEquation:
         return found
 
     def _direction(self, vector: Array | None) -> Array:
-        """Return a direction among x, p and t: of time if there is no vector."""
+        """Return a direction in (x, p, t); the time direction if `vector` is None."""
         whole = np.zeros((1, self.dimension + 1, self.states))
         if vector is None:
             whole[0, -1] = 1.0
@@ -262,11 +265,11 @@ class TaylorWeights(NamedTuple):
     Attributes
     ----------
     psi : ndarray, shape (n, K)
-        Of the trees of a basis, in units of h^(w/2).
+        Weights of the trees of a basis, in units of h^(w/2).
     no_series : float
-        How far steps are from a power series in sqrt(h).
+        Distance of steps from a power series in sqrt(h).
     no_trees : float
-        How far its coefficients are from sums over trees, as an error of psi.
+        Distance of its coefficients from sums over trees, as an error of psi.
     """
 
     psi: Array
@@ -275,14 +278,14 @@ class TaylorWeights(NamedTuple):
 
 
 def taylor_weights(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> TaylorWeights:
-    """Return what the Taylor series of a scheme's steps says of the weights of trees.
+    """Compute the weights of trees from the Taylor series of a scheme's steps.
 
     Parameters
     ----------
     scheme : Scheme
     equation : RichEquation
     nodes : Nodes
-        The noise of a step of length 1, of the motions that count.
+        Noise of a step of length 1, of the M Brownian motions of the equation.
 
     Raises
     ------
@@ -301,7 +304,7 @@ def taylor_weights(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> Tayl
 
 
 def _series(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> tuple[Array, float]:
-    """Return the coefficients of powers of sqrt(h), shape (W, M, S K), and how far another step is from their sum."""
+    """Return the coefficients of powers of sqrt(h), shape (W, M, S K), and their error at a further step size."""
     step, wide = OneStep(scheme, equation.sde), _with_still(nodes)
     x = np.repeat(equation.x, len(nodes.weights), axis=1)
 
@@ -317,7 +320,7 @@ def _series(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> tuple[Array
 
 
 def _with_still(nodes: Nodes) -> Nodes:
-    """Return noise with motions beside that move nothing; no areas count where noise is diagonal."""
+    """Return noise with additional motions of zero coefficient; areas are irrelevant for diagonal noise."""
 
     def more(part: Array | None) -> Array | None:
         return None if part is None else np.concatenate([part, *[part[:1]] * STILL])

@@ -1,12 +1,12 @@
-"""The universal SDE of a class: its components are the trees, and a step of it has their elementary weights.
+"""The universal SDE of a class, whose components are the trees: a step on it gives their elementary weights.
 
     dx_tau = prod_i x_tau_i dW_c    for tau = [tau_1, ..., tau_k]_c,  with dW_0 = dt and t - t_0 in place of a leaf t
 
-has F(tau)(0) = sigma(tau) e_tau at the origin: component tau of the solution is the iterated integral I(tau), and
-component tau of a step that is a B-series x + sum phi(tau)/sigma(tau) F(tau)(x) is phi(tau). The origin lies at a
-point c and at a time t_0 that are not zero, as a step whose coefficients are taken at 0.98 x is right at zero.
+has F(tau)(0) = sigma(tau) e_tau at the origin. Component tau of the solution is the iterated integral I(tau), and
+component tau of a step that is a B-series x + sum phi(tau)/sigma(tau) F(tau)(x) is phi(tau). The origin is moved to a
+nonzero point c and a nonzero time t_0, because a step with coefficients taken at 0.98 x is correct at zero.
 
-Coefficients are made of NumPy's functions without assignment, so that solvers of other libraries can run them.
+Coefficients are made of NumPy functions without assignment, so that solvers of other libraries can run them.
 """
 
 from collections.abc import Sequence
@@ -18,10 +18,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import SDE
+from ...forms.tree_class import TIME_0
 from ..grow import DRIFT, TIME_LEAF, Tree
 
-# Where the trees begin; the horizon of the problem is 1.
-TIME_0 = 0.34375
+# Noise that the problem declares; its horizon is 1.
 NOISE = frozenset({"dW", "H", "K", "A"})
 
 
@@ -32,11 +32,11 @@ class Universal:
     Attributes
     ----------
     trees : sequence of Tree
-        Each behind its subtrees.
+        Trees, each after its subtrees.
     motions : int
-        Number of Brownian motions; one that moves nothing where there is no noise.
+        Number of Brownian motions; without noise, one with zero coefficient.
     traits : frozenset of str
-        Of the class.
+        Traits of the class.
     """
 
     trees: Sequence[Tree]
@@ -45,12 +45,12 @@ class Universal:
 
     @property
     def origin(self) -> Array:
-        """The point c, shape (N, 1)."""
+        """Point c, shape (N, 1)."""
         return np.asarray(0.75 * np.cos(1.0 + 2.0 * np.arange(len(self.trees))))[:, None]
 
     @cached_property
     def kids(self) -> Array:
-        """Places of the factors of each tree, shape (N, K): N is a factor of 1, and N + 1 is t - t_0."""
+        """Indices of the factors of each tree, shape (N, K): N is a factor of 1, and N + 1 is t - t_0."""
         places = {each: place for place, each in enumerate(self.trees)} | {TIME_LEAF: len(self.trees) + 1}
         most = max((len(each.kids) for each in self.trees), default=0)
         kids = np.full((len(self.trees), max(most, 1)), len(self.trees))
@@ -65,7 +65,7 @@ class Universal:
 
     @property
     def sde(self) -> SDE:
-        """The problem."""
+        """The universal SDE as a problem."""
         is_constant = "additive-noise" in self.traits
         return class_sde(
             self.traits,
@@ -97,7 +97,7 @@ class Universal:
         ----------
         t : float
         x, y : ndarray, shape (N, P)
-            The state and the direction.
+            State and direction.
         """
         moved = with_rows(y, 0.0, 0.0)
         first, *others = (part * moved[kids] for kids, part in self._cofactors(t, x))
@@ -108,7 +108,7 @@ class Universal:
         return product
 
     def _cofactors(self, t: float, x: Array) -> list[tuple[Array, Array]]:
-        """Return for each place of a factor which component it is, and the product of the others."""
+        """Return for each factor position the component and the product of the other factors."""
         factors, places = self._factors(t, x), np.arange(self.kids.shape[1])
         return [(kids, np.prod(factors[np.delete(places, k)], axis=0)) for k, kids in enumerate(self.kids.T)]
 
@@ -122,35 +122,35 @@ class Universal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClassSDE(SDE):
-    """An SDE that states the traits of a class, and so does what a scheme makes of it: none of them is checked.
+    """An SDE that declares the traits of a class without checking them.
 
-    A class that is a quotient has no equation of its own to be looked at: any one is taken, and what holds modulo the
-    relations is asked of it.
+    The universal SDE of a quotient does not satisfy its relations: any equation is used, and the conditions modulo
+    the relations are tested on it.
     """
 
     def _check_traits(self, x: Array) -> None:
         pass
 
     def _grows_linearly(self) -> bool:
-        # A class is one of equations to which the theorems on orders in mean square apply.
+        # Classes contain equations to which the theorems on orders in mean square apply.
         return True
 
 
 def class_sde(traits: frozenset[str], **given: Any) -> SDE:
-    """Return an SDE that states the traits of a class, with all noise drawn.
+    """Return an SDE that declares the traits of a class, with all noise drawn.
 
     Parameters
     ----------
     traits : frozenset of str
-        Of the class.
+        Traits of the class.
     **given
-        What else an `SDE` takes.
+        Further arguments of `SDE`.
     """
     return ClassSDE(noise=NOISE, horizon=1.0, traits=traits, **given)
 
 
 def with_rows(x: Array, *values: float) -> Array:
-    """Return an array with a row of each value below it, shape (d + k, P).
+    """Append a constant row for each value to an array, shape (d + k, P).
 
     Parameters
     ----------

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from facade import (
-    ClassVerdict,
     ConstrainedEuler,
     Drift,
     HalfExplicitEuler,
@@ -114,13 +113,13 @@ def test_right_schemes_are_verified(scheme, kind):
     """Orders and constraints of right schemes are verified on all members."""
     found = verdicts(scheme, kind)
     assert {*found} == {"strong", "weak", "drift"}
-    assert {row.verdict for row in found.values()} == {ClassVerdict.VERIFIED}
+    assert {row.verdict for row in found.values()} == {Verdict.VERIFIED}
 
 
 def test_a_forgotten_mass_is_refuted_and_named():
     """A scheme that forgets M^-1 is refuted, and the reason names the mass matrix."""
     row = verdicts(Massless(), MECHANICS, [Weak()])["weak"]
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert row.why.endswith("only with a mass matrix that is not the identity")
     assert row.order < 0.5
 
@@ -128,7 +127,7 @@ def test_a_forgotten_mass_is_refuted_and_named():
 def test_a_diagonal_gram_matrix_is_refuted_and_named():
     """A scheme with the diagonal of the Gram matrix alone is refuted where there are several constraints."""
     row = verdicts(Diagonal(), MECHANICS, [Drift()])["drift"]
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert row.why.endswith("only with several constraints")
 
 
@@ -160,23 +159,23 @@ class SmoothUpdate(SemiImplicitProjectionEuler):
 
 def test_an_iteration_that_ends_early_is_not_verified():
     """One update of Newton's method is refuted where positions are noisy, and left open where velocities are."""
-    assert verdicts(OneUpdate(), KEPT, [Drift()])["drift"].verdict is ClassVerdict.REFUTED
+    assert verdicts(OneUpdate(), KEPT, [Drift()])["drift"].verdict is Verdict.REFUTED
     row = verdicts(SmoothUpdate(), MECHANICS, [Drift()])["drift"]
-    assert row.verdict is ClassVerdict.PREMISE
+    assert row.verdict is Verdict.INCONCLUSIVE
     assert "too few iterations" in row.premise
 
 
 def test_a_tangent_step_is_refuted_where_constraints_are_curved():
     """A scheme that stays in the tangent plane leaves the manifold where it is curved, and nowhere else."""
     row = verdicts(FlatLimit(), KEPT, [Drift()])["drift"]
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert row.why.endswith("only with curved constraints")
 
 
 def test_a_forgotten_delay_is_refuted_and_named():
     """A scheme that takes lagged values of now is refuted, and the reason names the delay."""
     row = verdicts(WrongLag(reading="present"), DELAYS, [Drift()])["drift"]
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert row.why.endswith("only with algebraic components and a delay")
 
 
@@ -193,7 +192,7 @@ class TooStrong(StochasticTheta):
 def test_a_defect_on_every_member_needs_no_feature():
     """Where a claim is refuted with all features left out, delay and algebraic components too, none is named."""
     row = verdicts(TooStrong(theta=0.0), DELAYS, [Strong()])["strong"]
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
     assert "only with" not in row.why
 
 
@@ -220,10 +219,10 @@ def test_a_lone_refuting_member_does_not_refute():
     scheme = HalfExplicitEuler(truncation="none")
     once, twice = Noting(1), Noting(1, 2)
     (row,) = member_rows(scheme, MECHANICS, [once], SEED)
-    assert (row.verdict, len(once.seen)) == (ClassVerdict.PREMISE, 3)
+    assert (row.verdict, len(once.seen)) == (Verdict.INCONCLUSIVE, 3)
     assert "1 of 3" in row.premise
     (row,) = member_rows(scheme, MECHANICS, [twice], SEED)
-    assert row.verdict is ClassVerdict.REFUTED
+    assert row.verdict is Verdict.REFUTED
 
 
 def test_a_measure_without_an_answer_is_left_out():
@@ -257,9 +256,9 @@ def test_a_claim_about_a_named_mean_is_not_put_to_members_and_the_row_says_so():
     kind = next(iter(member_classes(MeanTheta(), SEED)))
     row = verdicts(MeanTheta(), kind, [Weak()])["weak"]
 
-    assert row.verdict is ClassVerdict.PREMISE
+    assert row.verdict is Verdict.INCONCLUSIVE
     assert "the claim is about the mean of x alone" in row.why
-    assert verdicts(StochasticTheta(), DELAYS, [Weak()])["weak"].verdict is ClassVerdict.VERIFIED
+    assert verdicts(StochasticTheta(), DELAYS, [Weak()])["weak"].verdict is Verdict.VERIFIED
 
 
 class Marked:
@@ -301,10 +300,10 @@ class FailedHalfExplicit(Marked, HalfExplicitEuler):
 )
 def test_an_order_is_not_verified_by_steps_that_are_all_truncated_or_fail(scheme, unmarked, kind):
     """They were verified on two of two members, as the same steps without marks are; a wrong one is refuted above."""
-    assert verdicts(unmarked, kind, [Strong()])["strong"].verdict is ClassVerdict.VERIFIED
+    assert verdicts(unmarked, kind, [Strong()])["strong"].verdict is Verdict.VERIFIED
     found = verdicts(scheme, kind, [Strong(), Weak()])
 
-    assert {row.verdict for row in found.values()} == {ClassVerdict.PREMISE}
+    assert {row.verdict for row in found.values()} == {Verdict.INCONCLUSIVE}
     assert all("the order is never seen" in row.why for row in found.values())
 
 
@@ -315,8 +314,8 @@ def test_a_form_of_others_brings_its_own_class(monkeypatch):
     schemes = importlib.import_module("sdaeverify_jumps.jump_euler")
 
     for scheme, verdict in (
-        (schemes.JumpEuler(), ClassVerdict.VERIFIED),
-        (schemes.MarcusJumpEuler(), ClassVerdict.REFUTED),
+        (schemes.JumpEuler(), Verdict.VERIFIED),
+        (schemes.MarcusJumpEuler(), Verdict.REFUTED),
     ):
         ((kind, _),) = member_classes(scheme, SEED).items()
         assert kind.name == "JumpDiffusion"
@@ -324,4 +323,4 @@ def test_a_form_of_others_brings_its_own_class(monkeypatch):
         assert row.verdict is verdict
     assert row.why.endswith("only with jumps that depend on the state")
     # Means of jumps have no quadrature: paths are asked alone.
-    assert verdicts(scheme, kind, [Weak()])["weak"].verdict is ClassVerdict.PREMISE
+    assert verdicts(scheme, kind, [Weak()])["weak"].verdict is Verdict.INCONCLUSIVE
