@@ -83,7 +83,6 @@ RULES = {
         "END": "refuted by paths or not decided if the solution ends early",
         "count_looks": "multiplies the p-values by the number of looks",
     },
-    "`CellRun.look`, each look": {"WIDER_INTERVAL": "not verified if fewer paths gave an interval below the claim"},
     "`ProblemRun._mark_for_next_stage`": {"wait_for_finer_levels": "open while finer levels are drawn"},
     "`agreeing`": {"OTHER_FINDINGS": "not verified if a related finding shows a wrong limit"},
     "`_current_result`": {"tell_stop": "adds the reason why sampling stopped"},

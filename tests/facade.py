@@ -96,7 +96,8 @@ from sdaeverify.numerics.statistics import (
     lower_term_weights,
 )
 from sdaeverify.probe.balance import balance, say_imbalance, why_not_balanced
-from sdaeverify.probe.explosion import explosion
+from sdaeverify.probe.explosion import NAME as EXPLOSION
+from sdaeverify.probe.explosion import Explosion, explosion
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, LinearDelay, at_rest, is_autonomous, linear_delay
 from sdaeverify.probe.linear.delay_equation import UNIT as delay_equation_UNIT
@@ -292,13 +293,14 @@ from sdaeverify.trees.sdes.universal import Universal
 from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for
+from sdaeverify.verdicts.divergence import why_divergent
 from sdaeverify.verdicts.fitted_levels import sound_levels
 from sdaeverify.verdicts.guard import Guard
 from sdaeverify.verdicts.guards import GUARDS
 from sdaeverify.verdicts.opinions import beside, of_smooth, too_coarse, up_to
 from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike, why_vacuous
 from sdaeverify.verdicts.rules import FINER as way_FINER
-from sdaeverify.verdicts.rules import Case, Objection, forbid, lies_below, send, withhold
+from sdaeverify.verdicts.rules import Case, Objection, forbid, send, withhold
 from sdaeverify.workers.calls import DIED, Call, Lost, RemoteCall, pickle_argument, unpickle_argument
 from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 from sdaeverify.workers.limits import Limits, available_cores, read_limits, read_memory

@@ -1,12 +1,16 @@
 """For each guard a cell that is judged wrongly without it: a wrong scheme verified, or a right one refuted."""
 
 from dataclasses import replace
+from math import inf
 from typing import Any, ClassVar, NamedTuple
 
+from adaptive.solving import verdicts as verdicts_of_errors
+from adaptive.test_judging import falling, made
 from contradictions import bent_drift
 from facade import (
     SRA1,
     BalancedEuler,
+    Case,
     EulerMaruyama,
     Heun,
     Invariant,
@@ -15,12 +19,16 @@ from facade import (
     StochasticTheta,
     Strong,
     Study,
+    TamedEuler,
     Weak,
     double_well,
     gbm,
+    growing_volatility,
     ou,
     plan,
     problem_spec,
+    send,
+    spiral,
 )
 from measures.test_coarse_steps import CELLS as COARSE
 from measures.test_contradictions import controls, short_fibre
@@ -30,7 +38,7 @@ from measures.test_named_observables import ROUGH
 from measures.test_order_resolution import Deaf
 from measures.test_taken_back import InTurns
 from planted.memory_schemes import EverySoMany
-from sdaeverify import SDE, Claim, HolonomicSDAE, Law, Scheme, Settings
+from sdaeverify import SDE, Claim, HolonomicSDAE, Law, Moment, Scheme, Settings
 from sdaeverify.measuring import Finding, Measure, Verdict
 from sdaeverify.noise.laws import clipped_gaussian
 from sdaeverify_planted.delays import SingleIteration
@@ -40,6 +48,7 @@ from sdaeverify_problems.nonlinear_constraint import nonlinear_constraint
 from sdaeverify_problems.pendulums.damped_pendulum import damped_pendulum
 from study.test_moments import Explicit
 from study.test_problem_run import Remembering, noisier, small_noise
+from units import in_units
 
 SOURCE = "tests/guard_cells"
 
@@ -58,6 +67,8 @@ class GuardCell(NamedTuple):
         The verdict that some of its claims have without the guard alone.
     paths : int
     levels : int
+    resolution : float
+        Largest share of the limit that a gate accepts to be overlooked.
     """
 
     scheme: Scheme
@@ -66,6 +77,7 @@ class GuardCell(NamedTuple):
     wrong: Verdict
     paths: int = 1024
     levels: int = Settings().levels
+    resolution: float = inf
 
     def findings(self) -> list[Finding]:
         """Return the findings of a run."""
@@ -74,11 +86,31 @@ class GuardCell(NamedTuple):
         study = Study(planned, Settings(paths=self.paths, levels=self.levels))
         for _ in study.run():
             pass
-        return [finding for finding in study.results()[0].findings if finding.claim is not None]
+        found = (send(finding, Case(resolution=self.resolution)) for finding in study.results()[0].findings)
+        return [finding for finding in found if finding.claim is not None]
 
     def verdicts(self) -> dict[str, Verdict]:
         """Return the verdicts of a run by quantity."""
         return {finding.quantity: finding.verdict for finding in self.findings()}
+
+
+class ErrorCell(NamedTuple):
+    """Errors of an adaptive solver of the size tau^(1/2) that share their normals, and a mean that stays.
+
+    Attributes
+    ----------
+    mean : float
+    wrong : Verdict
+        The verdict that the rate in tau has without the guard.
+    """
+
+    mean: float
+    wrong: Verdict
+
+    def verdicts(self) -> dict[str, Verdict]:
+        """Return the verdict of the claimed rate."""
+        found = verdicts_of_errors(made(falling(0.5, mean=self.mean)))
+        return {"x": Verdict(found["tolerance", "x"])}
 
 
 def control(label: str) -> Scheme | None:
@@ -97,6 +129,20 @@ class DeafMilstein(Milstein):
     """Milstein's scheme, declared to jump in the noise."""
 
     name: ClassVar[str] = "deaf-milstein"
+    discontinuous_in_noise: ClassVar[bool] = True
+
+
+class DeafBalancedEuler(BalancedEuler):
+    """Balanced Euler, declared to jump in the noise, so that paths alone decide."""
+
+    name: ClassVar[str] = "deaf-balanced-euler"
+    discontinuous_in_noise: ClassVar[bool] = True
+
+
+class DeafTamedEuler(TamedEuler):
+    """Tamed Euler, declared to jump in the noise."""
+
+    name: ClassVar[str] = "deaf-tamed-euler"
     discontinuous_in_noise: ClassVar[bool] = True
 
 
@@ -127,6 +173,62 @@ def pendulum() -> HolonomicSDAE:
     return replace(damped_pendulum(), controls=())
 
 
+def slow_spiral() -> SDE:
+    """Return a spiral in a unit of time of 10^-6 of its own."""
+    return replace(in_units(spiral(), time=1e6), controls=())
+
+
+def slow_and_small() -> SDE:
+    """Return an Ornstein-Uhlenbeck process that is slow and small in its units."""
+    return replace(in_units(ou(), time=1.5e8, scale=1e-5), controls=())
+
+
+def pulled() -> SDE:
+    """Return an Ornstein-Uhlenbeck process with a strong pull."""
+    return replace(ou(14.0, 0.5), controls=())
+
+
+def falling_growth() -> SDE:
+    """Return growth that falls by a factor of e^31 within the horizon."""
+    return replace(gbm(-31.0, 0.1), controls=())
+
+
+def fast_growth() -> SDE:
+    """Return growth by a factor of e^40."""
+    return replace(gbm(40.0, 0.5), controls=())
+
+
+def growth() -> SDE:
+    """Return growth by a factor of e^6."""
+    return replace(gbm(6.0, 0.5), controls=())
+
+
+def growth_of_means() -> SDE:
+    """Return growth by a factor of e^8 of which the means alone are known."""
+    whole = gbm(16.0, 1.0, horizon=0.5)
+    return replace(whole, controls=(), truths=tuple(each for each in whole.truths if isinstance(each, Moment)))
+
+
+def loud_well() -> SDE:
+    """Return a double well with so much noise that balanced Euler loses paths on long steps."""
+    return replace(double_well(6.0, 1.0), controls=())
+
+
+def falling_volatility() -> SDE:
+    """Return an equation with a strong pull, whose volatility grows in time."""
+    return replace(growing_volatility(-10.0, 1.0, 3.0), controls=())
+
+
+def slightly_noisier() -> SDE:
+    """Return growth with the truth of one with a hundredth more noise."""
+    return replace(gbm(), truths=(gbm(b=0.606).pathwise,), controls=())
+
+
+def another_growth() -> SDE:
+    """Return growth with the truth of one that is slower by a tenth: a wrong limit for every scheme."""
+    return replace(gbm(2.5, 0.5), truths=(gbm(2.25, 0.5).pathwise,), controls=())
+
+
 VERIFIED, REFUTED = Verdict.VERIFIED, Verdict.REFUTED
 GROUP = COARSE["differences of means grow before they fall"]
 NOISE = COARSE["noise goes up and down within a step"]
@@ -138,6 +240,23 @@ CELLS = {
     "three-point increments and a digital observable": GuardCell(PlatenWeak2(), digital, (Weak(),), VERIFIED, 2048),
     "balanced Euler on a stiff fibre": GuardCell(BalancedEuler(), short_fibre, (Strong(),), REFUTED),
     "explicit and implicit Euler in turns": GuardCell(InTurns(), ou, (Weak(),), REFUTED),
+    "balanced Euler in slow time, along paths": GuardCell(BalancedEuler(), slow_spiral, (Strong(),), REFUTED),
+    "balanced Euler in slow time, in law": GuardCell(BalancedEuler(), slow_spiral, (Weak(),), REFUTED),
+    "balanced Euler, slow and small": GuardCell(BalancedEuler(), slow_and_small, (Weak(),), REFUTED, 256),
+    "balanced Euler with a strong pull, 40 paths": GuardCell(BalancedEuler(), pulled, (Strong(),), REFUTED, 40),
+    "Milstein on growth that falls fast": GuardCell(DeafMilstein(), falling_growth, (Strong(),), REFUTED, 256),
+    "balanced Euler on a loud double well": GuardCell(DeafBalancedEuler(), loud_well, (Strong(),), REFUTED, 512, 4),
+    "tamed Euler on fast growth": GuardCell(DeafTamedEuler(), fast_growth, (Strong(),), REFUTED, 256),
+    "tamed Euler on growth, in law": GuardCell(DeafTamedEuler(), growth, (Weak(),), REFUTED),
+    "balanced Euler with a growing volatility": GuardCell(
+        BalancedEuler(), falling_volatility, (Strong(),), REFUTED, 512, 8
+    ),
+    "tamed Euler and means that grow fast": GuardCell(TamedEuler(), growth_of_means, (Weak(),), REFUTED, 512, 8),
+    "Euler-Maruyama with the truth of slower growth": GuardCell(EulerMaruyama(), another_growth, (Weak(),), VERIFIED),
+    "errors of a rate of 1/2 with a mean that stays": ErrorCell(0.02, VERIFIED),
+    "another noise, and a gate that asks for a hundredth": GuardCell(
+        EulerMaruyama(), slightly_noisier, (Weak(),), VERIFIED, 1024, resolution=0.01
+    ),
     "Milstein with 0.96 of its integral": GuardCell(Deaf(factor=0.96), gbm, (Strong(),), VERIFIED, 2048),
     "one Newton iteration with a delay": GuardCell(SingleIteration(), nonlinear_constraint, (Strong(),), VERIFIED),
     "a bound of 100 for a bias": GuardCell(Unbiased(), ou, (Invariant(),), VERIFIED),

@@ -25,6 +25,7 @@ from .step.one_step import OneStep
 from .step.states import WHEN, reached_states
 
 # Number of pairs of x and y at each step size.
+# Size: pairs that are compared.
 PAIRS = 64
 # Uniform variables at which acceptance is evaluated; an interval in which it changes is bisected. The extremes stand
 # for 0 and 1.

@@ -27,8 +27,10 @@ from .step.nodes import SEED
 # Factors by which the noise of one step is enlarged, and number of paths for each of them. The first factors are
 # close to each other, because states of steep coefficients overflow beyond them at once.
 FAR = 10.0 ** np.append(np.arange(1.0, 2.0, 0.25), np.arange(2.0, 10.0))
+# Size: paths of a run.
 PATHS = 6
 # Ordinary steps before the large one, to forget the special start; largest and smallest number of steps after it.
+# Size: steps of a run.
 BEFORE, MOST, FEWEST = 2, 12, 5
 # Step sizes, as divisors of the unit of time: growth at the first is confirmed at the second.
 PARTS = 2.0**8, 2.0**10

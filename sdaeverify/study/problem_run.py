@@ -8,7 +8,6 @@ finest level is reached.
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 
 from ..contracts.claimed import Exact, Order
 from ..contracts.finding import SAMPLED, Finding, Kind, Verdict
@@ -17,7 +16,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, SchemeEvidence, Task
-from ..verdicts.rules import Case, lies_below, send
+from ..verdicts.rules import Case, send
 from .agreement import agreeing
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
@@ -48,8 +47,6 @@ class CellRun:
         Whether a stage ended without a decision and the next stage would not help.
     halted : str
         Why no further look is taken; empty if further looks are possible.
-    below : dict of str to float
-        By quantity, the half width of the narrowest interval that lay below its claim at a look of this stage.
     """
 
     cell: Cell
@@ -60,15 +57,6 @@ class CellRun:
     min_paths: int = 0
     exhausted: bool = False
     halted: str = ""
-    below: dict[str, float] = field(default_factory=dict)
-
-    def look(self, result: CellResult) -> None:
-        """Store the result of a look, made consistent with the earlier looks on the same levels."""
-        found = result.findings
-        consistent = (send(each, Case(half_width=self.below.get(each.quantity, inf))) for each in found)
-        self.result = replace(result, findings=tuple(consistent))
-        for each in filter(lies_below, found):
-            self.below[each.quantity] = min(self.below.get(each.quantity, inf), each.high - each.estimate)
 
     @property
     def final_evidence(self) -> CellEvidence:
@@ -173,7 +161,7 @@ class ProblemRun:
         """Judge the open cells at the end of a look."""
         runs = [run for run in self.runs if run.asking]
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
-            run.look(result)
+            run.result = result
         self.look += 1
         if self.stages:
             self._mark_for_next_stage([run for run in runs if not run.pathless])
@@ -208,7 +196,7 @@ class ProblemRun:
             run.exhausted, run.finer = run.exhausted or not run.finer, False
         self._begin_stage()
         for run in self._running():
-            run.evidence, run.stage, run.below = run.evidence.without_paths, self.stage, {}
+            run.evidence, run.stage = run.evidence.without_paths, self.stage
             run.min_paths = min(run.min_paths, self.sampled.paths)
 
     def _begin_stage(self) -> None:

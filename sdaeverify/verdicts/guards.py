@@ -5,17 +5,17 @@ guards out one at a time and judges these cells again; the site shows its table.
 """
 
 from ..contracts.finding import ONE_STEP, SAMPLED
-from ..measures.path_errors.order import Fit, _coarse, _on_its_way, _seems_early
-from ..measures.strong.findings import _is_changing
-from ..measures.weak import _grows, _is_coarse_mean, _shrinks, _turns
-from ..measures.weak.probe import _of_mesh, _unless_slow, _unless_taken_back
+from ..measures.path_errors.order import Fit, seems_early, why_coarse, why_on_its_way
+from ..measures.strong.findings import is_changing
+from ..measures.weak import grows, is_coarse_mean, shrinks, turns
+from ..measures.weak.probe import of_mesh, unless_slow, unless_taken_back
 from ..probe.local.smoothness import smoothness
-from ..probe.local.strong_order import _follows_later
+from ..probe.local.strong_order import follows_later
 from ..probe.local.weak_order import WeakOrder
 from . import rules
 from .guard import DECIDE, REFUTE, VERIFY, Guard
 from .opinions import doubt_few_paths, doubt_likeness, doubt_power, is_suspect, of_law, of_memory, of_smooth
-from .path_tests import PathTests, _beside_lost, hold_back, resolve_order, why_vacuous, with_sample
+from .path_tests import PathTests, hold_back, resolve_order, why_lost, why_vacuous, with_sample
 
 OF_ONE_STEP = (
     Guard(
@@ -35,7 +35,7 @@ OF_ONE_STEP = (
         planted="Milstein with clipped increments",
     ),
     Guard(
-        asks=_of_mesh,
+        asks=of_mesh,
         bars=VERIFY,
         tier=ONE_STEP,
         reason="lagged values are interpolated, which one step with an exact history does not show",
@@ -59,7 +59,7 @@ OF_ONE_STEP = (
         planted="three-point increments and a digital observable",
     ),
     Guard(
-        asks=_is_changing,
+        asks=is_changing,
         bars=REFUTE,
         tier=ONE_STEP,
         reason="the local order still changes with the step size",
@@ -67,7 +67,7 @@ OF_ONE_STEP = (
         planted="balanced Euler on a stiff fibre",
     ),
     Guard(
-        asks=_unless_taken_back,
+        asks=unless_taken_back,
         bars=REFUTE,
         tier=ONE_STEP,
         reason="the scheme declares that later steps take errors of single steps back",
@@ -75,12 +75,12 @@ OF_ONE_STEP = (
         planted="explicit and implicit Euler in turns",
     ),
     Guard(
-        asks=_follows_later,
+        asks=follows_later,
         bars=DECIDE,
         tier=ONE_STEP,
         reason="a step follows the equation at much shorter step sizes only, as taming does",
         remedy="shorter steps than a run has",
-        planted="",
+        planted="balanced Euler in slow time, along paths",
     ),
     Guard(
         asks=WeakOrder.rises,
@@ -88,15 +88,15 @@ OF_ONE_STEP = (
         tier=ONE_STEP,
         reason="the local weak order rises at much shorter step sizes",
         remedy="shorter steps than a run has",
-        planted="",
+        planted="balanced Euler in slow time, in law",
     ),
     Guard(
-        asks=_unless_slow,
+        asks=unless_slow,
         bars=DECIDE,
         tier=ONE_STEP,
         reason="the equation is slow, and rounding hides the errors of steps short enough for the scheme",
         remedy="a longer horizon",
-        planted="",
+        planted="balanced Euler, slow and small",
     ),
 )
 OF_PATHS = (
@@ -106,7 +106,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the sample is too small for the level of the test, or its tails are heavy",
         remedy="more paths",
-        planted="",
+        planted="balanced Euler with a strong pull, 40 paths",
     ),
     Guard(
         asks=resolve_order,
@@ -138,10 +138,10 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the order along paths still rises with refinement",
         remedy="finer steps",
-        planted="",
+        planted="Milstein on growth that falls fast",
     ),
     Guard(
-        asks=_seems_early,
+        asks=seems_early,
         bars=REFUTE,
         tier=SAMPLED,
         reason="errors fall like their differences on the finest steps, as they do not towards a wrong limit",
@@ -149,7 +149,7 @@ OF_PATHS = (
         planted="balanced Euler on a stiff fibre",
     ),
     Guard(
-        asks=_turns,
+        asks=turns,
         bars=REFUTE,
         tier=SAMPLED,
         reason="mean differences grow up to some step size and fall from there on",
@@ -165,52 +165,52 @@ OF_PATHS = (
         planted="Heun with noise that oscillates within a step",
     ),
     Guard(
-        asks=_beside_lost,
+        asks=why_lost,
         bars=REFUTE,
         tier=SAMPLED,
         reason="paths are lost at step sizes hardly longer than those that are fitted",
         remedy="finer steps",
-        planted="",
+        planted="balanced Euler on a loud double well",
     ),
     Guard(
-        asks=_coarse,
+        asks=why_coarse,
         bars=REFUTE,
         tier=SAMPLED,
         reason="the error of a component is a quarter of its motion, and still changes as h is halved",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler on fast growth",
     ),
     Guard(
-        asks=_on_its_way,
+        asks=why_on_its_way,
         bars=REFUTE,
         tier=SAMPLED,
         reason="the order is as claimed at the next step size if it rises once more as it did last",
         remedy="finer steps",
-        planted="",
+        planted="balanced Euler with a growing volatility",
     ),
     Guard(
-        asks=_is_coarse_mean,
+        asks=is_coarse_mean,
         bars=REFUTE,
         tier=SAMPLED,
         reason="the error of a mean is a quarter of the mean",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler on growth, in law",
     ),
     Guard(
-        asks=_grows,
+        asks=grows,
         bars=DECIDE,
         tier=SAMPLED,
         reason="mean differences do not fall yet",
         remedy="finer steps",
-        planted="",
+        planted="tamed Euler and means that grow fast",
     ),
     Guard(
-        asks=_shrinks,
+        asks=shrinks,
         bars=VERIFY,
         tier=SAMPLED,
         reason="the finest mean difference is larger than all others",
         remedy="finer steps",
-        planted="",
+        planted="Euler-Maruyama with the truth of slower growth",
     ),
     Guard(
         asks=is_suspect,
@@ -218,7 +218,7 @@ OF_PATHS = (
         tier=SAMPLED,
         reason="the same paths speak against the claim",
         remedy="finer steps",
-        planted="",
+        planted="errors of a rate of 1/2 with a mean that stays",
     ),
     Guard(
         asks=doubt_few_paths,

@@ -336,7 +336,7 @@ def hold_back(
     if tests.against == 1.0:
         return tests
     finest = min(evidence.step_sizes[level] for level in levels)
-    why = why_not_resolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
+    why = why_not_resolved(evidence.view, finest) or why_lost(evidence, levels) or coarse
     if not why:
         return tests
     held = tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
@@ -344,7 +344,7 @@ def hold_back(
     return held._replace(limit=1.0)
 
 
-def _beside_lost(evidence: Evidence, levels: Array) -> str:
+def why_lost(evidence: Evidence, levels: Array) -> str:
     """Return the reason that paths are lost on step sizes hardly longer than the fitted ones, or an empty string.
 
     Near-exploding paths dominate the errors there, and an order shows only on steps far from the loss.

@@ -12,10 +12,9 @@ the finding allow it.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import reduce
-from math import inf, isinf, isnan
+from math import inf, isnan
 from typing import Any, NamedTuple
 
-from ..contracts.claimed import Order
 from ..contracts.finding import ONE_STEP, SAMPLED, Finding, Kind, Reason, Verdict
 from .guard import DECIDE, REFUTE, VERIFY, Guard
 
@@ -53,9 +52,6 @@ class Case(NamedTuple):
         Number of interim analyses of the paths: each look is a test.
     finer : bool
         Whether finer levels are drawn for the finding.
-    half_width : float
-        Distance from the estimate to the upper end of the narrowest interval that lay below the claim at an earlier
-        look on the same levels; infinite if none did.
     diverges : str
         Why the claim cannot hold in its sense: moments of the scheme tend to infinity, or it has no invariant law.
     elsewhere : str
@@ -73,7 +69,6 @@ class Case(NamedTuple):
     end: Reason = Reason()
     looks: int = 1
     finer: bool = False
-    half_width: float = inf
     diverges: str = ""
     elsewhere: str = ""
     stopped: str = ""
@@ -133,14 +128,6 @@ def doubt_end(finding: Finding, case: Case) -> Doubt | None:
     return Doubt("" if finding.reason.has(Kind.LOST_INDEX) else case.end, added=True)
 
 
-def doubt_wider_interval(finding: Finding, case: Case) -> Doubt | None:
-    """Return the doubt that fewer paths gave a narrower interval below the claim, typical of heavy tails."""
-    if finding.verdict is not Verdict.VERIFIED or isinf(case.half_width) or not lies_below(finding, case.half_width):
-        return None
-    text = "the order of fewer paths lies below the claim, and its interval is only wider now"
-    return Doubt(Reason(text, Kind.GUARD), settled=False)
-
-
 def doubt_other_findings(finding: Finding, case: Case) -> Doubt | None:
     """Return the doubt that another finding on the same scheme and problem has shown an error."""
     asked = finding.verdict in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}
@@ -153,16 +140,6 @@ def doubt_resolution(finding: Finding, case: Case) -> Doubt | None:
         return None
     text = "an error of {seen:.2g} times the size of the limit could go undetected, the policy allows {asked:g}"
     return Doubt(Reason(text, numbers={"seen": finding.resolution, "asked": case.resolution}))
-
-
-def lies_below(finding: Finding, half_width: float = inf) -> bool:
-    """Return whether the interval of an order lies below the claim.
-
-    The upper half-width of the interval is replaced by `half_width` if that is smaller.
-    """
-    if finding.claim is None or not isinstance(finding.claim.value, Order):
-        return False
-    return finding.estimate + min(half_width, finding.high - finding.estimate) < finding.claim.value.floor
 
 
 def count_looks(finding: Finding, case: Case) -> Finding:
@@ -237,14 +214,6 @@ END = Guard(
     remedy="a shorter horizon",
     planted="a pole within the horizon",
 )
-WIDER_INTERVAL = Guard(
-    asks=doubt_wider_interval,
-    bars=VERIFY,
-    tier=SAMPLED,
-    reason="the interval of fewer paths lay below the claim, and is only wider now",
-    remedy="more paths",
-    planted="",
-)
 OTHER_FINDINGS = Guard(
     asks=doubt_other_findings,
     bars=VERIFY,
@@ -259,7 +228,7 @@ RESOLUTION = Guard(
     tier=None,
     reason="an error of the size that the policy of a gate must detect could go undetected",
     remedy="more paths",
-    planted="",
+    planted="another noise, and a gate that asks for a hundredth",
 )
 Step = Callable[[Finding, Case], Finding]
 # In the order of application: guards, and steps that count tests or state why a run continues or stopped.
@@ -269,7 +238,6 @@ RULES: tuple[Guard | Step, ...] = (
     MOMENTS,
     END,
     count_looks,
-    WIDER_INTERVAL,
     wait_for_finer_levels,
     OTHER_FINDINGS,
     tell_stop,

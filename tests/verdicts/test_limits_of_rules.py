@@ -2,20 +2,24 @@
 
 from dataclasses import replace
 from math import inf
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from facade import (
+    EXPLOSION,
     Case,
     EulerMaruyama,
+    Explosion,
+    Invariant,
     Objection,
+    Strong,
     StrongOrder,
     beside,
     claim_for,
     gbm,
     judge_strong,
-    lies_below,
     path_tests,
     resolve_order,
     rules,
@@ -24,11 +28,13 @@ from facade import (
     too_coarse,
     unlike,
     up_to,
+    why_divergent,
     why_vacuous,
 )
 from measures import test_mean_order as mean_orders
 from sdaeverify import Claim, Scheme, Settings
 from sdaeverify.measuring import (
+    Coverage,
     Estimate,
     Evidence,
     Finding,
@@ -42,8 +48,11 @@ from sdaeverify.measuring import (
     decide,
     group_sums,
     guard,
+    judge_claim,
     local_doubt,
     order_tests,
+    packed,
+    why_not_claimed,
     with_sample,
 )
 from study.test_agreement import CLAIM, LAW, PATHS, PROBLEM, agreeing, left, result, verified
@@ -53,10 +62,73 @@ LOCAL = Opinion(Verdict.VERIFIED, Reason("strong order 1.00"), 1)
 NOTHING = PathTests(1.0, 1.0, Reason("figures"))
 
 
+class Traited(EulerMaruyama):
+    """A scheme with claims for every problem, for a trait that growth has, and for one that it has not."""
+
+    name: ClassVar[str] = "traited"
+    claims: ClassVar[tuple[Claim, ...]] = (
+        ONE,
+        replace(ONE, measure="near", when=frozenset({"linear-growth"})),
+        replace(ONE, measure="far", when=frozenset({"additive-noise"})),
+    )
+
+
+def claim(value):
+    """Return a claim of a value."""
+    return replace(ONE, value=value) if isinstance(value, float) else Claim(measure="any", value=value, source="test")
+
+
 def evidence(paths=4096, **settings):
     """Return evidence of a number of paths, and of nothing else."""
     tally = Tally(sums={"paths": group_sums(np.ones(paths))} if paths else {})
     return Evidence(EulerMaruyama(), gbm(), gbm(), Settings(paths=8192, **settings), tally, Tally())
+
+
+class TestKnownClaims:
+    """Which claim covers a quantity, and whether its measure knows what is claimed."""
+
+    def test_a_claim_is_judged_if_its_measure_knows_the_value(self):
+        """Orders are known to measures without words, words to those that list them; nothing else is judged."""
+        judged = [
+            (value, words, judge_claim(Coverage("x", claim(value)), lambda _: LOCAL, words, tier=2))
+            for value in (1.0, "stable", "round-off")
+            for words in ((), ("stable",), ("other",))
+        ]
+        known = {(value, words) for value, words, found in judged if found is LOCAL}
+        assert known == {(1.0, ()), ("stable", ("stable",))}
+        unknown = [found for *_, found in judged if found is not LOCAL]
+        assert {(found.verdict, found.tier, found.reason.kind) for found in unknown} == {
+            (Verdict.INCONCLUSIVE, 2, Kind.UNKNOWN_VALUE)
+        }
+
+    def test_without_a_claim_nothing_is_judged(self):
+        """The quantity is out of scope, for the reason of the gap."""
+        found = judge_claim(Coverage("x", None, Reason("a gap")), lambda _: LOCAL)
+        assert (found.verdict, str(found.reason)) == (Verdict.OUT_OF_SCOPE, "a gap")
+
+    def test_a_measure_without_a_claim_is_named(self):
+        """A claim counts if it is about the measure and its traits are those of the problem."""
+        assert why_not_claimed(Traited(), gbm(), "any") == why_not_claimed(Traited(), gbm(), "near") == ""
+        assert why_not_claimed(Traited(), gbm(), "far") == "no claim about far here"
+        assert why_not_claimed(Traited(), gbm(), "none", "this") == "no claim about this here"
+
+    @pytest.mark.parametrize(
+        ("claimed", "measure", "power", "why"),
+        [
+            (ONE, Strong(), 2.0, "E|x_n|^p grows"),
+            (ONE, Strong(), 1.0, ""),
+            (None, Strong(), 2.0, ""),
+            (replace(ONE, sense="in probability"), Strong(), 2.0, ""),
+            (ONE, Invariant(), 2.0, "rare paths"),
+            (replace(ONE, sense="in probability"), Invariant(), 2.0, "rare paths"),
+        ],
+    )
+    def test_a_claim_that_rests_on_moments_fails_where_they_explode(self, claimed, measure, power, why):
+        """In mean square, or of an invariant law; what was not probed is not known to explode."""
+        known = packed(EXPLOSION, Explosion(*map(np.float64, (power, 0.5, 1e3, 1e9))))
+        assert why_divergent(claimed, measure, known).startswith(why)
+        assert bool(why_divergent(claimed, measure, known)) is bool(why)
+        assert why_divergent(claimed, measure, Tally()) == ""
 
 
 class TestOrders:
@@ -308,17 +380,21 @@ class TestAgreement:
         found = left(agreeing(PROBLEM, [result(PATHS, finding), *others]))
         assert found == {("of paths", "q"), ("of law", "q^2")} | ({("of paths", "state")} if stays else set())
 
-    def test_an_interval_below_the_claim_is_remembered_by_its_half_width(self):
-        """It lies below if its upper end does; the narrower of two half widths counts."""
-        wide = replace(low(0.9), claim=ONE, estimate=0.7)
-        assert not lies_below(wide)
-        assert lies_below(wide, 0.09)
-        assert not lies_below(wide, 0.11)
-        assert lies_below(replace(wide, high=0.79), inf)
-
 
 class TestLevels:
     """Levels that a slope is fitted to."""
+
+    @pytest.mark.parametrize(("failed", "seen"), [([3, 0], True), ([3, 3], False)])
+    def test_an_order_is_never_seen_if_all_levels_go_wrong(self, failed, seen):
+        """The remark says so then, and only then."""
+        _, remarks = sound_levels({"failed": np.array(failed), "truncated": np.zeros(2)})
+        assert ("never seen" not in str(remarks)) is seen
+
+    def test_the_end_of_a_solution_is_a_mean_over_the_paths_that_end(self):
+        """Times are summed over the paths, at the finest level that loses some."""
+        none = {"failed": np.zeros(3), "truncated": np.zeros(3)}
+        lost = {"singular": np.array([4.0, 2.0, 0.0]), "singular_time": np.array([1.0, 1.4, 0.0])}
+        assert "on 2 paths at t = 0.7 in the mean" in str(sound_levels({**none, **lost})[1])
 
     @pytest.mark.parametrize(("failed", "first"), [((0, 0, 0, 0), 0), ((1, 0, 0, 0), 1), ((1, 0, 1, 0), 3)])
     def test_levels_are_finer_than_each_one_that_failed(self, failed, first):
@@ -395,13 +471,6 @@ class TestRules:
         """An error that nobody asks about stays verified."""
         assert send(replace(SURE, resolution=seen), Case(resolution=0.02)).verdict is verdict
         assert send(replace(SURE, resolution=inf), Case()).verdict is Verdict.VERIFIED
-
-    @pytest.mark.parametrize(("half_width", "verdict"), [(0.05, Verdict.INCONCLUSIVE), (0.2, Verdict.VERIFIED)])
-    def test_a_narrower_interval_below_the_claim_is_not_forgotten(self, half_width, verdict):
-        """The estimate is 0.7, and the claim holds from 0.8 on."""
-        found = send(replace(SURE, estimate=0.7, high=1.0), Case(half_width=half_width))
-        assert found.verdict is verdict
-        assert found.settled is (verdict is Verdict.VERIFIED)
 
     def test_what_waits_for_finer_levels_is_open(self):
         """And may be decided by them."""

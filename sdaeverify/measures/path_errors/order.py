@@ -302,7 +302,7 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
-        early = _above(fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
+        early = _above(fitted, claim) or seems_early(quantity, fitted.levels, bias.bound)
         tests = _with_limit(tests, fitted, early=early)
     else:
         reason = tests.reason.then("relative to the scheme's own limit because no exact solution is known", ", but ")
@@ -314,13 +314,13 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
         tests = tests.held("the order still rises: take finer steps")
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
-        coarse = _coarse(evidence, int(fitted.levels[-1]))
-        if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
+        coarse = why_coarse(evidence, int(fitted.levels[-1]))
+        if not coarse and (coarse := why_on_its_way(quantity, fitted.levels, claim)):
             growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
     return hold_back(fitted.calibrate(tests), evidence, fitted.levels, coarse, growth)
 
 
-def _coarse(evidence: Evidence, finest: int) -> str:
+def why_coarse(evidence: Evidence, finest: int) -> str:
     """Return a text on a component that the finest steps do not resolve, with its error; empty if there is none.
 
     Its error is a large part of the solution's motion, and halving the step still changes it by as much as if errors
@@ -339,8 +339,16 @@ def _coarse(evidence: Evidence, finest: int) -> str:
     return ""
 
 
-def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
-    """Return a text that the local order, extrapolated by its last rise, reaches the claim; empty if it does not."""
+def why_on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
+    """Return a text that the local order, extrapolated by its last rise, reaches the claim; empty if it does not.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    levels : ndarray of int
+        Levels of the fit.
+    claim : Claim
+    """
     rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
     if not (isinstance(claim.value, Order) and rise > RISING and ahead >= claim.value.floor):
         return ""
@@ -364,10 +372,18 @@ def _above(fitted: Fit, claim: Claim) -> bool:
     return isinstance(claim.value, Order) and fitted.interval[0] > claim.value.least
 
 
-def _seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
+def seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
     """Return whether the finest errors fall like their differences, or significantly begin to do so.
 
     Other levels are too coarse then. Towards a wrong limit, errors level off further with each halving of the step.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    levels : ndarray of int
+        Levels of the fit.
+    bias : float
+        Bound of the bias of the slope.
     """
     if len(levels) <= FEWEST:
         return False

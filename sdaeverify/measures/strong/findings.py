@@ -467,13 +467,23 @@ def _too_low(order: StrongOrder, claim: float, text: str, *, sharp: bool) -> Opi
     if order.turns and order.p2 - 0.5 >= bound:
         return local_doubt(f"{text}; the mean error changes sign")
     low = [pair for pair in order.each or ((order.order, order.ahead),) if pair[0] < bound]
-    if all(_is_changing(now, ahead, bound, typical=order.typical) for now, ahead in low):
+    if all(is_changing(now, ahead, bound, typical=order.typical) for now, ahead in low):
         now, ahead = min(low)
         return local_doubt(f"{text}; still changing, towards {ahead:.2f}", _kind(order), against=ahead < now)
     return local_opinion(Verdict.REFUTED, text)
 
 
-def _is_changing(now: float, ahead: float, bound: float, *, typical: float) -> bool:
-    """Return whether an order below its bound may still reach it: it changes, or rises while most states have it."""
+def is_changing(now: float, ahead: float, bound: float, *, typical: float) -> bool:
+    """Return whether an order below its bound may still reach it: it changes, or rises while most states have it.
+
+    Parameters
+    ----------
+    now, ahead : float
+        The order, and the one to be expected at the next smaller step.
+    bound : float
+        The least order that is accepted.
+    typical : float
+        The order at most states.
+    """
     rises = ahead > now + RISING and typical >= bound
     return ahead >= bound or abs(ahead - now) > SETTLED or rises

@@ -128,7 +128,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     off = _off_limit(evidence, means)
     limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
-        suspected = min(limit.suspected, _shrinks(means, levels))
+        suspected = min(limit.suspected, shrinks(means, levels))
         tests = limit._replace(verified=1.0, blind=blind, suspected=suspected, limit=limit.refuted, remedy=Reason())
         return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), CHANGES_SIGN)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
@@ -151,14 +151,14 @@ def _tests(
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
         text = "bias below sampling noise ({standard_errors:.1f} of {needed:g} standard errors)"
         unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
-        tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
+        tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, shrinks(means, levels))
         remedy = limit.remedy or ask_to_resolve(resolved, RESOLVED, evidence.paths)
         return tests._replace(limit=limit.refuted, remedy=remedy)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
     assert isinstance(claim.value, Order)
     refuted = max(order.refuted, corrected.p_below(claim.value.floor))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
-    if rising or _is_coarse_mean(means, int(levels[-1])) or _turns(means, levels):
+    if rising or is_coarse_mean(means, int(levels[-1])) or turns(means, levels):
         refuted = 1.0
     tests = PathTests(
         max(order.verified, limit.verified),
@@ -190,17 +190,17 @@ def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> 
     return error.growth_to_see(forbidden, confidence)
 
 
-def _shrinks(means: Means, levels: Array) -> float:
+def shrinks(means: Means, levels: Array) -> float:
     """Return the p-value of the hypothesis that the finest difference is not larger than every other one."""
     return max(grown.p_above(0.0) for grown in means.grown(levels))
 
 
-def _is_coarse_mean(means: Means, finest: int) -> bool:
+def is_coarse_mean(means: Means, finest: int) -> bool:
     """Return whether the error is comparable with the expectation itself: steps are too coarse for an order."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 
 
-def _turns(means: Means, levels: Array) -> bool:
+def turns(means: Means, levels: Array) -> bool:
     """Return whether differences significantly grow with refinement up to some level and fall from there on.
 
     A slope across the largest of them is not an order.
@@ -231,7 +231,7 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     if means.heavy:
         # The limit may look wrong all the same.
         return PathTests.none("heavy tails: the mean of few paths confirms no limit")._replace(suspected=wrong)
-    if _grows(means):
+    if grows(means):
         # The distance from the limit cannot be extrapolated.
         return PathTests.none("mean differences do not fall yet: take finer steps")._replace(suspected=wrong)
     # A mean that is off only for the claimed order tends to the limit, but more slowly.
@@ -251,7 +251,7 @@ def _p_wrong(evidence: Evidence, means: Means, off: Off, allowed: float) -> floa
     return correct_for_skewness(p, means.skewness if is_low else -means.skewness, float(means.counts.sum()))
 
 
-def _grows(means: Means) -> bool:
+def grows(means: Means) -> bool:
     """Return whether the last difference is significantly larger than for half of the slowest order."""
     before, last = (means.difference(level) for level in range(means.errors - 2, means.errors))
     return bool(abs(last.value) - RESOLVED * last.se > 2.0 ** (-0.5 * SLOWEST) * abs(before.value))

@@ -198,13 +198,13 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     sharp = evidence.scheme.local_order_is_global
     opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance, sharp)
     opinion = opinion and of_smooth(of_law(opinion, least, evidence, paths=False), least, evidence)
-    opinion = opinion and _of_mesh(opinion, least, evidence)
+    opinion = opinion and of_mesh(opinion, least, evidence)
     final = opinion is not None and opinion.final
     if claim.quantities and known and not final:
         return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
-    further = _up_to_memory(_unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
+    further = _up_to_memory(unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
     # A contradiction by one step is not overruled at T: moments and means on a chart may miss the states it was seen
     # at.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
@@ -213,12 +213,17 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
 
 
-def _of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+def of_mesh(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
     """Return the opinion of a local order, left open for claims above 1 if lagged values are interpolated.
 
     One step has the older solution at its ends. Between the points x_k and x_{k+1} of a mesh, Brownian motion is a
     bridge of variance delta (1 - delta) h about the line through them. So functions that are nonlinear in a lagged
     value have a mean with an error of order h.
+
+    Parameters
+    ----------
+    opinion, claim, evidence
+        As of `of_smooth`.
     """
     delayed = evidence.view.capability(Delayed)
     if delayed is None or not delayed.mesh(evidence.step_sizes[-1]).delta:
@@ -265,7 +270,7 @@ def _judge_named(
     own = evidence.without_paths.read(_read_own, evidence.view, observable)
     if own is not None:
         judged = _judge_in_runs(own, claim.least, max(TOLERANCE, claim.margin), weak_probe(evidence).memory)
-        judged = _unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
+        judged = unless_taken_back(judged, sharp=evidence.scheme.local_order_is_global)
         if judged.verdict is Verdict.REFUTED:
             return judged, False
     return local_doubt(f"{opinion.reason}, for other functions; {observable} may have a higher order"), False
@@ -295,10 +300,10 @@ def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float, sh
     probed = tally.read(_read_probe, view)
     if probed.local is None:
         return None
-    return _unless_taken_back(_judge_in_runs(probed.local, claim, tolerance, probed.memory), sharp=sharp)
+    return unless_taken_back(_judge_in_runs(probed.local, claim, tolerance, probed.memory), sharp=sharp)
 
 
-def _unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
+def unless_taken_back(opinion: Opinion, *, sharp: bool) -> Opinion:
     """Return the opinion of one step on a weak order, left open if later steps cancel its errors.
 
     Parameters
@@ -327,7 +332,7 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     return _opinion(found.low, found.high, claim, text)
 
 
-def _unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
+def unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
     """Return the opinion at T, which does not refute alone if the equation is slow.
 
     A scheme that bounds its noise by 1 has its order on steps whose errors are below rounding there.
@@ -396,7 +401,7 @@ def _claimed_verdicts(order: WeakOrder, scheme: Scheme) -> list[Verdict]:
     values = (claim.value for claim in scheme.promises if claim.measure == "weak")
     orders = (value for value in values if isinstance(value, Order))
     judged = (judge_weak(order, value.least, max(TOLERANCE, value.margin)) for value in orders)
-    return [_unless_taken_back(opinion, sharp=scheme.local_order_is_global).verdict for opinion in judged]
+    return [unless_taken_back(opinion, sharp=scheme.local_order_is_global).verdict for opinion in judged]
 
 
 @lru_cache(maxsize=16)
@@ -424,7 +429,7 @@ def member_finding(scheme: Scheme, view: Problem, covered: Coverage) -> Finding:
     if why or claim is None or not isinstance(claim.value, Order):
         return finding(covered, local_doubt(why))
     order, value = weak_order(local.local_weak_from(*pair, _reference_near_start(pair[1]))), claim.value
-    opinion = _unless_taken_back(judge_weak(order, value.least, TOLERANCE), sharp=scheme.local_order_is_global)
+    opinion = unless_taken_back(judge_weak(order, value.least, TOLERANCE), sharp=scheme.local_order_is_global)
     evidence = Evidence.of_one_step(scheme, view)
     opinion = of_law(opinion, value.least, evidence, paths=False)
     return finding(covered, opinion, method=Method("local weak order", 1), details={"local_order": order.order})

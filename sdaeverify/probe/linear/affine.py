@@ -10,7 +10,9 @@ from ...arrays import Array
 from ..step.nodes import SEED
 
 # The relative defect of an affine function is a few times 1e-16 (rounding); that of other functions is far larger.
+# Rounding: a few EPS of the terms; another function is off by a part of them.
 AFFINE = 1e-10
+# Size: of the trial states.
 SIZES = (0.1, 1.0, 10.0, 100.0)
 TINY = float(np.finfo(float).tiny)
 

@@ -30,8 +30,10 @@ from ..step.states import WHEN
 
 EPS = float(np.finfo(float).eps)
 # Rounding error of a handful of operations, and of the slack per unit of its two terms.
+# Rounding: EPS for each operation.
 ROUNDING = 32.0 * EPS
 # Largest exponent: e^CLIP can be squared without overflow.
+# Rounding: e^600 is less than the largest number, e^709.
 CLIP = 300.0
 # Sizes of the states: 1 in the problem's unit, and sizes for the limits of small and of large states.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14

@@ -217,6 +217,7 @@ def _advance(
 # checks.
 REACH, TRIALS = 4.0, 3
 # Only one of this number of probe times after the delay is used.
+# Size: times that are tried.
 FEWER = 4
 
 

@@ -17,6 +17,7 @@ from ..step.states import cloud
 from .affine import AFFINE, at_corners, corners, defect, with_trials
 from .second_moments import Operator, on_symmetric, smat, svec
 
+# Size: times that are tried, as parts of the horizon.
 TIMES = (0.3, 0.9)
 RESIDUAL = 0.5
 

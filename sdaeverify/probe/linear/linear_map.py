@@ -15,6 +15,7 @@ from ..step.states import spread_states
 from .affine import at_corners, corners, defect, with_trials
 
 # Steps of a run after which the map is checked: as many as `probe.step.times` compares in a row.
+# Size: steps in a row.
 ROW = 128
 # Larger states come from unstable steps and are ignored.
 LARGEST = 1e8

@@ -39,20 +39,26 @@ from .second_moments import smat, svec
 from .step_moments import step_moments
 
 # Rounding error of a matrix power or exponential, in units of EPS times the number of steps times the largest moment.
+# Rounding: EPS for each operation of a product.
 ROUNDING = 16.0
+# Size: further step sizes.
 FURTHER = 6
 # Shortest step size in units of time; on long horizons it is needed as well, because the errors of a scheme with its
 # own time scale show no order at longer steps.
 SHORT = 2.0**-8
 # Errors above this multiple of the floor are known to two digits: a local order then has an error below 0.03.
+# Rounding: log2 of 1.01/0.99 is 0.029.
 ABOVE_FLOOR = 100.0
 # Assumed accuracy of declared moments relative to the largest moment; more step sizes would give no more information.
 KNOWN = 1e-10
 DELAY_FURTHER, FEWEST = 2, 3
 # Deviation from a quadratic function that counts as rounding, relative to its terms; it is checked at trial states of
 # these scales.
+# Rounding: of the sums of an observable.
 QUADRATIC = 1e-12
+# Size: of the trial states.
 SCALES = (1.0, 8.0)
+# Size: moments that are compared.
 POWERS = (1, 2)
 
 

@@ -18,6 +18,7 @@ from .linear_map import MemoryStep
 from .second_moments import Operator
 
 # Directions whose relative contribution to the span is smaller count as dependent.
+# Rounding: of a projection on the directions before.
 ADDS = 1e-12
 
 

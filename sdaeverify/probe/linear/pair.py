@@ -25,6 +25,7 @@ from .equation import LinearEquation, linear_equation, why_not_linear_equation
 from .linear_map import MemoryStep, linear_map
 
 # Rounding error of one recursion, in units of EPS and of the size of the moments.
+# Rounding: EPS for each operation.
 ROUNDING = 16.0
 # Largest condition number of the eigenvectors of A.
 ILL = 1e6

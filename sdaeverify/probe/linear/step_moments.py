@@ -30,12 +30,14 @@ from .linear_map import LinearMap, MemoryStep, factors_at, linear_map
 from .second_moments import Operator
 
 # Number of initial panels, which is even, and of nodes in each: one panel resolves the normal density.
+# Size: panels and nodes.
 FIRST, NODES = 8, 16
 GAUSS_LEGENDRE = np.polynomial.legendre.leggauss(NODES)
 # A panel and its halves agree if they differ by at most this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump the error is the length of a panel, which is below 1e-12 in the last round.
 ROUNDS = 44
+# Size: panels at most.
 MOST_PANELS = 256
 FAR = 60.0
 SPACING = 0.125
@@ -44,19 +46,25 @@ ZOOM, ZOOMS = 8, 8
 # Peaks that after this number of zooms have hardly risen above the first value, nor far above the grid, are not
 # refined further.
 LOOKED, FLAT, RISEN = 3, 1.001, 2.0
+# Size: peaks at most.
 MOST_PEAKS = 64
 # Most nodes along lines in one call of a step: more states of many components do not fit the processor's caches.
+# Size: nodes of a call.
 AT_ONCE = 4_400
 # |z - z*|^-p has an infinite second moment for p >= 1/2; a peak of finite height has p = 0.
 EXPONENT = 0.45
 # Image of a state, shape (k, K), as a function of normals x, shape (variables, K).
 Image = Callable[[Array], Array]
 # If a search for kinks follows, only the first few rules of the ladder are tried.
+# Size: nodes of the rules.
 LADDER, FEW = (5, 9, 15, 25, 41), 3
+# Size: nodes of the rules on either side of a kink.
 SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
 # Most entries of the matrices at all nodes: 64 MiB.
+# Size: memory.
 ENTRIES = 1 << 23
+# Size: states that are tried.
 TRIALS = 3
 
 

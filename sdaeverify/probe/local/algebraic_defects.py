@@ -26,6 +26,7 @@ from .delay_links import Y, remove_delay
 from .orders import worst_order
 from .strong_defects import LEVELS
 
+# Size: nodes of a variable.
 NODES = 4
 
 

@@ -29,6 +29,7 @@ from .strong_defects import LEVELS
 # Step sizes in units of the horizon, or of time if that is shorter: small enough that right terms do not hide an
 # error of one per cent of the noise.
 SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
+# Size: nodes of a variable.
 NODES = 4
 
 
@@ -134,6 +135,7 @@ def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
 # error is the difference between a step and two half steps.
 
 
+# Size: nodes of a variable.
 DELAY_NODES = 5
 
 

@@ -32,13 +32,16 @@ from .step_law import FINER, ROUNDINGS, SETTLED, EquationRates, equation_rates, 
 
 # Total number of draws, number of times in the run; largest work, and fewest draws for large systems, which have more
 # motions per draw.
+# Size: draws and times.
 DRAWS, TIMES, WORK, FEWEST = 10_000, 4, 2**21, 512
 # Smallest p of clipped increments that allow an order of 1/2; see `Law.most`.
+# Theorem: the one that `Law.most` names.
 LEAST_CLIP = 0.5
 # A larger difference, relative to the noise, is followed to shorter steps: for a right scheme it decreases like
 # sqrt(h), or like h^(1/4) if it is tamed.
 SMALL = 1e-3
 # Standard errors from which a mean differs from that of the noise: one in 10^6 by chance.
+# Level: 6e-7 of a normal mean, two-sided.
 STANDARD_ERRORS = 5.0
 
 

@@ -10,6 +10,7 @@ from ...arrays import Array
 TOLERANCE = 1e-6
 FLAT = 0.35
 # A level is used if it exceeds a plateau by this factor: the plateau then changes a local order by less than 0.03.
+# Rounding: log2 of (1 + 1/30)/(1 + 1/60) is 0.023, where defects halve.
 CLEAR = 30.0
 # Rounding errors of a defect are some hundred times smaller than this part of the solution's size.
 ROUNDING = 6e-14

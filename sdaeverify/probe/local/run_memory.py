@@ -21,6 +21,7 @@ from ..step.nodes import SEED
 # Paths of a run, parts of the comparison, steps, and number of halvings to test whether differences vanish; larger
 # number if they do not seem to, because a scheme may act every few steps only, which need not occur in a part with
 # few steps.
+# Size: paths, parts and steps of the runs.
 PATHS, PARTS, COARSE, FINER, FINEST = 64, 8, 40, 2, 4
 # Relative to the movement of the solution: smaller differences are ignored. A difference of order h^(1/2) is halved
 # on steps of a fourth of the size; one that decreases by less than the second factor stays.

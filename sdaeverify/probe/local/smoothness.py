@@ -33,11 +33,14 @@ from ..step.nodes import SEED
 from ..step.states import WHEN, reached_states, time_unit
 
 # Number of lines between states, and of initial intervals of each line.
+# Size: lines and intervals.
 LINES, CUTS = 64, 32
 # Number of lines through states at each time, and of initial intervals. To both sides they extend as far as a
 # solution moves in a step of this size, in units of time, so that they stay near a manifold of the states.
+# Size: lines and intervals.
 AT_A_TIME, SHORT_CUTS, SHORT = 4, 8, 2.0**-6
 # Parts of the horizon on which a coefficient is followed in time, initial intervals of each, and number of states.
+# Size: lines and intervals.
 TIME_LINES, TIME_CUTS, AT_STATES = 8, 16, 4
 # Halvings towards a jump, and towards a kink; the last ones show whether differences decrease. After more halvings a
 # difference of order l^2 would be rounding.
@@ -51,8 +54,10 @@ SMALL, ROUNDINGS = 1e-6, 64.0
 # larger by chance. They are evaluated at this part of an interval, because simple formulas have kinks at its ends.
 TINY, TIMES, BESIDE = 2.0**-30, 8.0, 0.37
 # Number of random roundings of the points of a line.
+# Size: roundings that are tried.
 TRIALS = 4
 # Order for which no coefficient needs derivatives in the state.
+# Theorem: Milstein 1988, Theorem 1.
 LIPSCHITZ_ORDER = 0.5
 
 

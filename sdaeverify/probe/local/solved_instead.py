@@ -30,6 +30,7 @@ RESOLUTION, DEFECT = 2e-5, 1e-3
 # Part of the exact variance below which there is no noise but rounding; a noise h dW has 1e-7.
 NO_NOISE = 1e-12
 # Numbers of times and states at which rates are compared, and the largest growth of states.
+# Size: times and states.
 TIMES, STATES, GROWN = 5, 6, 10.0
 # Relative step of the difference quotients of the diffusion along its columns.
 ALONG = 1e-5

@@ -52,8 +52,10 @@ TYPICAL = 0.2
 ROUNDINGS = 64.0
 # Largest product of components, nodes, states and times for one step size: for large systems fewer times are used,
 # but at least this number.
+# Size: memory, and parts of the run.
 MOST, FEWEST = 2**17, 4
 # States times nodes of a step: with more nodes there are fewer states.
+# Size: states times nodes.
 WORK = 256
 MOMENTS = ("mean", " (Ito/Stratonovich?)"), ("covariance", "")
 

@@ -36,8 +36,10 @@ FINER = 4.0 ** -np.arange(9.0, 12.0)
 SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
 # Largest product of states, nodes and components: steps of many components, implicit ones above all, are expensive.
 # The number of states is reduced accordingly, but not below the second number.
+# Size: states times nodes times components.
 WORK, LEAST_STATES = 80_000, 2
 # The same for further states, and the nodes of each of two variables there.
+# Size: the same.
 FURTHER_WORK, FEW_NODES = 20_000, 4
 # Numbers of variables for which a rule of degree 5 has fewer nodes than three per variable.
 SMALL = range(3, len(COUNTS) + 1)
@@ -48,6 +50,7 @@ Defects = tuple[Array, ...]
 # Value of `LocalStrong.means` for a rule of degree 3.
 UP_TO_1 = 0.5
 # Kinds of defects: from two half steps, from Euler-Maruyama, and from Euler-Maruyama after a step of the scheme.
+# Size: indices of an array.
 SELF, EM, LATER = range(3)
 
 

@@ -92,15 +92,22 @@ def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> t
     pairs, h = zip(found, _orders(shortest), strict=True), float(record.h[-1])
     slow = bool(record.h[0] > LEVELS[0])
     return tuple(
-        order._replace(too_coarse=h) if _follows_later(order, fine, slow=slow) else order for order, fine in pairs
+        order._replace(too_coarse=h) if follows_later(order, fine, slow=slow) else order for order, fine in pairs
     )
 
 
-def _follows_later(order: StrongOrder, fine: StrongOrder, *, slow: bool) -> bool:
+def follows_later(order: StrongOrder, fine: StrongOrder, *, slow: bool) -> bool:
     """Return whether a step follows the equation at much shorter steps only; defects hidden by rounding do not count.
 
     A scheme that bounds its drift or its noise does so in the unit of time. For a slow equation, which is probed with
     longer steps, rounding may hide all mean errors of steps that are short for such a scheme.
+
+    Parameters
+    ----------
+    order, fine : StrongOrder
+        At the step sizes that are probed first, and at much shorter ones.
+    slow : bool
+        Whether the equation is slow.
     """
     seen2, seen1 = order.q2 > LEAST_Q2 or isfinite(fine.q2), order.q1 > LEAST_Q1 or isfinite(fine.q1)
     return seen2 and (seen1 or not fine.means or slow) and fine.consistent and not order.consistent

@@ -40,6 +40,7 @@ LEVELS = FINEST * 2.0 ** np.arange(15.0, -1.0, -1.0)
 # Much shorter step sizes, down to rounding, used if a step does not follow the equation at the others.
 SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
 # Number of test functions up to which a batch has the full length of a step's; with more it is shorter.
+# Size: of a batch.
 FUNCTIONS = 32
 # Number of finest step sizes that must not be truncated for an order.
 LEAST = 5
@@ -47,8 +48,10 @@ LEAST = 5
 # the others.
 ROUNDINGS = 64.0
 # Number of states that are perturbed by a rounding error, to measure its amplification by a step.
+# Size: states that are changed.
 NUDGED = 4
 # Most leaves of a tree for all further states, and paths of a step from these: about as many as for `cloud`.
+# Size: of a tree, and of a batch.
 LEAVES, WORK = 2**15, 2**12
 # Start and size of each step.
 Steps = tuple[tuple[float, float], ...]

@@ -19,6 +19,7 @@ from .orders import CLEAR, TOLERANCE, finest_usable, pick
 from .romberg import weights
 
 # At this multiple of the rounding error, rounding changes a local order by less than 0.01.
+# Rounding: log2 of 301/299 is 0.0096.
 FLOORS = 300.0
 # Defects with fewer levels above rounding are exact to round-off.
 FEWEST_LEVELS = 4
@@ -36,6 +37,7 @@ STALL = 0.2
 # A plateau consists of levels at which this share of the defects is rough.
 CROWD = 0.25
 # Shortest of the step sizes, in units of time.
+# Size: of the shortest step.
 FINEST = 2.0**-18
 # Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
 CONSISTENT = 0.25

@@ -18,6 +18,7 @@ from ...forms.chart import Angle, Chart, Line
 from ..step.nodes import gauss_hermite
 
 # Quadrature nodes per function of a coordinate.
+# Size: nodes of a function.
 OVERSAMPLING = 1.5
 
 

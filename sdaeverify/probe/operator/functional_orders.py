@@ -169,6 +169,7 @@ NEAR = 0.1
 BETWEEN = 0.25
 WRONG = "wrong limit"
 # Rounding of one application of the operator, in units of EPS and of the size of the observable.
+# Rounding: EPS for each operation.
 ROUNDING = 64.0
 
 

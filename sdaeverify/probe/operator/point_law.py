@@ -22,11 +22,13 @@ from ...forms import Delayed, Problem
 from ..step.nodes import step_nodes
 
 # Most points of a step; number of doublings of N, and of numbers of steps from N to 2N.
+# Size: points, and numbers of steps.
 MOST, DOUBLED, NUMBERS = 2**16, 4, 7
 # Points are merged if they differ by less than rounding errors of many steps, relative to their size or, near 0, to a
 # small part of the mean size. Distances between distinct atoms are larger.
 SAME, NEAR = 1e-9, 1e-3
 # Points of smaller probability are dropped: altogether their probability is below rounding.
+# Rounding: 2^16 of them are less than EPS.
 UNLIKELY = 1e-22
 # Number of E_N that an order needs.
 FEWEST = 3

@@ -33,10 +33,12 @@ from .chart_equation import output_rows, require_chart
 # Gauss-Hermite nodes per normal, by the number of normals of a step; for more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
 # Paths for which steps are made, and functions evaluated, in one call: more do not fit the processor's caches.
+# Size: paths of a call.
 AT_ONCE = 8_000
 # A coordinate counts as blown up beyond this number of scales.
 BLOWN_UP = 1e6
 # Rounding error of a matrix entry, in units of EPS and of the size of its function.
+# Rounding: EPS for each operation.
 ROUNDING = 64.0
 # Tolerance for a step affine in its noise, relative to the largest coordinate: errors add up over a run.
 AFFINE = 1e-13
@@ -44,6 +46,7 @@ AFFINE = 1e-13
 ON_CHART = 1e-9
 KINKS = "a step has a kink or a jump that the nodes of the operator do not resolve"
 # Lines between reached states on which a step is evaluated, intervals of each, and the step size in units of time.
+# Size: lines, intervals and a step.
 LINES, CUTS, SHORT = 16, 32, 2.0**-4
 
 

@@ -31,6 +31,7 @@ from .transition import ASKED, Given, stationary, transition
 FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
 Sizes = Mapping[int, tuple[int, int]]
 # Noise nodes per normal left out in the coarse basis.
+# Size: nodes of the coarse basis.
 FEWER = 2
 # An observable that changes by more, for a full turn of an angle or another pure output, is no function of the chart.
 FUNCTION = 1e-9
@@ -238,6 +239,7 @@ def _is_function(view: Problem, name: str) -> bool:
 # coordinates, the means of functions of one of them give its marginal law.
 
 
+# Size: points of a line.
 POINTS = 41
 # On a line, densities are evaluated up to this number of scales from the centre.
 REACH = 5.0

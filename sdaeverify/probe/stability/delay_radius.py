@@ -28,6 +28,7 @@ from .spectral import WIDTHS, SpectralRadius
 # bound.
 
 
+# Size: arcs of the circle.
 ARCS, ROUNDS, MOST_ARCS = 64, 60, 1 << 18
 
 
@@ -282,6 +283,7 @@ def _noise(recursion: Lagged, gamma: Array) -> Array:
 # A gain is decided if it differs from 1 by more than this multiple of its error.
 ERRORS = 10.0
 # Bound of powers of r, to avoid overflow.
+# Rounding: a product with another number is finite.
 LARGEST_POWER = 1e200
 LARGEST_RADIUS = 1e30
 # Largest companion matrix whose eigenvalues are computed, largest noise that counts as none, and required relative

@@ -20,10 +20,13 @@ from ...arrays import Array
 from ..linear.second_moments import Operator, smat, svec
 
 # Up to this size the operator is formed as a matrix; above, only its values are used.
+# Size: of a matrix.
 DENSE = 300
 # Number of Arnoldi vectors. With SciPy's default of 20, it converged to eigenvalues that are not the largest.
+# Size: of a Krylov space.
 VECTORS = 60
 # Most restarts of Arnoldi's method; without convergence by then, the radius is unknown.
+# Size: of an iteration.
 RESTARTS = 200
 # Widths of brackets that are tried, absolute below rho = 1 and relative above.
 WIDTHS = tuple(10.0**power for power in range(-12, 0))

@@ -36,15 +36,20 @@ from .spectral import SpectralRadius, spectral_radius
 from .windows import Window, crossings, doubtful, signs, stable_windows
 
 # Smallest range of the scan, in the problem's unit of time and in its own time scale, with its number of step sizes.
+# Size: of the scan.
 LEAST, MOST, COUNT = 1e-3, 1e3, 60
 # Largest factor by which refinement increases the number of step sizes.
+# Size: of the scan.
 REFINED = 4
 
 Row = tuple[float, ...]
 # Step sizes of the scan with a delay: from this part of the delay, or of the equation's own time scale if that is
 # shorter; one per factor 2 if the history is longer than the third, and none if it is longer than the fourth.
+# Size: of the scan.
 FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
+# Size: of the scan.
 PER_DECADE, LONGER = 12, 16
+# Size: of the scan.
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
 # Decided and undecided answers as numbers.

@@ -18,6 +18,7 @@ from ...numerics.roots import log_root
 MARGIN, ERRORS = 1e-9, 10.0
 STEEPER, NARROW = 4.0, 1.001
 # log rho if rho overflows, or minus this if it is 0.
+# Rounding: e^709 is the largest number.
 LARGEST = 700.0
 
 Window = tuple[float, float]

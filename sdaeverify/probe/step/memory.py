@@ -31,11 +31,14 @@ from .nodes import SEED
 # Steps of the coarsest run, and its numbers of halvings: three sizes, each a fourth of the one before. Runs extend
 # over the horizon, where memory may become active late, and, with steps 16 times shorter, over a sixteenth of it: a
 # memory of ceil(h^(-1/5)/2) steps, for example, always has two steps at the first sizes.
+# Size: of the runs.
 COARSE, HALVINGS, SHORTER = 64, (0, 2, 4), 2.0**-4
 # Number of equidistant times at which runs are compared: memory may become active late, or have decayed at the end.
+# Size: times that are compared.
 LOOKS = 4
 # Number of paths, which gives a root mean square to 5 per cent, and its ratios on the same noise better. Whether
 # memory has no effect beyond rounding is tested first on the smaller number, because it is a property of each path.
+# Size: paths.
 PATHS, FIRST = 256, 16
 # Standard errors that are added to the size of a mean: an unresolved mean decreases as slowly as these.
 ERRORS = 3.0

@@ -25,15 +25,19 @@ from .two_rules import mixing_turn, turn
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST = 3
 # A larger tensor rule has fewer nodes per variable, down to three, which are exact up to degree 5.
+# Size: of a rule.
 MOST_NODES = 2_000
 # If even the rule with three nodes per variable exceeds the first, this number of random points replaces it.
+# Size: of a rule.
 LARGEST, POINTS = 7_000, 2_000
+# Size: any seed.
 SEED = 20170601
 # Nodes per variable that give mean and covariance of a step and reach beyond two standard deviations; the largest
 # number of variables for which all corners of a cube are used; the most atoms and the most equally probable sizes.
 FEW_NODES, SMALL, FEW_ATOMS, MOST_SIZES = {1: (6, 7), 2: (4,)}, 4, 36, 12
 # Most paths of one call: more do not fit the processor's caches, and a solver iterates until the last path has its
 # root.
+# Size: of a batch.
 BATCH = 16_384
 
 

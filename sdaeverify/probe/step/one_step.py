@@ -23,6 +23,7 @@ RESOLVED = 64.0
 # of round-off.
 FEW_STEPS, SHORT_STEP, SAME = 8, 2.0**-8, 1e-12
 # Bound of the nodes of a step in standard deviations: those of Gauss-Hermite rules of up to 9 points are within 4.52.
+# Theorem: the largest root of the Hermite polynomial He_9 is 4.513.
 OUTERMOST = 4.52
 TRUNCATED = "steps of every size are truncated at every state, so that no order can be observed"
 STILL = "a step returns its state unchanged"

@@ -11,15 +11,20 @@ from ...numerics import all_finite, norm, solve
 from .nodes import BATCH, SEED
 
 # Number of points near the start of a random problem, whose coefficients have size 1, and their largest distance.
+# Size: states.
 POINTS_NEAR_START, NEAR_START = 2, 0.25
 # Number of points of the cloud other than the initial state, in each of its two parts.
+# Size: states.
 PILOT, SCATTERED = 6, 6
+# Size: of a step of the pilot.
 PILOT_H = 2.0**-6
 # Paths of the pilot that covers the reachable states, parts of the horizon with one recorded time each, steps in each
 # part, and states probed at each time.
+# Size: paths, times and states.
 MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
 # Number of reached states at which orders are probed in addition to the cloud: for one component, one state in each
 # interval of mass 1/47.
+# Size: states.
 SPREAD = 48
 # Largest distance of points of the cloud from the start in each component, in multiples of its size or of the second
 # smallest distance. If a law extends over powers of ten, steps at its outer states are too coarse, at any size
@@ -27,9 +32,11 @@ SPREAD = 48
 FARTHEST = 100.0
 # Relative size of differences for the derivative of a stiff drift.
 DIFFERENCE = 1e-7
+# Size: steps of the pilot.
 FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point counts as on the manifold if its residual is below this part of the terms that cancel.
 CLOSE = 1e-10
+# Size: states.
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2

@@ -11,13 +11,17 @@ from .nodes import SEED, Nodes, count_atoms, gauss_hermite, step_nodes, tensor_r
 from .one_step import OneStep
 
 # Multiples of random signs, in standard deviations, at which a function is tested for being affine in the noise.
+# Size: of the trial noises.
 REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
+# Size: trial noises.
 DIRECTIONS = 4
 # Most nodes of a rule: the step is evaluated at that many noises for k + 1 states.
+# Size: of a rule.
 LARGEST = 7_000
 # Number from which atoms are many, and the tolerance of their first two moments.
 MANY, STANDARD = 100, 1e-12
 # Standard deviations outside which the normal law has a mass of 1e-21.
+# Rounding: 1e-21 is less than EPS.
 CUT = 9.5
 
 

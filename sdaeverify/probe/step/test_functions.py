@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 
 # Largest number of variables for which monomials of degree 3 are included.
+# Size: number of test functions.
 FEW = 3
 
 

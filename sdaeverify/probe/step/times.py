@@ -24,6 +24,7 @@ from .states import WHEN, cloud, spread_states
 from .together import PathBatch, together
 
 # Parts of the horizon with a time in each of them, and the number of times selected in addition to the first.
+# Size: times.
 STRATA, FURTHER = 32, 2
 # In units of time: at multiples of it, the indices of fine steps of all sizes have the same remainders.
 WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
@@ -32,8 +33,10 @@ H = 2.0**-6
 # A step depends on time if it changes by more than this part of the states.
 SAME = 1e-9
 # Number of successive steps that are compared with their neighbours.
+# Size: steps in a row.
 ROW = 128
 # Steps of a system larger than the first take long: only this number of them is made, and rarer faults are missed.
+# Size: steps in a row of large systems.
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time of up to this multiple of those of the equation are attributed to the equation.
 UNLIKE = 8.0

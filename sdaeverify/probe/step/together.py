@@ -19,8 +19,10 @@ from ...errors import FAULTS
 from ...noise.brownian import Increment
 
 # With fewer batches, a call with arrays saves no time over its three separate checks.
+# Size: batches.
 FEWEST = 5
 # Most paths of a call: beyond, its overhead is small, and the arrays do not fit the processor's caches.
+# Size: of a batch.
 MOST = 2048
 # A map (x, t, h, noise) -> batch of paths, with numbers or arrays over paths for t and h.
 Map = Callable[[Any, Any, Any, Increment], Any]
