@@ -31,7 +31,7 @@ def test_a_claim_has_one_line_with_problems_and_classes(finished, call):
     assert "milstein, drift order >= 1.0: tested nowhere" in told
     assert len(told) == 6
     assert counts == "6 claims: 2 verified, 4 tested nowhere"
-    assert code == "exit code 5: nothing was there to be measured, or less than is claimed or locked"
+    assert code == "exit code 5: nothing was measured, or not all that is claimed or locked"
     assert outcome.code == 5
 
 

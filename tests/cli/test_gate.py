@@ -244,7 +244,7 @@ def test_a_gate_without_a_project_asks_for_one(call):
 
 def test_missing_lock(project):
     """A lock file that the policy names must be there; without one a note says how to write it."""
-    assert "note: there is no lock file" in project("-s", "right").out
+    assert "note: without a lock file" in project("-s", "right").out
     (Path("pyproject.toml")).write_text(f"{POLICY}lock = 'claims.lock'\n")
 
     outcome = project()

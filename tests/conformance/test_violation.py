@@ -287,7 +287,7 @@ def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation(
     found = verdicts.drop_duplicates("problem").set_index("problem")
 
     assert found.verdict["ou"] == "error"
-    assert found.reason["ou"].startswith("the equation has no invariant")
+    assert found.reason["ou"].startswith("the equation has no constraint")
     assert found.verdict["circle"] not in {"error", "refuted"}
 
 

@@ -48,7 +48,7 @@ def test_the_share_is_that_of_the_law(found):
     # The sign changes with each negative factor: the first of them makes the path negative at that time.
     assert row.value_low < 1.0 - (1.0 - once) ** 8 < row.value_high
     assert SHARE in row.reason.lower()
-    assert "0.01 claimed" in row.reason
+    assert "claimed bound 0.01" in row.reason
 
 
 class Constant(ScalarMeasure):
@@ -172,7 +172,7 @@ def test_a_bound_that_no_number_can_exceed_verifies_nothing():
     rows = verify(Trivially(), "gbm", AtEnd(), paths=256, levels=3).verdicts
 
     assert [*rows.verdict] == ["inconclusive"]
-    assert rows.reason.str.startswith("The claimed bound 3 is no less than the size of the quantity, 3").all()
+    assert rows.reason.str.startswith("The claimed bound 3 is not below the size of the quantity, 3").all()
 
 
 def test_claims_without_a_bound_are_open():

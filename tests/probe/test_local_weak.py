@@ -183,5 +183,5 @@ def test_states_where_the_equation_is_not_finite_are_left_out():
     part = weak_reference(replace(whole, drift=drift), steps)
     assert 0 < part.states.shape[1] < reference(whole, steps).states.shape[1]
     assert np.isfinite(part.means[..., -1]).all()
-    with pytest.raises(ProblemError, match="none of the states"):
+    with pytest.raises(ProblemError, match="not finite at any of the probed states"):
         weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), steps)

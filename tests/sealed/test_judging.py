@@ -73,7 +73,7 @@ def test_a_bound_as_large_as_the_spread_is_no_claim():
     found = judged(claiming(vacuous), made(0.0 * H, 1e-2))
 
     assert found.verdict.value == "inconclusive"
-    assert "says nothing" in str(found.reason)
+    assert "not below the size of the quantity" in str(found.reason)
 
 
 def test_an_error_below_the_noise_is_told():
