@@ -22,7 +22,7 @@ from facade import (
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Problem, Scheme
 from sdaeverify.measuring import packed, unpacked
-from sdaeverify.probe.step.states import SPREAD
+from sdaeverify.probe.linear.linear_map import REACHED
 from sdaeverify.probing import MomentErrors, moment_errors, why_not_moments
 
 STEPS = (8, 16, 32, 64, 128, 256)
@@ -96,7 +96,7 @@ def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
     moment_errors(c.Formula(counted), gbm(), STEPS)
     assert len(batches) == len(ALL_STEPS)
     # Two states at two nodes decide; four more, reached ones and twelve more nodes check that the step is linear.
-    assert set(batches) == {(2 + 4 + SPREAD) * 14}
+    assert set(batches) == {(2 + 4 + REACHED) * 14}
 
 
 def test_steps_that_miss_a_growing_moment_have_no_order_that_is_too_low() -> None:

@@ -17,6 +17,8 @@ from .affine import at_corners, corners, defect, with_trials
 # Steps of a run after which the map is checked: as many as `probe.step.times` compares in a row.
 # Size: steps in a row.
 ROW = 128
+# Size: reached states at which a step is checked to be affine, at all nodes and step sizes of a scan.
+REACHED = 16
 # Larger states come from unstable steps and are ignored.
 LARGEST = 1e8
 
@@ -114,7 +116,7 @@ class MemoryStep:
         one_step = self.one_step
         if one_step.why_not_comparable() or one_step.why_not_entered(run=False):
             return np.zeros((self.dimension, 0))
-        entered = one_step.enter(spread_states(one_step.view, one_step.equation), 0.0, self.h)
+        entered = one_step.enter(spread_states(one_step.view, one_step.equation, REACHED), 0.0, self.h)
         if not self.remembers:
             return flatten(entered)
         later = flatten(self._run(entered))
