@@ -114,7 +114,8 @@ def test_form_with_its_own_noise_is_verified_and_refuted_at_every_tier(run, tmp_
     ended = run("sdaeverify", "matrix", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
 
     assert ended.returncode == ExitCode.REFUTED, ended.stdout + ended.stderr
-    found = {(row["scheme"], row["measure"], row["decided_by"], row["verdict"]) for row in rows(tmp_path)}
+    cells = [row for row in rows(tmp_path) if not row["problem"].startswith("every-equation")]
+    found = {(row["scheme"], row["measure"], row["decided_by"], row["verdict"]) for row in cells}
     assert {tuple(each[1:3]) for each in found if each[0] == "compensated-jump-euler"} == {
         ("strong", "T0"),
         ("weak", "T0"),

@@ -215,7 +215,8 @@ def test_schemes_that_misbehave(quick, odd_scheme):
 
     assert (outcome.code, outcome.err) == (1, "")
     assert "\x1b" not in outcome.out
-    told = {row["scheme"]: (row["verdict"], row["reason"]) for row in rows_of("both/verdicts.csv")}
+    cells = [row for row in rows_of("both/verdicts.csv") if row["problem"] == "gbm"]
+    told = {row["scheme"]: (row["verdict"], row["reason"]) for row in cells}
     for number, (verdict, reason) in enumerate(MISBEHAVING.values()):
         assert told[f"odd-{number}"][0] == verdict
         assert reason in told[f"odd-{number}"][1]

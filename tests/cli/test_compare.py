@@ -237,7 +237,7 @@ def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
     assert (refuted.code, mended.code) == (1, 0)
     assert refuted.err == mended.err == ""
     assert (
-        "0 errors grown beyond the factor, 2 claims newly refuted\nexit code 1: a claim is refuted, or a check fails"
+        "0 errors grown beyond the factor, 9 claims newly refuted\nexit code 1: a claim is refuted, or a check fails"
         in refuted.out
     )
     assert "mine on gbm, strong x: inconclusive -> refuted" in refuted.out
@@ -291,7 +291,7 @@ def test_a_scheme_that_is_not_registered_here(measured, call):
     outcome = outcome._replace(out=" ".join(outcome.out.split()))
 
     assert outcome.code == 5
-    assert "errors of no quantity could be compared; 2 verdicts of both runs are the same" in outcome.err
+    assert "errors of no quantity could be compared; 9 verdicts of both runs are the same" in outcome.err
     assert (
         "not compared: mine on gbm: it cannot be built here: mine is not registered here; load its file"
         in outcome.out
@@ -337,5 +337,5 @@ def test_three_runs_in_a_row(measured, call):
     outcome = call("compare", "first", "second", "third", "--plugin", "first.py")
 
     assert outcome.code == 1
-    assert "first -> second\n0 of 2 verdicts changed" in outcome.out
+    assert "first -> second\n0 of 9 verdicts changed" in outcome.out
     assert "mine on gbm, strong x@T: verified -> refuted" in outcome.out

@@ -126,7 +126,9 @@ def test_what_is_not_decided_is_counted_below_an_unbroken_name(call, tmp_path, m
     assert rest[-1] == "exit code 0: no claim is refuted, and no check fails"
     assert rest[-2].endswith("classes of equations: 7 without a verdict")
     # A row without a claim has no verdict that is missing.
-    assert [line.split()[1:4] for line in rest if line.startswith("overdamped")] == [["3", "invariant", "not"]]
+    assert [line.split()[1:4] for line in rest if line.startswith("overdamped")] == [
+        ["3", "invariant", "out_of_scope"]
+    ]
 
 
 def test_a_premise_that_cannot_be_tested_is_told(call):

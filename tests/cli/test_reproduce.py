@@ -79,7 +79,7 @@ def test_table(reproduce, mine):
     assert (outcome.code, outcome.err) == (0, "")
     heading, _, _, first, second = outcome.out.splitlines()[1:6]
     assert heading == "euler-maruyama on gbm[b=0]"
-    assert first.split() == ["0.5", "x", "1.5625", "1.6487213", "1.5625", "few", "NO"]
+    assert first.split() == ["0.5", "x", "1.5625", "1.6487213", "1.5625", "yes", "NO"]
     assert second.split()[-3:] == ["1.7", "NO", "NO"]
     assert "Read this first." in outcome.out
     assert outcome.out.splitlines()[-1] == "exit code 0: no claim is refuted, and no check fails"

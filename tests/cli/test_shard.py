@@ -20,6 +20,7 @@ def test_shards_merge_to_one_run(call, tmp_path):
     assert call("merge", *map(str, shards), "--out", str(merged)).code == 0
 
     parts = [pd.read_csv(f / "verdicts.csv")[["scheme", "problem"]].drop_duplicates() for f in shards]
+    parts = [part[~part.problem.str.startswith("every-equation")] for part in parts]
     assert [len(part) for part in parts] == [2, 2, 2]
     assert len(pd.concat(parts).drop_duplicates()) == 6
     for name in ("verdicts.csv", "levels.csv", "not_applicable.csv", "details/classes.csv"):

@@ -147,7 +147,7 @@ def test_finer_levels_are_drawn_until_paths_and_one_step_agree():
     few, more = (run(TamedEuler(), growing_mean, Weak(), Settings(paths=paths)) for paths in (1024, 8192))
 
     assert verdicts(few) == {Verdict.INCONCLUSIVE}
-    assert "paths do not show what is claimed" in str(few.findings[0].reason)
+    assert "paths do not agree with the claim" in str(few.findings[0].reason)
     assert verdicts(more) == {Verdict.VERIFIED}
     assert len(more.levels) > Settings().levels
 

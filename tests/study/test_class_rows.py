@@ -138,4 +138,6 @@ def test_a_run_into_a_folder_has_the_same(result, tmp_path):
     assert "details/classes.csv" in saved.tables
     assert saved.classes.equals(result.classes)
     assert (tmp_path / "details" / "classes.csv").is_file()
-    assert set(saved.verdicts.problem) == {"gbm", *(f"every-equation[of={name}]" for name in saved.classes["class"])}
+    # The label names the class unless it is the default one.
+    labels = {f"every-equation[of={name}]" for name in saved.classes["class"]} - {"every-equation[of=general]"}
+    assert set(saved.verdicts.problem) == {"gbm", "every-equation", *labels}

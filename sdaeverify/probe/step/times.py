@@ -142,9 +142,10 @@ def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:
         far = np.min([np.abs(flat - flat[place]).max(axis=1) for place in chosen], axis=0)
         if not far.max() > size:
             break
-        # The middle of the times with similar steps: shorter steps from the first of them may precede the difference.
-        alike = np.flatnonzero(far >= ALIKE * far.max())
-        chosen = [*chosen, int(alike[len(alike) // 2])]
+        # The middle of the times with the same steps: shorter steps from the first one may precede the difference.
+        farthest = flat[far.argmax()]
+        same = np.flatnonzero(np.abs(flat - farthest).max(axis=1) <= size)
+        chosen = [*chosen, int(same[len(same) // 2])]
     return chosen
 
 
