@@ -23,7 +23,7 @@ from .lanes import MeasureRecord, StoredLane, fuller
 
 FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged or of another version", "code without a source file"
-AFRESH, UNTOLD = "recomputed on request", "whose present behaviour is unknown"
+AFRESH, UNTOLD = "on request", "whose present behaviour is unknown"
 ADDED, CHANGED = "to which a measure was added", "of which a measure has changed"
 # Returns the behaviour of each scheme of a task on its problem; None where it cannot be determined.
 Observe = Callable[[Task], Sequence[Behaviour | None]]
