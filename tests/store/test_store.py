@@ -306,7 +306,7 @@ def test_afresh(tmp_path):
     )
 
     assert recalled.lane is None
-    assert dict(store.reasons) == {"recomputed on request": 1}
+    assert dict(store.reasons) == {"on request": 1}
     assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["weak"]
     assert found(tmp_path)[0].lane.seconds == 9.0
 
