@@ -1,4 +1,4 @@
-"""Schemes of too low an order: `python tests/wrong/orders.py reports/wrong-schemes/orders.csv 0-399`, by number.
+"""Schemes of too low an order: `python tests/wrong/orders.py reports/wrong-schemes/orders.csv 0-159`, by number.
 
 A scheme makes the step of one of lower order in a region of states, in a window of time or in each k-th step, at
 a share of 1, 1/2, 1/4 or 1/8, or takes the drift of an earlier step. Its order is then the lower one. The file has a
