@@ -1,8 +1,7 @@
 """Adaptive solvers in a gate: claims about tolerances next to those of schemes, in lock file and page."""
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import msgspec
@@ -10,11 +9,12 @@ import numpy as np
 
 from sdaeverify import Claim, Settings, UsageError, hookimpl
 from sdaeverify.measuring import Finding, LevelFinding, Measure, Method, Reason, Verdict, group_sums, jackknife
-from sdaeverify.studying import Advanced, CellResult, Examination, Registry, select_problems
 from sdaeverify.studying import Cell as StudyCell
+from sdaeverify.studying import CellResult, Examination, Registry, select_problems
 
 from .judging import STEPS, parts
-from .run import PROBLEMS, AdaptiveRun, Cell, Measured, Row, cells, claims_of, select_solvers
+from .pairs import Row, SolverWork, select_solvers
+from .run import HOOK, KIND, PROBLEMS, AdaptiveRun, Cell, Measured, cells, claims_of
 from .sample import Budget
 
 CHECKS = Method("checks of a solver", 0)
@@ -65,28 +65,8 @@ AGAINST = frozenset({Verdict.REFUTED, Verdict.ERROR, Verdict.DIVERGED})
 SUBJECTS = {measure.name: measure for measure in (ToleranceRate(), ToleranceSteps(), ToleranceLaw())}
 
 
-@dataclass(frozen=True)
-class AdaptiveWork:
-    """Work of an examination.
-
-    Attributes
-    ----------
-    measuring : AdaptiveRun
-    notes : tuple of str
-        Requested pairs that cannot be measured, with reasons.
-    """
-
-    measuring: AdaptiveRun
-    notes: tuple[str, ...]
-
-    @property
-    def total(self) -> int:
-        """Number of pairs of solver and problem."""
-        return self.measuring.total
-
-    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Measure all pairs."""
-        return self.measuring.run(executor, window)
+class AdaptiveWork(SolverWork[AdaptiveRun]):
+    """Work of an examination of adaptive solvers."""
 
     @property
     def command(self) -> tuple[str, ...]:
@@ -95,15 +75,8 @@ class AdaptiveWork:
         words = ("adaptive", "{scheme}", "-p", "{problem}", "--paths", str(budget.paths), "--seed", str(budget.seed))
         return (*words, "--tolerances", fine) if fine else words
 
-    @property
-    def results(self) -> list[CellResult]:
-        """Results for each solver, problem and kind of claim."""
-        rows = self.measuring.rows
-        return [
-            result
-            for cell, done in zip(self.measuring.cells, self.measuring.done, strict=True)
-            for result in _results(cell, done, [row for row in rows if row.cell is cell])
-        ]
+    def _results_of(self, cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:
+        return _results(cell, done, rows)
 
 
 def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:
@@ -174,7 +147,7 @@ class AdaptiveExamination(Examination):
             known = ", ".join(AdaptiveTable.__struct_fields__)
             raise UsageError(f"table {self.name}: {error}; known are {known}") from error
         budget = Budget(table.paths, table.tolerances, settings.seed)
-        solvers = select_solvers(registry, table.solvers) if table.solvers else []
+        solvers = select_solvers(registry, HOOK, KIND, table.solvers) if table.solvers else []
         pairs, why = cells(solvers, select_problems(registry, table.problems))
         return AdaptiveWork(AdaptiveRun(pairs, budget, settings.confidence), tuple(why))
 

@@ -1,26 +1,25 @@
 """A run of adaptive solvers on problems: tests of claims on paths, and checks."""
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
-from fnmatch import fnmatchcase
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Claim, Problem, Settings, UsageError
+from sdaeverify import Array, Claim, Problem, Settings
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Opinion, Reason, Verdict
-from sdaeverify.studying import Advanced, ProblemSpec, Registry, Source, in_turn, one_thread, parse_label, unknown
+from sdaeverify.studying import ProblemSpec, Source, one_thread
 
 from .checks import Answer, check
 from .contract import Adaptive
 from .judging import LAW, RATE, STEPS, Asked, Question, ask, judge
+from .pairs import PairRun, Row
 from .path import brownian_path
 from .sample import Budget, Runs, Sample, measure, why_not
 
-HOOK, PLANTED = "sdaeverify_adaptive", "planted-"
+HOOK, KIND = "sdaeverify_adaptive", "adaptive solver"
 # Default problems: multiplicative and additive noise, an area, and an equation without reflection symmetry.
 PROBLEMS = ("gbm[a=0.1,b=0.8]", "ou", "heisenberg", "shear")
 MEASURES = (RATE, STEPS, LAW)
@@ -49,22 +48,6 @@ class Cell(NamedTuple):
         return self.spec.label
 
 
-class Row(NamedTuple):
-    """A row of the table: the finding on a claim, or of a check.
-
-    Attributes
-    ----------
-    cell : Cell
-    measure : str
-        Measure of the claim, or name of the check.
-    finding : Finding
-    """
-
-    cell: Cell
-    measure: str
-    finding: Finding
-
-
 class Measured(NamedTuple):
     """Result of a cell in a form that can be pickled, which a problem need not be.
 
@@ -91,33 +74,6 @@ class Measured(NamedTuple):
         return (
             None if self.sampled is None or view is None else Sample(cell.solver, cell.problem, view, *self.sampled)
         )
-
-
-def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Adaptive]:
-    """Return the solvers that match labels and globs; without patterns all except planted ones.
-
-    Parameters
-    ----------
-    registry : Registry
-        Registry loaded with `lab`.
-    patterns : sequence of str
-
-    Raises
-    ------
-    UsageError
-        If a name is unknown.
-    """
-    entries, found = registry.entries.get(HOOK, {}), dict[str, Adaptive]()
-    if not patterns:
-        return [entry.thing for name, entry in entries.items() if not name.startswith(PLANTED)]
-    for pattern in patterns:
-        name, texts = parse_label(pattern)
-        names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
-        if names == [name] and name not in entries:
-            raise UsageError(f"{unknown('adaptive solver', name, entries)} (known: {', '.join(entries)})")
-        made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
-        found |= {solver.label: solver for solver in made}
-    return list(found.values())
 
 
 def cells(solvers: Sequence[Adaptive], specs: Iterable[ProblemSpec]) -> tuple[list[Cell], list[str]]:
@@ -158,7 +114,7 @@ def claims_of(solver: Adaptive, problem: Problem) -> list[Claim]:
     return [claim for claim in solver.promises if claim.measure in MEASURES and claim.when <= traits]
 
 
-class AdaptiveRun:
+class AdaptiveRun(PairRun[Cell, Measured]):
     """Measurement of some cells, complete when `run` is exhausted.
 
     Parameters
@@ -170,33 +126,20 @@ class AdaptiveRun:
     """
 
     def __init__(self, pairs: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
-        self.cells, self.budget, self.confidence = list(pairs), budget, confidence
-        self.done: list[Measured] = []
+        super().__init__(pairs, confidence)
+        self.budget = budget
 
-    @property
-    def total(self) -> int:
-        """Number of cells."""
-        return len(self.cells)
-
-    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Measure all cells.
-
-        Parameters
-        ----------
-        executor : Executor, optional
-            Executor; by default cells are measured in this process.
-        window : int, optional
-            Cells in flight.
-        """
-        calls = ((cell, partial(measured, cell.solver, cell.spec, self.budget)) for cell in self.cells)
-        for cell, found in in_turn(executor, window, calls):
-            self.done.append(found)
-            yield Advanced(len(self.done), self.total, cell.label)
+    def task(self, cell: Cell) -> Callable[[], Measured]:
+        """Return the measurement of a cell."""
+        return partial(measured, cell.solver, cell.spec, self.budget)
 
     @property
     def rows(self) -> list[Row]:
         """All rows, cell by cell."""
-        return rows(self.cells, self.done, self.confidence)
+        asked = [(cell, one) for cell, each in self.known if each.failed is None for one in _asked(cell, each)]
+        judged = judge([one for _, one in asked], self.confidence)
+        found = [Row(cell, one.measure, finding) for (cell, one), finding in zip(asked, judged, strict=True)]
+        return self.in_order([*found, *(row for cell, each in self.known for row in _further(cell, each))])
 
 
 def measured(solver: Adaptive, spec: ProblemSpec, budget: Budget) -> Measured:
@@ -234,25 +177,6 @@ def _answers(cell: Cell, budget: Budget) -> list[Answer]:
     path = brownian_path(Source(budget.seed, cell.label, 0, CHECKED), cell.problem.noise_dim, cell.problem.horizon)
     tolerances = budget.tolerances or cell.solver.tolerances
     return check(cell.solver, view, path, tolerances[MIDDLE])
-
-
-def rows(pairs: Sequence[Cell], done: Sequence[Measured], confidence: float) -> list[Row]:
-    """Return all rows of a run, cell by cell.
-
-    Parameters
-    ----------
-    pairs : sequence of Cell
-    done : sequence of Measured
-        Results of the pairs, in the same order.
-    confidence : float
-    """
-    known = [*zip(pairs, done, strict=True)]
-    asked = [(cell, one) for cell, each in known if each.failed is None for one in _asked(cell, each)]
-    judged = judge([one for _, one in asked], confidence)
-    found = [Row(cell, one.measure, finding) for (cell, one), finding in zip(asked, judged, strict=True)]
-    found += [row for cell, each in known for row in _further(cell, each)]
-    places = {id(cell): place for place, cell in enumerate(pairs)}
-    return sorted(found, key=lambda row: places[id(row.cell)])
 
 
 def _asked(cell: Cell, each: Measured) -> Iterator[Asked]:

@@ -2,14 +2,9 @@
 
 import json
 import time
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from math import isfinite
 from typing import Any
 
 import click
-from rich.table import Table
-from rich.text import Text
 
 from sdaeverify import UsageError
 from sdaeverify.commands import (
@@ -17,22 +12,18 @@ from sdaeverify.commands import (
     code_of_verdicts,
     codes_in_words,
     conclude,
-    empty_table,
     load_and_warn,
     options,
-    output,
-    print_texts,
     run_on_workers,
-    visible,
 )
 from sdaeverify.measuring import Verdict
 from sdaeverify.studying import select_problems
+from sdaeverify_adaptive.row_table import print_rows, records
 
-from .run import PROBLEMS, Row, SealedRun, cells, select_solvers
+from .run import PROBLEMS, SealedRun, cells, select_solvers
 from .sample import Budget
 
 CODES = (ExitCode.OK, ExitCode.REFUTED, ExitCode.USAGE, ExitCode.NOT_MEASURED, ExitCode.NOTHING, ExitCode.PLUGIN)
-STYLES = {Verdict.VERIFIED: "green", Verdict.REFUTED: "bold red", Verdict.INCONCLUSIVE: "yellow"}
 SILENT = {Verdict.VERIFIED}
 
 
@@ -68,11 +59,9 @@ def sealed(**asked: Any) -> ExitCode:
     found = run.rows
     code = code_of_verdicts(row.finding.verdict for row in found)
     if asked["as_json"]:
-        click.echo(json.dumps([*_records(found)], indent=2))
+        click.echo(json.dumps([*records(found)], indent=2))
         return code
-    console = output(unbroken=True)
-    console.print(_table(found))
-    print_texts(console, (*_reasons(found), *([""] if why else []), *why, "", _counts(found)))
+    print_rows(found, why, SILENT)
     return conclude(code, time.monotonic() - begun)
 
 
@@ -83,56 +72,3 @@ def _numbers(text: str | None) -> tuple[int, ...]:
         raise UsageError(
             f"--steps expects whole numbers separated by commas, such as 4,8,16, got {text!r:.200}"
         ) from None
-
-
-def _table(found: Sequence[Row]) -> Table:
-    table = empty_table("solver", "problem", "about", "claim", "found", "verdict")
-    before: tuple[str, str] = ("", "")
-    for row in found:
-        pair = (row.cell.solver.label, row.cell.label)
-        shown = ("", "") if pair == before else pair
-        verdict = row.finding.verdict
-        texts = (*shown, _about(row), str(row.finding.claim or ""), _estimate(row))
-        table.add_row(*(Text(visible(text)) for text in texts), Text(verdict.value, style=STYLES.get(verdict, "")))
-        before = pair
-    return table
-
-
-def _about(row: Row) -> str:
-    return f"{row.measure} of {row.finding.quantity}" if row.finding.quantity else row.measure
-
-
-def _estimate(row: Row) -> str:
-    low, high = row.finding.low, row.finding.high
-    return f"{low:.3g} to {high:.3g}" if isfinite(low) and isfinite(high) else ""
-
-
-def _reasons(found: Sequence[Row]) -> Iterator[str]:
-    for row in found:
-        if row.finding.verdict not in SILENT:
-            verdict = row.finding.verdict.value
-            yield f"{row.cell.solver.label} on {row.cell.label}, {_about(row)}: {verdict}: {row.finding.reason}"
-
-
-def _counts(found: Sequence[Row]) -> str:
-    counts = Counter(row.finding.verdict.value for row in found)
-    return ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items())) or "no solver and problem fit"
-
-
-def _records(found: Sequence[Row]) -> Iterator[Mapping[str, object]]:
-    for row in found:
-        one = row.finding
-        yield {
-            "solver": row.cell.solver.label,
-            "problem": row.cell.label,
-            "measure": row.measure,
-            "quantity": one.quantity,
-            "claim": str(one.claim) if one.claim else None,
-            "verdict": one.verdict.value,
-            "reason": str(one.reason),
-            **{name: _number(getattr(one, name)) for name in ("estimate", "low", "high", "resolution")},
-        }
-
-
-def _number(value: float) -> float | None:
-    return value if isfinite(value) else None

@@ -1,19 +1,19 @@
 """Sealed solvers in a gate: their claims about laws beside the claims of schemes, with lock and page."""
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import msgspec
 
 from sdaeverify import Claim, Settings, UsageError, hookimpl
 from sdaeverify.measuring import Finding, LevelFinding, Measure, Method, Reason, Verdict
-from sdaeverify.studying import Advanced, CellResult, Examination, Registry, select_problems
 from sdaeverify.studying import Cell as StudyCell
+from sdaeverify.studying import CellResult, Examination, Registry, select_problems
+from sdaeverify_adaptive.pairs import Row, SolverWork
 
 from .judging import mean_of
-from .run import PROBLEMS, Cell, Measured, Row, SealedRun, cells, select_solvers
+from .run import PROBLEMS, Cell, Measured, SealedRun, cells, select_solvers
 from .sample import Budget
 
 CHECKS = Method("checks of a solver", 0)
@@ -59,28 +59,8 @@ AGAINST = frozenset({Verdict.REFUTED, Verdict.ERROR, Verdict.DIVERGED})
 SUBJECTS: dict[str, Measure] = {measure.name: measure for measure in (SealedWeak(), SealedInvariant())}
 
 
-@dataclass(frozen=True)
-class SealedWork:
-    """The work of an examination.
-
-    Attributes
-    ----------
-    measuring : SealedRun
-    notes : tuple of str
-        What is asked for and cannot be measured.
-    """
-
-    measuring: SealedRun
-    notes: tuple[str, ...]
-
-    @property
-    def total(self) -> int:
-        """Number of pairs of solver and problem."""
-        return self.measuring.total
-
-    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Measure all pairs."""
-        return self.measuring.run(executor, window)
+class SealedWork(SolverWork[SealedRun]):
+    """Work of an examination of sealed solvers."""
 
     @property
     def command(self) -> tuple[str, ...]:
@@ -90,15 +70,8 @@ class SealedWork:
         words = ("sealed", "{scheme}", "-p", "{problem}", *numbers)
         return (*words, "--steps", steps) if steps else words
 
-    @property
-    def results(self) -> list[CellResult]:
-        """What was found: a result for each solver, problem and measure."""
-        rows = self.measuring.rows
-        return [
-            result
-            for cell, done in zip(self.measuring.cells, self.measuring.done, strict=True)
-            for result in _results(cell, done, [row for row in rows if row.cell is cell])
-        ]
+    def _results_of(self, cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:
+        return _results(cell, done, rows)
 
 
 def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult]:

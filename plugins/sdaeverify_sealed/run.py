@@ -1,19 +1,19 @@
 """A run: sealed solvers on problems, what independent runs say of their claims, and what the checks find."""
 
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Problem, Settings, UsageError
+from sdaeverify import Problem, Settings
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Kind, Opinion, Reason, Verdict
-from sdaeverify.studying import Advanced, ProblemSpec, Registry, Source, in_turn, one_thread, parse_label, unknown
+from sdaeverify.studying import ProblemSpec, Registry, Source, one_thread
+from sdaeverify_adaptive.pairs import PairRun, Row
+from sdaeverify_adaptive.pairs import select_solvers as select_by_label
 
 from .checks import MOTIONS, REPEATS, SEEDS, Answer, check_repeats, check_seeds, statistical
 from .contract import Sealed
@@ -21,7 +21,7 @@ from .judging import Asked, Question, ask, is_decided, judge
 from .references import WEAK
 from .sample import Budget, Plan, Runner, Sample, check_steps, plans, samples
 
-HOOK, PLANTED = "sdaeverify_sealed", "planted-"
+HOOK = "sdaeverify_sealed"
 PROBLEMS = ("gbm", "ou", "harmonic-langevin")
 # Claims among which the error probability is shared when a look decides that no further one is needed.
 RESERVED = 100
@@ -51,22 +51,6 @@ class Cell(NamedTuple):
         return self.spec.label
 
 
-class Row(NamedTuple):
-    """A row of the table: what was found of a claim, or by a check.
-
-    Attributes
-    ----------
-    cell : Cell
-    measure : str
-        Of the claim, or the name of the check.
-    finding : Finding
-    """
-
-    cell: Cell
-    measure: str
-    finding: Finding
-
-
 class Measured(NamedTuple):
     """What came of a cell, fit to be sent from another process.
 
@@ -88,14 +72,12 @@ class Measured(NamedTuple):
 
 
 def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Sealed]:
-    """Return the solvers that labels and globs mean, each once.
-
-    Without any, they are all but planted ones and those that run on request.
+    """Return the solvers that match labels and globs; without patterns all except planted ones and those on request.
 
     Parameters
     ----------
     registry : Registry
-        Loaded with the lab.
+        Registry loaded with `lab`.
     patterns : sequence of str
 
     Raises
@@ -103,18 +85,8 @@ def select_solvers(registry: Registry, patterns: Sequence[str]) -> list[Sealed]:
     UsageError
         If a name is unknown.
     """
-    entries, found = registry.entries.get(HOOK, {}), dict[str, Sealed]()
-    if not patterns:
-        free = (entry.thing for name, entry in entries.items() if not name.startswith(PLANTED))
-        return [solver for solver in free if not solver.on_request]
-    for pattern in patterns:
-        name, texts = parse_label(pattern)
-        names = [known for known in entries if fnmatchcase(known, pattern)] or [name]
-        if names == [name] and name not in entries:
-            raise UsageError(f"{unknown('sealed solver', name, entries)} (known: {', '.join(entries)})")
-        made = (entries[each].make(texts) if texts else entries[each].thing for each in names)
-        found |= {solver.label: solver for solver in made}
-    return list(found.values())
+    found = select_by_label(registry, HOOK, "sealed solver", patterns)
+    return found if patterns else [solver for solver in found if not solver.on_request]
 
 
 def cells(solvers: Sequence[Sealed], specs: Iterable[ProblemSpec], budget: Budget) -> tuple[list[Cell], list[str]]:
@@ -161,53 +133,32 @@ def why_not(solver: Sealed, spec: ProblemSpec, view: Problem | None, budget: Bud
     return solver.why_not(view) or ("" if claimed else "it claims nothing here of an observable whose mean is known")
 
 
-class SealedRun:
-    """The work on some cells: complete when `run` has come to its end.
+class SealedRun(PairRun[Cell, Measured]):
+    """Measurement of some cells, complete when `run` is exhausted.
 
     Parameters
     ----------
-    pairs : sequence of Cell
+    cells : sequence of Cell
     budget : Budget
     confidence : float
-        One less the probability of any false refutation.
+        One minus the probability of any false refutation.
     """
 
-    def __init__(self, pairs: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
-        self.cells, self.budget, self.confidence = list(pairs), budget, confidence
-        self.done: list[Measured] = []
+    def __init__(self, cells: Sequence[Cell], budget: Budget, confidence: float = Settings().confidence) -> None:
+        super().__init__(cells, confidence)
+        self.budget = budget
 
-    @property
-    def total(self) -> int:
-        """Number of cells."""
-        return len(self.cells)
-
-    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Measure all cells.
-
-        Parameters
-        ----------
-        executor : Executor, optional
-            Cells are measured in this process if left out.
-        window : int, optional
-            Cells in flight.
-        """
-        given = self.budget, self.confidence
-        calls = ((cell, partial(measured, cell.solver, cell.spec, *given)) for cell in self.cells)
-        for cell, found in in_turn(executor, window, calls):
-            self.done.append(found)
-            yield Advanced(len(self.done), self.total, cell.label)
+    def task(self, cell: Cell) -> Callable[[], Measured]:
+        """Return the measurement of a cell."""
+        return partial(measured, cell.solver, cell.spec, self.budget, self.confidence)
 
     @property
     def rows(self) -> list[Row]:
         """All rows, cell by cell: verdicts hold for all of their tests together."""
-        known = [*zip(self.cells, self.done, strict=True)]
-        asked = [(cell, one) for cell, each in known for one in questions(cell, each, self.confidence)]
+        asked = [(cell, one) for cell, each in self.known for one in questions(cell, each, self.confidence)]
         judged = judge([one for _, one in asked], self.confidence)
         found = [Row(cell, one.measure, finding) for (cell, one), finding in zip(asked, judged, strict=True)]
-        found = withhold(found)
-        found += [row for cell, each in known for row in _further(cell, each)]
-        places = {id(cell): place for place, cell in enumerate(self.cells)}
-        return sorted(found, key=lambda row: places[id(row.cell)])
+        return self.in_order([*withhold(found), *(row for cell, each in self.known for row in _further(cell, each))])
 
 
 def withhold(found: Sequence[Row]) -> list[Row]:

@@ -1,4 +1,4 @@
-"""Slips in the proofs of the papers: the printed line, the right one, and a number that tells them apart."""
+"""Slips in the proofs of the papers: the printed line, the right one, and a number in which they differ."""
 
 from collections.abc import Mapping
 
