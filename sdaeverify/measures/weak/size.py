@@ -149,11 +149,11 @@ def bound_findings(evidence: Evidence, means: Mapping[str, Means]) -> Iterator[F
         # The least of several bounds counts.
         covered = coverage(evidence, WEAK, f"{name}{suffix}")
         if covered.claim is not None and isinstance(covered.claim.value, Bound):
-            wanted = _Asked(covered, covered.claim.value, count, name)
+            wanted = _BoundedError(covered, covered.claim.value, count, name)
             yield replace(_finding(evidence, wanted, means), value_of="weak error")
 
 
-class _Asked(NamedTuple):
+class _BoundedError(NamedTuple):
     # A claimed bound of the weak error of an observable, with its number of steps.
     covered: Coverage
     bound: Bound
@@ -161,7 +161,7 @@ class _Asked(NamedTuple):
     name: str
 
 
-def _finding(evidence: Evidence, asked: _Asked, means: Mapping[str, Means]) -> Finding:
+def _finding(evidence: Evidence, asked: _BoundedError, means: Mapping[str, Means]) -> Finding:
     if not asked.steps:
         text = f"the step size {asked.bound.at:g} does not divide the horizon {evidence.view.horizon:g}"
         return finding(asked.covered, Opinion(Verdict.INCONCLUSIVE, Reason(text)))
@@ -186,7 +186,7 @@ class _Known(NamedTuple):
     method: Method
 
 
-def _known_error(tally: Tally, view: Problem, asked: _Asked) -> _Known | None:
+def _known_error(tally: Tally, view: Problem, asked: _BoundedError) -> _Known | None:
     moments = unpacked(f"{MOMENTS} {AT_STEPS}", MomentErrors, tally)
     form = None if moments is None else quadratic_form(view, asked.name)
     errors = None if moments is None or form is None else observable_errors(moments, form)
@@ -202,11 +202,11 @@ def _known_error(tally: Tally, view: Problem, asked: _Asked) -> _Known | None:
     return known if np.isfinite([error, off]).all() else None
 
 
-def _row(h: Array, view: Problem, asked: _Asked) -> int:
+def _row(h: Array, view: Problem, asked: _BoundedError) -> int:
     return int(np.argmin(np.abs(view.horizon / h - asked.steps)))
 
 
-def _opinion(asked: _Asked, known: _Known) -> Opinion:
+def _opinion(asked: _BoundedError, known: _Known) -> Opinion:
     most, size = asked.bound.most, abs(known.error)
     text = "weak error {error:.3g} without sampling, known to {off:.1g}; at most {most:g} claimed"
     reason = Reason(text, numbers={"error": known.error, "off": known.off, "most": most})
@@ -217,7 +217,9 @@ def _opinion(asked: _Asked, known: _Known) -> Opinion:
     return Opinion(Verdict.REFUTED if size - known.off > most else Verdict.INCONCLUSIVE, reason, 2)
 
 
-def _sampled_error(evidence: Evidence, asked: _Asked, means: Means | None) -> tuple[Estimate | None, Reason | str]:
+def _sampled_error(
+    evidence: Evidence, asked: _BoundedError, means: Means | None
+) -> tuple[Estimate | None, Reason | str]:
     """Return the weak error at a level of the run, or why paths do not tell it."""
     steps = evidence.settings.steps
     if asked.steps not in steps:
